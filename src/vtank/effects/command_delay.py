@@ -1,0 +1,24 @@
+"""Command delay: the propeller speed acts later than it is stamped."""
+
+from __future__ import annotations
+
+from ..compiled import law
+from .effect import Effect, Parameter
+
+
+@law
+def input_time(t: float, d: float) -> float:
+    """Stamp of the propeller speed that acts at time t [s]."""
+    return t - d
+
+
+EFFECT = Effect(
+    name="command_delay",
+    channel="actuator",
+    sentence="The motor drive obeys late, so the recorded propeller speed acts after its stamp.",
+    law="n(t) -> n(t - d)",
+    parameters=(Parameter("d", "s", "delay", 0.0, (0.0, 1.0), 0.1),),
+    source="pure delay of a sampled actuator; to one sonar the same thing as sonar_latency",
+    confused_with=("sonar_latency", "thrust_lag"),
+    standing="tied",
+)

@@ -1,0 +1,38 @@
+"""Tachometer spikes: single readings jump far from the propeller's speed (the paper's data set 4).
+
+In a recording, a spike is a reading that stands out from both its neighbours by more than half the spikes' size.
+"""
+
+from __future__ import annotations
+
+from ..compiled import law
+from .effect import Effect, Parameter
+
+
+@law
+def reading(n: float, p: float, size: float, uniform: float) -> float:
+    """Tachometer reading: off by +-size with probability p, decided by `uniform` in [0, 1) [rev/s]."""
+    if uniform < 0.5 * p:
+        return n + size
+    return n - size if uniform < p else n
+
+
+@law
+def repaired(before: float, n_read: float, after: float, size: float) -> float:
+    """Reading with a lone spike replaced by the median of three; size = 0 repairs nothing [rev/s]."""
+    median = max(min(before, n_read), min(max(before, n_read), after))
+    return median if size > 0.0 and abs(n_read - median) > 0.5 * size else n_read
+
+
+EFFECT = Effect(
+    name="tachometer_spikes",
+    channel="sensor",
+    sentence="Brush noise throws single tachometer readings far off, though the propeller turned evenly.",
+    law="n_read = n +- size with probability p, independently from reading to reading",
+    parameters=(
+        Parameter("p", "-", "probability per reading", 0.0, (0.0, 0.3), 0.03),
+        Parameter("size", "rev/s", "size of a spike, in the unit of the input", 0.0, (0.0, 20.0), 4.0),
+    ),
+    source="Marco, Martins, Healey, section VI: spikes in the tachometer readings of data set 4",
+    confused_with=("sonar_multipath",),
+)

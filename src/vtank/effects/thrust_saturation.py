@@ -1,0 +1,25 @@
+"""Thrust saturation: above some speed the propeller pushes no harder."""
+
+from __future__ import annotations
+
+from ..compiled import law
+from .effect import Effect, Parameter
+
+
+@law
+def effective_speed(n: float, n_max: float) -> float:
+    """Propeller speed limited to n_max, both ways [same unit as n]."""
+    return min(max(n, -n_max), n_max)
+
+
+EFFECT = Effect(
+    name="thrust_saturation",
+    channel="actuator",
+    sentence="Ventilation, current limit or supply voltage keep the thrust from growing beyond some speed.",
+    law="n_e = min(max(n, -n_max), n_max)",
+    parameters=(
+        Parameter("n_max", "rev/s", "speed at which thrust flattens, in the unit of the input", float("inf"), (0.0, float("inf")), 8.0),
+    ),
+    source="bollard load cell of an electric catamaran: thrust flat above 0.7 of full command (Bingham et al., pub_usv_modeling, 2017)",
+    confused_with=("thrust_loss", "thrust_lag"),
+)
