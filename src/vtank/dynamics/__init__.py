@@ -1,0 +1,1 @@
+"""The equations of motion and the numbers that go into them."""

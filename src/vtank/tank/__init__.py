@@ -1,0 +1,1 @@
+"""The vehicle in the tank, in MuJoCo."""
