@@ -1,0 +1,46 @@
+# Everything is set up by the targets themselves, in .venv, from Python 3.11 or newer.
+# Another interpreter: make PYTHON=/path/to/python3.12 test
+
+VENV  := .venv
+BIN   := $(VENV)/bin
+STAMP := $(VENV)/.installed
+OUT   ?= out
+
+NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
+            $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
+
+.PHONY: venv check format test demo bench wheel clean
+
+venv: $(STAMP)
+
+$(STAMP): pyproject.toml
+	@test -n "$(PYTHON)" || { echo "vtank needs Python 3.11 or newer: none found; give one with make PYTHON=..." >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $@
+
+check: $(STAMP)
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+format: $(STAMP)
+	$(BIN)/ruff format
+	$(BIN)/ruff check --fix
+
+test: check
+	$(BIN)/pytest
+
+demo: $(STAMP)
+	$(BIN)/vtank demo --out $(OUT)
+
+bench: $(STAMP)
+	$(BIN)/pytest benchmarks --benchmark-only
+
+wheel: $(STAMP)
+	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+
+clean:
+	rm -rf $(VENV) $(OUT) build dist .pytest_cache .ruff_cache .mypy_cache .benchmarks
+	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,98 @@
+"""The command `vtank`: one file per sub-command, each loading what it needs only when it runs.
+
+The sub-command `check-data` is the module `vtank.cli.check_data` with two functions:
+
+    add_parser(subparsers) -> None      declares the arguments; imports nothing heavy
+    run(args) -> int                    does the work and returns the exit code
+
+Exit codes: 0 done, 2 bad input or arguments (one line on stderr, no traceback), 130 interrupted, 141 reader of a pipe
+gone, 143 terminated.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import signal
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib.util import find_spec
+from types import ModuleType
+from typing import NoReturn, TextIO
+
+from vtank import __version__
+from vtank.errors import InputError
+
+# In the order of `vtank --help`. A name is listed once its file exists.
+COMMANDS = ("demo", "run", "identify", "reproduce", "render", "check-data")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
+    modules = _modules()
+    args = _parser(modules).parse_args(argv)
+    previous = signal.signal(signal.SIGTERM, _terminate)
+    try:
+        with warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            code: int = modules[args.command].run(args)
+        sys.stdout.flush()
+        return code
+    except InputError as error:
+        return _refuse(str(error))
+    except KeyboardInterrupt:
+        print("\nvtank: interrupted", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        _silence_stdout()
+        return 141
+    except OSError as error:
+        if error.filename is None:
+            raise
+        return _refuse(f"{error.filename}: {error.strerror}")
+    finally:
+        signal.signal(signal.SIGTERM, previous)
+
+
+def _modules() -> dict[str, ModuleType]:
+    paths = {name: f"{__name__}.{name.replace('-', '_')}" for name in COMMANDS}
+    return {name: importlib.import_module(path) for name, path in paths.items() if find_spec(path)}
+
+
+def _parser(modules: dict[str, ModuleType]) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="vtank", description="A virtual tank for identifying the surge dynamics of an underwater vehicle."
+    )
+    parser.add_argument("--version", action="version", version=f"vtank {__version__}")
+    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for module in modules.values():
+        module.add_parser(subparsers)
+    return parser
+
+
+def _refuse(message: str) -> int:
+    print(f"vtank: error: {message}", file=sys.stderr)
+    return 2
+
+
+def _show_warning(
+    message: Warning | str,
+    category: type[Warning],
+    filename: str,
+    lineno: int,
+    file: TextIO | None = None,
+    line: str | None = None,
+) -> None:
+    where = "" if issubclass(category, UserWarning) else f"{filename}:{lineno}: {category.__name__}: "
+    print(f"vtank: warning: {where}{message}", file=sys.stderr)
+
+
+def _terminate(signum: int, frame: object) -> NoReturn:
+    sys.exit(128 + signum)  # an exception, so that half-written folders are cleared away
+
+
+def _silence_stdout() -> None:
+    """Nobody reads on: let the interpreter's last flush go nowhere instead of failing."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

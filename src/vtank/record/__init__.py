@@ -1,0 +1,1 @@
+"""Runs and data sets, simulated or real: one record type from either source."""
