@@ -1,0 +1,182 @@
+"""Predictions and innovations of the surge model along a run, compiled.
+
+State s = (x, u, z, wake, d): distance made good [m], surge speed [m/s], lagged thrust [m/s2], wake [m/s] and an
+Ornstein-Uhlenbeck disturbance d [m/s2] that stands for turbulence. The sonar's range is predicted from the state and
+never differentiated. Between stamps the input is held; a range is compared with the state at the time its echo was
+made, so that latency and clock skew cost nothing but a shift of the instant.
+
+`predict` runs the model with a given sequence of Kalman gains (zeros: pure simulation, output error);
+`kalman` is the extended Kalman filter that yields those gains and the innovations' variances.
+Ljung, System Identification (1999), ch. 7: prediction-error methods; Kristensen, Madsen, Jorgensen, Automatica 40
+(2004): grey-box models with process noise.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ..compiled import law
+from ..dynamics.parameters import slot
+from ..dynamics.surge import STANDOFF, advance
+from ..effects import clock_skew, command_delay, sonar_latency, sonar_offset, sonar_scale, tachometer_bias
+from ..effects import tachometer_spikes as spikes
+
+LATENCY, SKEW, DELAY = slot("sonar_latency.d"), slot("clock_skew.s"), slot("command_delay.d")
+SCALE, OFFSET = slot("sonar_scale.s"), slot("sonar_offset.o")
+TACHO_BIAS, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.size")
+
+LONGEST_STEP_S = 0.1  # [s] longest Runge-Kutta step: error below 1e-6 m over 120 s for the Phoenix (tested)
+STATES = 5
+NUDGE = 1e-6  # [m, m/s, m/s2] step of the finite differences in the filter's Jacobian
+
+
+@law
+def propeller_speed(reading, p):
+    """Input behind the recorded readings, shape (I,): spikes repaired, bias taken off."""
+    count = reading.size
+    out = np.empty(count)
+    for k in range(count):
+        n = reading[k]
+        if 0 < k < count - 1:
+            n = spikes.repaired(reading[k - 1], n, reading[k + 1], p[SPIKE_SIZE])
+        out[k] = tachometer_bias.true_speed(n, p[TACHO_BIAS])
+    return out
+
+
+@law
+def echo_instant(stamp, kind, p):
+    """Time by the input's clock [s] at which a measurement was true; only the sonar can be late or skewed."""
+    if kind != 0:
+        return stamp
+    return sonar_latency.echo_time(clock_skew.echo_time(stamp, p[SKEW]), p[LATENCY])
+
+
+@law
+def output(x, u, kind, p):
+    """Noise-free measurement [m or m/s] of channel `kind` in state x, u."""
+    if kind == 0:
+        return sonar_offset.reading(sonar_scale.reading(p[STANDOFF] - x, p[SCALE]), p[OFFSET])
+    return x if kind == 1 else u
+
+
+@law
+def slope(kind, p):
+    """Derivative of the measurement with respect to x (range, position) or u (speed)."""
+    return -(1.0 + p[SCALE]) if kind == 0 else 1.0
+
+
+@law
+def next_stop(now, until, j, stamps, p):
+    """End of the next Runge-Kutta step [s]: the instant wanted, the next change of input, or the longest step."""
+    stop = min(until, now + LONGEST_STEP_S)
+    if j + 1 < stamps.size:
+        stop = min(stop, stamps[j + 1] + p[DELAY])
+    return stop
+
+
+@law
+def held_from(now, j, stamps, p):
+    """Index of the input sample that is held at time `now`, searched upward from j."""
+    acting = command_delay.input_time(now, p[DELAY]) + 1e-9
+    while j + 1 < stamps.size and stamps[j + 1] <= acting:
+        j += 1
+    return j
+
+
+@law
+def step(now, stop, s, n, correlation_time, p):
+    """State after the step from `now` to `stop` [s] under held input n: surge equation, and decay of the disturbance."""
+    h = stop - now
+    keep = math.exp(-h / correlation_time)
+    mean = s[4] * (1.0 - keep) * correlation_time / h
+    x, u, z, wake = advance(now, h, s[0], s[1], s[2], s[3], n, mean, p)
+    return x, u, z, wake, s[4] * keep
+
+
+@law
+def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain, innovation):
+    """Innovations [m or m/s] of the model with given Kalman gains, written into `innovation`, shape (M,).
+
+    start: state (x, u, z, wake) at the first measurement, shape (4,); correlation_time of the disturbance [s];
+    gain: shape (M, 5), zeros for pure simulation.
+    """
+    n = propeller_speed(reading, p)
+    s = (start[0], start[1], start[2], start[3], 0.0)
+    now, j = echo_instant(time[0], kind[0], p), 0
+    for k in range(time.size):
+        until = echo_instant(time[k], kind[k], p)
+        while now < until - 1e-9:
+            j = held_from(now, j, stamps, p)
+            stop = next_stop(now, until, j, stamps, p)
+            s = step(now, stop, s, n[j], correlation_time, p)
+            now = stop
+        e = value[k] - output(s[0], s[1], kind[k], p)
+        innovation[k] = e
+        s = (s[0] + gain[k, 0] * e, s[1] + gain[k, 1] * e, s[2] + gain[k, 2] * e,
+             s[3] + gain[k, 3] * e, s[4] + gain[k, 4] * e)  # fmt: skip
+
+
+@law
+def propagate(now, stop, s, n, sigma, correlation_time, p, P, F, A):
+    """State after a step, and its covariance P -> F P F' + Q in place; F and A are scratch, shape (5, 5)."""
+    ahead = step(now, stop, s, n, correlation_time, p)
+    for i in range(STATES):
+        nudged = (s[0] + NUDGE * (i == 0), s[1] + NUDGE * (i == 1), s[2] + NUDGE * (i == 2),
+                  s[3] + NUDGE * (i == 3), s[4] + NUDGE * (i == 4))  # fmt: skip
+        b = step(now, stop, nudged, n, correlation_time, p)
+        F[0, i], F[1, i], F[2, i] = (b[0] - ahead[0]) / NUDGE, (b[1] - ahead[1]) / NUDGE, (b[2] - ahead[2]) / NUDGE
+        F[3, i], F[4, i] = (b[3] - ahead[3]) / NUDGE, (b[4] - ahead[4]) / NUDGE
+    for i in range(STATES):
+        for k in range(STATES):
+            total = 0.0
+            for m in range(STATES):
+                total += F[i, m] * P[m, k]
+            A[i, k] = total
+    for i in range(STATES):
+        for k in range(i + 1):
+            total = 0.0
+            for m in range(STATES):
+                total += A[i, m] * F[k, m]
+            P[i, k] = total
+            P[k, i] = total
+    P[4, 4] += sigma * sigma * (1.0 - math.exp(-2.0 * (stop - now) / correlation_time))
+    return ahead
+
+
+@law
+def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, value, kind, noise_var,
+           innovation, variance, gain):  # fmt: skip
+    """Extended Kalman filter along a run; fills innovations (M,), their variances (M,) and gains (M, 5).
+
+    start, start_sd: mean and standard deviation of the state (x, u, z, wake) at the first measurement, shape (4,);
+    sigma [m/s2], correlation_time [s]: stationary deviation and memory of the disturbance;
+    noise_var: variance of each measurement [m2 or m2/s2], shape (M,); inf skips a measurement.
+    """
+    n = propeller_speed(reading, p)
+    P, F, A = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    for i in range(4):
+        P[i, i] = start_sd[i] ** 2
+    P[4, 4] = sigma * sigma
+    s = (start[0], start[1], start[2], start[3], 0.0)
+    now, j = echo_instant(time[0], kind[0], p), 0
+    for k in range(time.size):
+        until = echo_instant(time[k], kind[k], p)
+        while now < until - 1e-9:
+            j = held_from(now, j, stamps, p)
+            stop = next_stop(now, until, j, stamps, p)
+            s = propagate(now, stop, s, n[j], sigma, correlation_time, p, P, F, A)
+            now = stop
+        c, h = (1 if kind[k] == 2 else 0), slope(kind[k], p)
+        e = value[k] - output(s[0], s[1], kind[k], p)
+        S = h * h * P[c, c] + noise_var[k]
+        innovation[k], variance[k] = e, S
+        for i in range(STATES):
+            gain[k, i] = h * P[i, c] / S if S < np.inf else 0.0
+        for i in range(STATES):
+            for m in range(i + 1):
+                P[i, m] -= gain[k, i] * gain[k, m] * S if S < np.inf else 0.0
+                P[m, i] = P[i, m]
+        s = (s[0] + gain[k, 0] * e, s[1] + gain[k, 1] * e, s[2] + gain[k, 2] * e,
+             s[3] + gain[k, 3] * e, s[4] + gain[k, 4] * e)  # fmt: skip

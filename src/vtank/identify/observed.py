@@ -1,0 +1,65 @@
+"""A run as the estimators see it: one held input, and every sample of range, position and speed in time order."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..errors import InputError
+from ..record.run import Run
+
+RANGE, POSITION, SPEED = 0, 1, 2
+CHANNELS = {"range_m": RANGE, "position_m": POSITION, "surge_m_s": SPEED}
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Input and measurements of one run, for the compiled kernels.
+
+    Attributes:
+        name: the run's name.
+        input_name: "n_rev_s", "command" or "thrust_N".
+        input_time_s: stamps of the input, shape (I,).
+        input: input values, held from each stamp to the next, shape (I,).
+        time_s: stamps of the measurements, ascending, shape (M,).
+        value: measurements [m or m/s], shape (M,).
+        kind: channel of each, RANGE, POSITION or SPEED, shape (M,).
+    """
+
+    name: str
+    input_name: str
+    input_time_s: np.ndarray
+    input: np.ndarray
+    time_s: np.ndarray
+    value: np.ndarray
+    kind: np.ndarray
+
+    @cached_property
+    def has_position(self) -> bool:
+        """Whether any channel fixes the hull's place, and not only its speed."""
+        return bool(np.any(self.kind != SPEED))
+
+    def start(self) -> np.ndarray:
+        """First guess of the state (x, u, z, wake) at the first measurement, shape (4,), hull at rest."""
+        first = {kind: self.value[self.kind == kind][:1] for kind in CHANNELS.values()}
+        state = np.zeros(4)
+        if first[POSITION].size:
+            state[0] = first[POSITION][0]
+        if first[SPEED].size:
+            state[1] = first[SPEED][0]
+        return state
+
+
+def observe(run: Run) -> Observed:
+    """Collect a run's input and measurements; InputError where it has nothing to fit."""
+    input_time, values = run.samples(run.input)
+    parts = [(CHANNELS[name], *run.samples(name)) for name in CHANNELS if name in run.columns]
+    if not parts:
+        raise InputError(f"run '{run.name}': no measurement to fit; expected one of {', '.join(CHANNELS)}")
+    kind = np.concatenate([np.full(time.size, kind) for kind, time, _ in parts])
+    time = np.concatenate([time for _, time, _ in parts])
+    value = np.concatenate([value for _, _, value in parts])
+    order = np.argsort(time, kind="stable")
+    return Observed(run.name, run.input, input_time, values, time[order], value[order], kind[order])

@@ -1,0 +1,173 @@
+"""The fit of the surge model to several runs as one least-squares problem.
+
+Unknowns theta, in this order: the parameters shared by all runs; for each run its own parameters (a seiche's phase)
+and its initial state. Everything else in the parameter vector stays as in `base`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from ..dynamics.parameters import slot
+from ..dynamics.surge import TAU
+from .innovations import kalman, predict
+from .observed import Observed
+
+RELATIVE_STEP = 1e-6  # finite-difference step over a parameter's size; the model is smooth to 1e-12
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise shared by all runs: variance of range, position and speed [m2, m2, m2/s2], and the disturbance.
+
+    sigma [m/s2] and correlation_time [s] are the stationary deviation and the memory of the disturbing acceleration
+    (turbulence, wake); sigma = 0 is pure measurement noise, the output-error case.
+    """
+
+    variance: tuple[float, float, float] = (1e-4, 1e-4, 1e-4)
+    sigma: float = 0.0
+    correlation_time: float = 1.0
+
+
+@dataclass(frozen=True)
+class Filtered:
+    """Innovations, their variances and the gains of one run, shapes (M,), (M,) and (M, 5)."""
+
+    innovation: np.ndarray
+    variance: np.ndarray
+    gain: np.ndarray
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Runs, the parameters that are free, and the noise level.
+
+    Attributes:
+        runs: the observed runs.
+        base: parameter vector for everything that is not free, shape (P,).
+        free: names of the shared free parameters, such as "alpha" or "linear_drag.c".
+        per_run: names of the parameters that every run has for itself.
+        noise: the noise level.
+        weight: per run, a factor on each measurement's variance, shape (M,), for outliers; None is one everywhere.
+    """
+
+    runs: tuple[Observed, ...]
+    base: np.ndarray
+    free: tuple[str, ...]
+    per_run: tuple[str, ...] = ()
+    noise: Noise = Noise()
+    weight: tuple[np.ndarray, ...] | None = None
+    _slots: np.ndarray = field(init=False, repr=False)
+    _own: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_slots", np.array([slot(name) for name in self.free], dtype=int))
+        object.__setattr__(self, "_own", np.array([slot(name) for name in self.per_run], dtype=int))
+
+    def with_noise(self, noise: Noise) -> Problem:
+        """The same problem at another noise level."""
+        return replace(self, noise=noise)
+
+    # --- layout of theta -------------------------------------------------------------------------------------
+    @property
+    def has_lag(self) -> bool:
+        """Whether the lagged thrust is a state with an initial value of its own."""
+        return "thrust_lag.tau" in self.free or self.base[TAU] > 0.0
+
+    def start_states(self, run: int) -> tuple[int, ...]:
+        """Indices of the initial state (x, u, z) that are free for a run."""
+        return (*((0,) if self.runs[run].has_position else ()), 1, *((2,) if self.has_lag else ()))
+
+    def own_slice(self, run: int) -> slice:
+        """Where the unknowns of one run lie in theta."""
+        sizes = [len(self.per_run) + len(self.start_states(k)) for k in range(run + 1)]
+        end = len(self.free) + sum(sizes)
+        return slice(end - sizes[-1], end)
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return self.own_slice(len(self.runs) - 1).stop
+
+    def initial(self, p: np.ndarray | None = None) -> np.ndarray:
+        """First guess of theta from a parameter vector (default: base) and the runs' first samples."""
+        p = self.base if p is None else p
+        parts = [p[self._slots]]
+        for k, run in enumerate(self.runs):
+            start = run.start()
+            if run.kind[0] == 0:
+                start[0] = p[slot("standoff")] - run.value[0]
+            parts += [p[self._own], start[list(self.start_states(k))]]
+        return np.concatenate(parts)
+
+    def model(self, theta: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
+        """Parameter vector, shape (P,), and initial state (x, u, z, wake), shape (4,), of one run."""
+        p, start = self.base.copy(), np.zeros(4)
+        p[self._slots] = theta[: len(self.free)]
+        own = theta[self.own_slice(run)]
+        p[self._own] = own[: len(self.per_run)]
+        start[list(self.start_states(run))] = own[len(self.per_run) :]
+        return p, start
+
+    # --- predictions -----------------------------------------------------------------------------------------
+    def noise_variance(self, run: int) -> np.ndarray:
+        """Variance of each measurement of a run, shape (M,)."""
+        variance = np.array(self.noise.variance)[self.runs[run].kind]
+        return variance if self.weight is None else variance * self.weight[run]
+
+    def filter(self, theta: np.ndarray) -> list[Filtered]:
+        """Extended Kalman filter along every run at theta; the initial states are unknowns, so they start certain."""
+        out = []
+        for k, run in enumerate(self.runs):
+            p, start = self.model(theta, k)
+            size = run.time_s.size
+            result = Filtered(np.empty(size), np.empty(size), np.zeros((size, 5)))
+            if self.noise.sigma == 0.0:
+                self._predict(k, p, start, result.gain, result.innovation)
+                result.variance[:] = self.noise_variance(k)
+            else:
+                kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
+                       run.time_s, run.value, run.kind, self.noise_variance(k),
+                       result.innovation, result.variance, result.gain)  # fmt: skip
+            out.append(result)
+        return out
+
+    def _predict(self, k: int, p: np.ndarray, start: np.ndarray, gain: np.ndarray, out: np.ndarray) -> None:
+        run = self.runs[k]
+        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input,
+                run.time_s, run.value, run.kind, gain, out)  # fmt: skip
+
+    def residuals(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
+        """Innovations of all runs over their deviations, with the gains of `filtered` held, shape (sum M,)."""
+        parts = []
+        for k, f in enumerate(filtered):
+            e = np.empty(f.innovation.size)
+            self._predict(k, *self.model(theta, k), f.gain, e)
+            parts.append(e / np.sqrt(f.variance))
+        r = np.concatenate(parts)
+        return np.where(np.isfinite(r), r, 1e6)
+
+    def jacobian(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
+        """Derivative of `residuals` by forward differences, shape (sum M, size); a run's own unknowns touch it alone."""
+        rows = np.cumsum([0] + [f.innovation.size for f in filtered])
+        J = np.zeros((rows[-1], self.size))
+        for k, f in enumerate(filtered):
+            here = self.own_slice(k)
+            sd, e, base = np.sqrt(f.variance), np.empty(f.innovation.size), np.empty(f.innovation.size)
+            self._predict(k, *self.model(theta, k), f.gain, base)
+            for i in [*range(len(self.free)), *range(here.start, here.stop)]:
+                nudged = theta.copy()
+                nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-3))
+                self._predict(k, *self.model(nudged, k), f.gain, e)
+                J[rows[k] : rows[k + 1], i] = (e - base) / (step * sd)
+        return np.nan_to_num(J, posinf=0.0, neginf=0.0)
+
+    def log_likelihood(self, filtered: Sequence[Filtered]) -> float:
+        """Gaussian log-likelihood of the innovations."""
+        total = 0.0
+        for f in filtered:
+            total -= 0.5 * float(np.sum(f.innovation**2 / f.variance + np.log(2.0 * np.pi * f.variance)))
+        return total
