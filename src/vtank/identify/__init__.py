@@ -1,0 +1,1 @@
+"""Identification: the paper's estimators and the maximum-likelihood one."""
