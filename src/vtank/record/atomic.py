@@ -1,0 +1,70 @@
+"""Files and folders that appear whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from ..errors import InputError
+
+
+def write_bytes(path: Path | str, data: bytes) -> None:
+    """Write a file so that a failure leaves what was there before; InputError where it cannot be written."""
+    path = Path(path)
+    with _cannot_write(path), _room(path) as room:
+        (room / path.name).write_bytes(data)
+        os.replace(room / path.name, path)
+
+
+def write_text(path: Path | str, text: str) -> None:
+    """As `write_bytes`, in UTF-8."""
+    write_bytes(path, text.encode())
+
+
+@contextmanager
+def new_folder(path: Path | str) -> Iterator[Path]:
+    """Yield an empty folder that becomes `path`, in place of what is there, when the block ends well.
+
+    After an exception, Ctrl-C among them, `path` is as it was. What may be replaced is the caller's to check.
+    InputError where it cannot be written.
+    """
+    path = Path(path).resolve()
+    with _cannot_write(path), _room(path) as room:
+        new, old = room / "new", room / "old"
+        new.mkdir()
+        yield new
+        if path.exists():
+            path.rename(old)
+        try:
+            new.rename(path)
+        except BaseException:
+            old.rename(path)
+            raise
+
+
+@contextmanager
+def _cannot_write(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except BrokenPipeError:
+        raise  # somebody stopped reading stdout: not a matter of this path
+    except OSError as error:
+        raise InputError(f"{path}: cannot be written ({error.strerror or error})") from error
+
+
+@contextmanager
+def _room(path: Path) -> Iterator[Path]:
+    """A temporary folder beside `path`, on the same file system; parents made for it go again after a failure."""
+    missing = [parent for parent in path.parents if not parent.exists()]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as room:
+            yield Path(room)
+    except BaseException:
+        for parent in missing:
+            with suppress(OSError):
+                parent.rmdir()
+        raise

@@ -1,0 +1,137 @@
+"""Data sets: folders of runs, with a manifest where vtank wrote them, and the truth in a file of its own."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from .atomic import new_folder
+from .manifest import FILE, Entry, Manifest, manifest_text, read_json, read_manifest, sha256, warn_of_changes
+from .reader import read_run
+from .run import Run
+from .writer import DECIMALS, run_bytes
+
+TRUTH_FILE = "truth.json"
+TRUTH_SCHEMA = "vtank.truth/1"
+
+
+@dataclass(frozen=True, eq=False)
+class DataSet:
+    """Runs in natural order of their names (run_2 before run_10); `manifest` is None for foreign recordings."""
+
+    path: Path
+    runs: tuple[Run, ...]
+    manifest: Manifest | None = None
+
+    def __iter__(self) -> Iterator[Run]:
+        """The runs in order."""
+        return iter(self.runs)
+
+    def __len__(self) -> int:
+        """Number of runs."""
+        return len(self.runs)
+
+
+def read_dataset(path: Path | str) -> DataSet:
+    """The data set in a folder, or one CSV file as a data set of one run.
+
+    Never opens the truth. InputError where a run or the manifest cannot be used; DataSetWarning for a run that is
+    not as the manifest says.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return DataSet(path, (read_run(path),))
+    files = sorted((f for f in _files(path) if f.lower().endswith(".csv")), key=natural_order)
+    if not files:
+        raise InputError(f"{path}: no runs here, expected *.csv")
+    runs = tuple(read_run(path / file) for file in files)
+    manifest = read_manifest(path / FILE) if (path / FILE).exists() else None
+    if manifest:
+        warn_of_changes(path, manifest, files)
+    return DataSet(path, runs, manifest)
+
+
+def write_dataset(
+    path: Path | str,
+    runs: Sequence[Run],
+    manifest: Manifest,
+    truth: Mapping[str, Any] | None = None,
+    decimals: int = DECIMALS,
+) -> None:
+    """Write runs, manifest and, if given, truth into a folder that appears whole or not at all.
+
+    An existing data set is replaced. InputError for a folder that holds anything else, for two runs of one name and
+    for a run that breaks the rules. The manifest's list of runs is made here.
+    """
+    path = Path(path)
+    refuse_strangers(path)
+    names = [run.name for run in runs]
+    if not names or len(set(names)) != len(names):
+        raise InputError(f"{path}: expected runs with different names, found {', '.join(names) or 'none'}")
+    with new_folder(path) as folder:
+        entries = [_write(folder, run, decimals) for run in sorted(runs, key=lambda run: natural_order(run.name))]
+        (folder / FILE).write_text(manifest_text(replace(manifest, runs=tuple(entries))), encoding="utf-8")
+        if truth is not None:
+            (folder / TRUTH_FILE).write_text(truth_text(truth), encoding="utf-8")
+
+
+def refuse_strangers(path: Path) -> None:
+    """InputError unless `path` is free, empty, or holds nothing but a data set that vtank wrote."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: is a file, expected a folder for the data set")
+    present = set(_files(path)) if path.exists() else set()
+    if not present:
+        return
+    if FILE not in present:
+        raise InputError(f"{path}: not empty and not a data set written by vtank: choose another folder")
+    written = {entry.file for entry in read_manifest(path / FILE).runs} | {FILE, TRUTH_FILE}
+    strangers = sorted(present - written)
+    if strangers:
+        raise InputError(f"{path}: holds {', '.join(strangers[:3])}, which replacing the data set would delete")
+
+
+def read_truth(path: Path | str) -> dict[str, Any] | None:
+    """The truth beside a data set or a run, None where it is withheld; or the truth in a *.json file."""
+    path = Path(path)
+    if path.suffix == ".json":
+        return read_json(path, TRUTH_SCHEMA)
+    file = (path if path.is_dir() else path.parent) / TRUTH_FILE
+    return read_json(file, TRUTH_SCHEMA) if file.exists() else None
+
+
+def truth_text(truth: Mapping[str, Any]) -> str:
+    """A truth as JSON; numpy numbers and arrays become numbers and lists."""
+    return json.dumps({"schema": TRUTH_SCHEMA, **truth}, indent=2, ensure_ascii=False, default=_plain) + "\n"
+
+
+def natural_order(name: str) -> tuple[list[str | int], str]:
+    """Sort key that takes digits as numbers."""
+    parts = re.split(r"([0-9]+)", name)  # text and digits in turn
+    return [int(part) if k % 2 else part for k, part in enumerate(parts)], name
+
+
+def _write(folder: Path, run: Run, decimals: int) -> Entry:
+    data = run_bytes(run, decimals)
+    file = f"{run.name}.csv"
+    (folder / file).write_bytes(data)
+    return Entry(file, sha256(data), run.time_s.size)
+
+
+def _files(folder: Path) -> list[str]:
+    try:
+        return [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    raise TypeError(f"{type(value).__name__} has no place in a JSON file")

@@ -1,0 +1,98 @@
+"""Read a run from CSV; what is wrong is told with file, line and column."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .rules import content_fault, header_fault
+from .run import TIME, FloatArray, Run
+
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_PLAIN = re.compile(r"[-+.0-9eE]*")  # what numbers are made of; float() also takes nan, inf, 1_000 and foreign digits
+HEADER_LINE = 1  # lines count from 1; row r of the data is line r + 2
+
+
+def read_run(path: Path | str) -> Run:
+    """The run in a CSV file; InputError says where the file breaks the rules of a run."""
+    path = Path(path)
+    names, lines = _header_and_lines(path, _text(path))
+    fault = header_fault(names)
+    if fault:
+        raise InputError(f"{path}, line {HEADER_LINE}: {fault.message}")
+    values = _values(path, names, lines)
+    columns = dict(zip(names, np.ascontiguousarray(values.T), strict=True))
+    run = Run(path.stem, columns.pop(TIME), columns)
+    fault = content_fault(run)
+    if fault:
+        line = "" if fault.row is None else f", line {fault.row + 2}"
+        raise InputError(f"{path}{line}: {fault.message}")
+    return run
+
+
+def _text(path: Path) -> str:
+    if path.is_dir():
+        raise InputError(f"{path}: is a folder, expected a CSV file")
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x})") from None
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty, expected a header and rows of numbers")
+    return text
+
+
+def _header_and_lines(path: Path, text: str) -> tuple[list[str], list[str]]:
+    """The column names and the lines below them, line ends and quotes removed."""
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").rstrip("\n").split("\n")
+    names = [name.strip() for name in lines[0].split(",")]
+    if any(_is_number(name) for name in names):
+        raise InputError(f"{path}, line {HEADER_LINE}: expected a header with column names, found '{lines[0][:60]}'")
+    return names, lines[1:]
+
+
+def _values(path: Path, names: list[str], lines: list[str]) -> FloatArray:
+    """All cells, shape (T, columns), NaN where empty. The search for the place of a fault runs only if there is one."""
+    if not lines:
+        raise InputError(f"{path}: no rows below the header")
+    commas = len(names) - 1
+    for row, line in enumerate(lines):
+        if line.count(",") != commas:
+            raise InputError(f"{path}, line {row + 2}: {_wrong_length(names, lines, row)}")
+    cells = [cell.strip() for cell in ",".join(lines).split(",")]
+    try:
+        values = np.array([float(cell) if cell else math.nan for cell in cells])
+    except ValueError:
+        raise InputError(_wrong_cell(path, names, cells)) from None
+    if not _PLAIN.fullmatch("".join(cells)) or np.isinf(values).any():
+        raise InputError(_wrong_cell(path, names, cells))
+    return values.reshape(len(lines), len(names))
+
+
+def _wrong_length(names: list[str], lines: list[str], row: int) -> str:
+    found, expected = lines[row].count(",") + 1, len(names)
+    if not lines[row].strip():
+        return "found an empty line, expected numbers"
+    if row == len(lines) - 1 and found < expected:
+        return f"the last line has {found} of {expected} cells: the file is truncated"
+    return f"found {found} cells, expected {expected} as in the header"
+
+
+def _wrong_cell(path: Path, names: list[str], cells: list[str]) -> str:
+    """The message for the first cell that is neither empty nor a finite number."""
+    wrong = next(k for k, cell in enumerate(cells) if cell and not _is_number(cell))
+    line, column = wrong // len(names) + 2, names[wrong % len(names)]
+    return f"{path}, line {line}, column {column}: found '{cells[wrong][:40]}', expected a number or an empty cell"
+
+
+def _is_number(cell: str) -> bool:
+    return _NUMBER.fullmatch(cell) is not None and math.isfinite(float(cell))
