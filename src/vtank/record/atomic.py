@@ -13,8 +13,11 @@ from ..errors import InputError
 
 def write_bytes(path: Path | str, data: bytes) -> None:
     """Write a file so that a failure leaves what was there before; InputError where it cannot be written."""
-    path = Path(path)
+    path = Path(path).resolve()
     with _cannot_write(path), _room(path) as room:
+        if path.exists() and not path.is_file():  # a device or a pipe is written to, never replaced
+            path.write_bytes(data)
+            return
         (room / path.name).write_bytes(data)
         os.replace(room / path.name, path)
 
@@ -36,12 +39,13 @@ def new_folder(path: Path | str) -> Iterator[Path]:
         new, old = room / "new", room / "old"
         new.mkdir()
         yield new
-        if path.exists():
-            path.rename(old)
         try:
+            if path.exists():
+                path.rename(old)
             new.rename(path)
         except BaseException:
-            old.rename(path)
+            if old.exists() and not path.exists():
+                old.rename(path)
             raise
 
 

@@ -1,0 +1,163 @@
+"""The command: exit codes, one clear message for bad input, progress, a fast and quiet start."""
+
+from __future__ import annotations
+
+import io
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import vtank
+import vtank.cli as cli
+from vtank.cli.progress import progress
+from vtank.errors import InputError
+from vtank.record import Manifest, Run, write_dataset
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    time_s = np.arange(30) * 0.1
+    range_m = np.where(np.arange(30) % 2, np.nan, 3.0)
+    runs = [Run(name, time_s, {"n_rev_s": np.sin(time_s), "range_m": range_m}) for name in ("run_1", "run_2")]
+    write_dataset(tmp_path / "data", runs, Manifest(seed=3))
+    return tmp_path / "data"
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(["--version"])
+    assert caught.value.code == 0
+    assert capsys.readouterr().out == f"vtank {vtank.__version__}\n"
+
+
+def test_every_command_is_in_the_help(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        cli.main(["--help"])
+    shown = capsys.readouterr().out
+    for name in cli._modules():
+        assert re.search(rf"^ +{name}\b", shown, re.MULTILINE)
+
+
+def test_every_file_of_a_command_is_listed() -> None:
+    files = {path.stem for path in Path(cli.__file__).parent.glob("*.py")} - {"__init__", "progress"}
+    assert {file.replace("_", "-") for file in files} == set(cli._modules())
+
+
+@pytest.mark.parametrize("arguments", [[], ["no-such-command"], ["check-data"], ["check-data", "a", "b"]])
+def test_wrong_arguments_give_exit_code_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        cli.main(arguments)
+    assert caught.value.code == 2
+    assert "usage: vtank" in capsys.readouterr().err
+
+
+def test_check_data_lists_every_channel_with_its_rate(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["check-data", str(data)]) == 0
+    output = capsys.readouterr().out
+    assert f"2 runs, written by vtank {vtank.__version__}, seed 3" in output
+    rows = [line.split() for line in output.splitlines()]
+    assert ["run_1", "n_rev_s", "input", "30", "10", "0", "2.9", "0", "0.99957"] in rows
+    assert ["run_2", "range_m", "output", "15", "5", "0", "2.8", "3", "3"] in rows
+
+
+def test_a_changed_run_is_told_and_still_used(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = data / "run_2.csv"
+    path.write_text(path.read_text() + "3,0,3\n")
+    assert cli.main(["check-data", str(data)]) == 0
+    assert capsys.readouterr().err == f"vtank: warning: {path}: changed since the data set was written\n"
+
+
+def test_bad_input_gives_one_line_and_exit_code_2(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = data / "run_1.csv"
+    path.write_text(path.read_text().replace("\n", "\nx,", 1))
+    assert cli.main(["check-data", str(data)]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.startswith(f"vtank: error: {path}, line 2: ")
+    assert captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("raised", "code", "message"),
+    [
+        (InputError("a.toml: no key n_rev_s"), 2, "vtank: error: a.toml: no key n_rev_s\n"),
+        (PermissionError(13, "Permission denied", "/a/b"), 2, "vtank: error: /a/b: Permission denied\n"),
+        (KeyboardInterrupt(), 130, "\nvtank: interrupted\n"),
+    ],
+)
+def test_exit_codes(
+    raised: BaseException, code: int, message: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def run(args: object) -> int:
+        raise raised
+
+    command = SimpleNamespace(add_parser=lambda subparsers: subparsers.add_parser("fail"), run=run)
+    monkeypatch.setattr(cli, "_modules", lambda: {"fail": command})
+    assert cli.main(["fail"]) == code
+    assert capsys.readouterr().err == message
+
+
+def test_a_reader_that_stops_early_is_no_error(data: Path) -> None:
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "vtank", "check-data", str(data)]
+    with os.fdopen(writer, "w") as closed:
+        done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_terminated_command_clears_its_half_written_folder(tmp_path: Path) -> None:
+    program = f"""
+import sys, time
+from types import SimpleNamespace
+import vtank.cli as cli
+from vtank.record.atomic import new_folder
+def run(args):
+    with new_folder({str(tmp_path / "data")!r}):
+        print("started", flush=True)
+        time.sleep(60)
+cli._modules = lambda: {{"wait": SimpleNamespace(add_parser=lambda sub: sub.add_parser("wait"), run=run)}}
+sys.exit(cli.main(["wait"]))
+"""
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    with process.stdout:
+        assert process.stdout.readline() == "started\n"
+        assert len(list(tmp_path.iterdir())) == 1
+        process.send_signal(signal.SIGTERM)
+        assert process.wait(timeout=30) == 143
+    assert list(tmp_path.iterdir()) == []
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_progress_rewrites_one_line_on_a_terminal() -> None:
+    stream = Terminal()
+    with progress("runs", 2, stream) as advance:
+        advance("a long note")
+        advance("b")
+    shown = stream.getvalue().split("\r")
+    assert shown[1:] == ["runs 0/2", "runs 1/2 a long note", "runs 2/2 b          \n"]
+
+
+def test_progress_is_sparing_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter(range(0, 1000, 4))
+    monkeypatch.setattr(time, "monotonic", lambda: float(next(clock)))
+    stream = io.StringIO()
+    with progress("runs", 20, stream) as advance:
+        for _ in range(20):
+            advance("")
+    lines = stream.getvalue().splitlines()
+    assert 2 <= len(lines) < 12
+    assert lines[-1].startswith("runs 20/20 (")
