@@ -109,6 +109,19 @@ def test_an_estimate_carries_what_the_tables_and_figures_show(record):
     assert evolving.parameter_evolution[-1, 0] == evolving.parameters.alpha_per_m
 
 
+def test_literal_q_never_settles_and_a_small_normalised_one_does(record):
+    """Swing of b over the last third of the record against its median: the print's q_ii = 1 rewrites it every step."""
+    range_m, n, _ = record
+    swing = {}
+    for scaling, q_ii in (("literal", 1.0), ("normalised", 1.0), ("normalised", 1e-6)):
+        settings = replace(PAPER, scaling=scaling, q_model_ii=q_ii, compiled=True)
+        b = identify_paper(range_m, n, PERIOD_S, "II", settings).parameter_evolution[-38:, 1]
+        swing[scaling, q_ii] = np.ptp(b) / abs(np.median(b))
+    assert swing["literal", 1.0] > 3.0
+    assert swing["normalised", 1.0] > 0.5
+    assert swing["normalised", 1e-6] < 0.1
+
+
 def test_model_i_turns_unstable_where_the_thrust_lags():
     """Its drag comes out positive once the speed trails the propeller by more than a quarter period (Table 1)."""
     n = 12.0 * np.cos(0.7 * PERIOD_S * np.arange(900))

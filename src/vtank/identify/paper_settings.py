@@ -22,7 +22,9 @@ class PaperSettings:
     q_model_iii: float = 3.0  # q_ii, Table 3
     q_second_stage: float = 0.0032  # q_ii, Table 4; the print has 0.0032, 0.0032, 0.005 for three of its four sets
     r: float = 0.01  # R, section V
-    scaling: Scaling = "literal"  # in which units q_ii and R count
+    scaling: Scaling = (
+        "literal"  # units of q_ii and R; "normalised" settles at q_ii of 1e-4 to 1e-6, "literal" not at 1
+    )
     initial_variance: float = 1.0  # P before the first step is this times I; guess
     filter_q_ft2_s5: float = 1.0  # guess: the "almost unitary gain" of section IV needs about this or more
     filter_r_ft2: float = 0.01  # section V: R is "the same value used by the sonar filter"

@@ -2,7 +2,7 @@
 
 Which residual the tables mean: the difference e between the measured speed and a *free run* of the identified model
 driven by the propeller speed alone. Four things say so. Its deviation, 0.16 to 0.35 ft/s, is of the size of the speed
-itself; the equation error z - h C of (12) is a second difference, 0.04 to 0.06 ft/s on simulated records. Its mean goes
+itself; the equation error z - h C of (12) is a second difference, about 0.05 ft/s on simulated records. Its mean goes
 up to 0.17 ft/s; that of a second difference is next to nothing. Table 1 has no statistics where a is unstable: an
 equation error would exist there, a free run diverges. And the figures set the measured velocity against the model's
 response, with a phase lag between them. The sign, measured minus simulated, is assumed. The deviation is taken about
