@@ -1,0 +1,125 @@
+"""The tank: N simulations of one vehicle in MuJoCo, each with its own surge parameters and inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import mujoco
+import mujoco.batch
+import numpy as np
+
+from ..dynamics.vehicle import Vehicle
+from ..errors import InputError
+from .installation import install, installed, uninstall
+from .layout import MAGIC, field
+from .model import STATES, TANK_GROUP, vehicle_body
+from .pack import check_parameters, pack
+
+
+def prepare(data: mujoco.MjData, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> None:
+    """Give one MjData the vehicle's hydrodynamics, to be stepped by mujoco.mj_step inside `forces()`.
+
+    Call it again after mj_resetData, which forgets them. Inputs: `layout.field(data.userdata, "propeller_rev_s")`.
+    """
+    data.userdata[:] = pack(data.model, vehicle, p, held)
+
+
+class Tank:
+    """N simulations, stepped on `nthread` threads; results do not depend on their number.
+
+    The tank is a context manager: it steps inside `with tank:` only, where MuJoCo's control callback is installed.
+    All arrays are live views of the simulations' state; what is written to them holds from the next step.
+
+    Attributes:
+        qpos: pose, shape (N, 7): position of the body's origin [m] and quaternion, world axes (x ahead, z up).
+        qvel: velocity, shape (N, 6): linear in world axes [m/s], angular in body axes [rad/s].
+        lag: shape (N, 2): lagged thrust per unit of moving mass [m/s2], wake [m/s].
+        time: shape (N,) [s].
+        propeller_rev_s: input, shape (N,): speed of both stern propellers [rev/s].
+        tunnel_N: input, shape (N, K): force of each thruster of the vehicle, in its order [N].
+        disturbance_m_s2: input, shape (N,): surge acceleration by turbulence [m/s2].
+        parameters: shape (N, P): parameter vectors of the surge equation.
+    """
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        vehicle: Vehicle,
+        truths: np.ndarray,
+        nthread: int = 1,
+        held: Sequence[str] = (),
+    ) -> None:
+        """`truths`: parameter vectors, shape (N, P), or (P,) for one; `held`: as for `pack`."""
+        truths = np.atleast_2d(truths)
+        self.model, self.vehicle = model, vehicle
+        self.batch = mujoco.batch.Batch(model, len(truths), nthread=nthread)
+        self.userdata = self.batch.bind("userdata")
+        self.userdata[:] = pack(model, vehicle, truths[0], held)
+        self.parameters = field(self.userdata, "parameters")
+        for p in truths:
+            check_parameters(model, p)
+        self.parameters[:] = truths
+        body, lag = vehicle_body(model), int(model.actuator(STATES[0]).actadr[0])
+        pose, dof = int(model.jnt_qposadr[model.body_jntadr[body]]), int(model.body_dofadr[body])
+        self.qpos = self.batch.bind("qpos")[:, pose : pose + 7]
+        self.qvel = self.batch.bind("qvel")[:, dof : dof + 6]
+        self.lag = self.batch.bind("act")[:, lag : lag + 2]
+        self.time = self.batch.bind("time")
+        self.propeller_rev_s = field(self.userdata, "propeller_rev_s")
+        self.disturbance_m_s2 = field(self.userdata, "disturbance_m_s2")
+        self.tunnel_N = field(self.userdata, "thruster_N")[:, : len(vehicle.thrusters)]
+        self._start = self.batch.state.copy()
+
+    def __enter__(self) -> Self:
+        install()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        uninstall()
+
+    def step(self, nstep: int = 1) -> None:
+        """Advance every simulation by nstep time steps; InputError when one of them diverges."""
+        if not installed():
+            raise RuntimeError("the tank's forces are not installed: step inside `with tank:`")
+        self.batch.step(nstep=nstep)
+        lost = np.flatnonzero(self._diverged())
+        if lost.size:
+            raise InputError(
+                f"simulation {lost[0]} of {len(self.time)} diverged; its parameters or inputs are out of range, "
+                f"or the time step of {self.model.opt.timestep:g} s is too long for them"
+            )
+
+    def _diverged(self) -> np.ndarray:
+        """Which simulations have diverged, shape (N,); MuJoCo resets them, userdata included, unless told not to."""
+        return (field(self.userdata, "magic") != MAGIC) | ~np.isfinite(self.qvel).all(axis=1)
+
+    def reset(self) -> None:
+        """Put every simulation back to the start: pose, at rest, time 0, still water, inputs 0.
+
+        Parameters stay as they are, except that a diverged simulation gets back those it began with.
+        """
+        parameters, kept = self.parameters.copy(), ~self._diverged()
+        self.batch.state[:] = self._start
+        self.parameters[kept] = parameters[kept]
+
+    def set_water(self, velocity_m_s: np.ndarray, acceleration_m_s2: np.ndarray | float = 0.0) -> None:
+        """Let the water move uniformly from now on; both broadcast to (N, 3), world axes. Null: still water."""
+        field(self.userdata, "water_m_s")[:] = velocity_m_s
+        field(self.userdata, "water_m_s2")[:] = acceleration_m_s2
+        field(self.userdata, "water_since_s")[:] = self.time
+
+    def ray(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Distances from points along directions to walls and floor, shape (N, K) [m]; inf where there is nothing.
+
+        Args:
+            points: world axes, broadcast to (N, K, 3) [m].
+            directions: unit vectors in world axes, broadcast to (N, K, 3).
+        """
+        group = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
+        group[TANK_GROUP] = 1
+        distance, geom = self.batch.ray(points, directions, geomgroup=group)
+        return np.where(geom >= 0, distance, np.inf)
