@@ -42,7 +42,7 @@ LAYERS = (
 ALLOWED = {
     "mujoco": {"vtank.tank"},
     "filterpy": {"vtank.identify"},
-    "matplotlib": {"vtank.reproduce", "vtank.report"},
+    "matplotlib": {"vtank.tank.drawing", "vtank.reproduce", "vtank.report"},
 }
 
 
