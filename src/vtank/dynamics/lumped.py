@@ -8,8 +8,8 @@ Divided by M it is the paper's Model III (S0, eqs. (3)-(5)):
 
     alpha = -D/M [1/m]      beta = T/M [m/rev2]      gamma = -L/M [1/rev]
 
-so alpha < 0, beta > 0 and gamma <= 0; the lag tau [s] passes through. The paper prints a = alpha in 1/ft and b = beta in
-ft/rev2; gamma [1/rev] and tau [s] read the same in both systems.
+so alpha < 0, beta > 0 and gamma <= 0; the lag tau [s] passes through. The paper prints a = alpha in 1/ft and b = beta
+in ft/rev2; gamma [1/rev] and tau [s] read the same in both systems.
 
 T and L follow from a linear open-water curve KT(J) = KT0 - KT1 J, J = u/(n d), of k propellers of diameter d [m] in
 water of density rho [kg/m3]: thrust k rho n|n| d^4 KT gives T = k rho d^4 KT0 and L = k rho d^3 KT1. (Wake fraction

@@ -1,0 +1,133 @@
+"""Pictures of the tank: MuJoCo's renderer where OpenGL works, a drawing by matplotlib where it does not.
+
+MuJoCo binds to one OpenGL library when it is imported, and a broken driver can end the process. So each library is
+tried in a process of its own: EGL first (libegl1 and libgl1-mesa-dri on Debian), then OSMesa (libosmesa6).
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import subprocess
+import sys
+import tempfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from .drawing import draw_tank, echo
+
+BACKENDS = ("egl", "osmesa")
+BEAM_RGBA = (0.15, 0.85, 1.0, 1.0)
+SHADOWLESS = mujoco.mjtGeom.mjGEOM_LINE  # the only shape that throws no shadow
+
+
+class RenderUnavailable(Exception):
+    """No OpenGL library could draw; the message says what each one answered."""
+
+
+def picture(path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, camera: str = "overview") -> str:
+    """Write a PNG by the best means there are; returns a line that says which, for the user."""
+    try:
+        render_png(path, model, qpos, camera)
+    except RenderUnavailable as reason:
+        draw_tank(path, model, qpos)
+        return f"drawn without OpenGL ({reason})"
+    return "rendered by MuJoCo"
+
+
+def render_png(
+    path: str | Path,
+    model: mujoco.MjModel,
+    qpos: np.ndarray | None = None,
+    camera: str = "overview",
+    width: int = 1200,
+    height: int = 800,
+    sonar: str = "sonar_st1000",
+) -> None:
+    """Render the tank to a PNG of width x height [pixels], with the beam of the named sonar site up to its echo.
+
+    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of tank.xml: overview, side, ahead,
+    chase, plan. Raises RenderUnavailable where no OpenGL library works.
+    """
+    job: dict[str, Any] = {"path": str(path), "camera": camera, "width": width, "height": height, "sonar": sonar}
+    job["qpos"] = (model.qpos0 if qpos is None else np.asarray(qpos)).tolist()
+    answers = []
+    with tempfile.TemporaryDirectory() as folder:
+        job["model"] = str(Path(folder) / "tank.mjb")
+        mujoco.mj_saveModel(model, job["model"])
+        for backend in BACKENDS:
+            answer = _render_in_child(backend, job)
+            if answer is None:
+                return
+            answers.append(f"{backend}: {answer}")
+    raise RenderUnavailable("; ".join(answers))
+
+
+def _render_in_child(backend: str, job: dict[str, Any]) -> str | None:
+    """None where the picture was written, otherwise the last line of the child's complaint."""
+    source = str(Path(__file__).resolve().parents[2])
+    search = os.pathsep.join(filter(None, (source, os.environ.get("PYTHONPATH"))))
+    environment = {key: value for key, value in os.environ.items() if key != "PYOPENGL_PLATFORM"}
+    environment |= {"MUJOCO_GL": backend, "PYTHONPATH": search}
+    try:
+        done = subprocess.run(
+            [sys.executable, "-m", __name__],
+            input=json.dumps(job),
+            env=environment,
+            capture_output=True,
+            text=True,
+            timeout=120.0,
+        )
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return type(error).__name__
+    if done.returncode == 0:
+        return None
+    lines = done.stderr.strip().splitlines()
+    return lines[-1] if lines else f"ended with code {done.returncode}"
+
+
+def _render(job: dict[str, Any]) -> None:
+    """The child's part: draw one frame with the OpenGL library this process is bound to."""
+    model = mujoco.MjModel.from_binary_path(job["model"])
+    data = mujoco.MjData(model)
+    data.qpos[:] = job["qpos"]
+    mujoco.mj_forward(model, data)
+    options = mujoco.MjvOption()
+    options.geomgroup[:] = 1
+    options.sitegroup[:] = 0
+    with mujoco.Renderer(model, job["height"], job["width"]) as renderer:
+        renderer.update_scene(data, job["camera"], options)
+        under_water = data.cam_xpos[model.camera(job["camera"]).id][2] < 0.0
+        renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = int(under_water)
+        _add_beam(renderer.scene, model, data, job["sonar"])
+        image = renderer.render()
+    Path(job["path"]).write_bytes(png(image))
+
+
+def png(image: np.ndarray) -> bytes:
+    """An image, shape (height, width, 3), 8 bits, as a PNG file (RFC 2083)."""
+    height, width, _ = image.shape
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), image.reshape(height, 3 * width)], axis=1)  # filter 0: none
+    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # 8 bits, true colour
+    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b""))
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
+    )
+
+
+def _add_beam(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData, sonar: str) -> None:
+    start, end = echo(model, data, sonar)
+    line = scene.geoms[scene.ngeom]
+    mujoco.mjv_initGeom(line, SHADOWLESS, np.zeros(3), np.zeros(3), np.zeros(9), np.array(BEAM_RGBA, np.float32))
+    mujoco.mjv_connector(line, SHADOWLESS, 3.0, start, end)
+    line.emission = 1.0
+    scene.ngeom += 1
+
+
+if __name__ == "__main__":
+    _render(json.loads(sys.stdin.read()))
