@@ -86,21 +86,25 @@ def held_from(now, j, stamps, p):
 
 
 @law
-def step(now, stop, s, n, correlation_time, p):
-    """State after the step from `now` to `stop` [s] under held input n: surge equation, and decay of the disturbance."""
+def step(now, stop, s, n, push, correlation_time, p):
+    """State after the step from `now` to `stop` [s]: surge equation and decay of the disturbance.
+
+    The input n and a known acceleration `push` [m/s2] are held over the step.
+    """
     h = stop - now
     keep = math.exp(-h / correlation_time)
-    mean = s[4] * (1.0 - keep) * correlation_time / h
+    mean = s[4] * (1.0 - keep) * correlation_time / h + push
     x, u, z, wake = advance(now, h, s[0], s[1], s[2], s[3], n, mean, p)
     return x, u, z, wake, s[4] * keep
 
 
 @law
-def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain, innovation):
+def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain, innovation, forcing=None, track=None):
     """Innovations [m or m/s] of the model with given Kalman gains, written into `innovation`, shape (M,).
 
     start: state (x, u, z, wake) at the first measurement, shape (4,); correlation_time of the disturbance [s];
-    gain: shape (M, 5), zeros for pure simulation.
+    gain: shape (M, 5), zeros for pure simulation; forcing: known acceleration [m/s2] held like the input, shape (I,);
+    track: where given, the state at each measurement is written into it, shape (M, 5).
     """
     n = propeller_speed(reading, p)
     s = (start[0], start[1], start[2], start[3], 0.0)
@@ -110,22 +114,26 @@ def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
-            s = step(now, stop, s, n[j], correlation_time, p)
+            push = 0.0 if forcing is None else forcing[j]
+            s = step(now, stop, s, n[j], push, correlation_time, p)
             now = stop
         e = value[k] - output(s[0], s[1], kind[k], p)
         innovation[k] = e
         s = (s[0] + gain[k, 0] * e, s[1] + gain[k, 1] * e, s[2] + gain[k, 2] * e,
              s[3] + gain[k, 3] * e, s[4] + gain[k, 4] * e)  # fmt: skip
+        if track is not None:
+            for i in range(STATES):
+                track[k, i] = s[i]
 
 
 @law
-def propagate(now, stop, s, n, sigma, correlation_time, p, P, F, A):
+def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
     """State after a step, and its covariance P -> F P F' + Q in place; F and A are scratch, shape (5, 5)."""
-    ahead = step(now, stop, s, n, correlation_time, p)
+    ahead = step(now, stop, s, n, push, correlation_time, p)
     for i in range(STATES):
         nudged = (s[0] + NUDGE * (i == 0), s[1] + NUDGE * (i == 1), s[2] + NUDGE * (i == 2),
                   s[3] + NUDGE * (i == 3), s[4] + NUDGE * (i == 4))  # fmt: skip
-        b = step(now, stop, nudged, n, correlation_time, p)
+        b = step(now, stop, nudged, n, push, correlation_time, p)
         F[0, i], F[1, i], F[2, i] = (b[0] - ahead[0]) / NUDGE, (b[1] - ahead[1]) / NUDGE, (b[2] - ahead[2]) / NUDGE
         F[3, i], F[4, i] = (b[3] - ahead[3]) / NUDGE, (b[4] - ahead[4]) / NUDGE
     for i in range(STATES):
@@ -147,12 +155,13 @@ def propagate(now, stop, s, n, sigma, correlation_time, p, P, F, A):
 
 @law
 def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, value, kind, noise_var,
-           innovation, variance, gain):  # fmt: skip
+           innovation, variance, gain, forcing=None):  # fmt: skip
     """Extended Kalman filter along a run; fills innovations (M,), their variances (M,) and gains (M, 5).
 
     start, start_sd: mean and standard deviation of the state (x, u, z, wake) at the first measurement, shape (4,);
     sigma [m/s2], correlation_time [s]: stationary deviation and memory of the disturbance;
-    noise_var: variance of each measurement [m2 or m2/s2], shape (M,); inf skips a measurement.
+    noise_var: variance of each measurement [m2 or m2/s2], shape (M,); inf skips a measurement;
+    forcing: known acceleration [m/s2] held like the input, shape (I,).
     """
     n = propeller_speed(reading, p)
     P, F, A = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
@@ -166,7 +175,8 @@ def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, v
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
-            s = propagate(now, stop, s, n[j], sigma, correlation_time, p, P, F, A)
+            push = 0.0 if forcing is None else forcing[j]
+            s = propagate(now, stop, s, n[j], push, sigma, correlation_time, p, P, F, A)
             now = stop
         c, h = (1 if kind[k] == 2 else 0), slope(kind[k], p)
         e = value[k] - output(s[0], s[1], kind[k], p)

@@ -16,6 +16,7 @@ from ..dynamics.surge import TAU
 from .innovations import kalman, predict
 from .observed import Observed
 
+FLAGGED = 1e8  # factor on the variance of a measurement that is left out: it neither steers the filter nor counts
 RELATIVE_STEP = 1e-6  # finite-difference step over a parameter's size; the model is smooth to 1e-12
 
 
@@ -52,6 +53,7 @@ class Problem:
         per_run: names of the parameters that every run has for itself.
         noise: the noise level.
         weight: per run, a factor on each measurement's variance, shape (M,), for outliers; None is one everywhere.
+        forcing: per run, a known acceleration held like the input [m/s2], shape (I,); None is zero everywhere.
     """
 
     runs: tuple[Observed, ...]
@@ -60,6 +62,7 @@ class Problem:
     per_run: tuple[str, ...] = ()
     noise: Noise = Noise()
     weight: tuple[np.ndarray, ...] | None = None
+    forcing: tuple[np.ndarray, ...] | None = None
     _slots: np.ndarray = field(init=False, repr=False)
     _own: np.ndarray = field(init=False, repr=False)
 
@@ -131,14 +134,28 @@ class Problem:
             else:
                 kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
                        run.time_s, run.value, run.kind, self.noise_variance(k),
-                       result.innovation, result.variance, result.gain)  # fmt: skip
+                       result.innovation, result.variance, result.gain, self._push(k))  # fmt: skip
             out.append(result)
         return out
 
     def _predict(self, k: int, p: np.ndarray, start: np.ndarray, gain: np.ndarray, out: np.ndarray) -> None:
         run = self.runs[k]
         predict(p, start, self.noise.correlation_time, run.input_time_s, run.input,
-                run.time_s, run.value, run.kind, gain, out)  # fmt: skip
+                run.time_s, run.value, run.kind, gain, out, self._push(k))  # fmt: skip
+
+    def _push(self, k: int) -> np.ndarray | None:
+        return None if self.forcing is None else self.forcing[k]
+
+    def track(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> list[np.ndarray]:
+        """States (x, u, z, wake, d) at the measurements of every run, shapes (M, 5), along the filtered innovations."""
+        out = []
+        for k, (run, f) in enumerate(zip(self.runs, filtered, strict=True)):
+            track = np.empty((run.time_s.size, 5))
+            p, start = self.model(theta, k)
+            predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, run.value,
+                    run.kind, f.gain, np.empty(run.time_s.size), self._push(k), track)  # fmt: skip
+            out.append(track)
+        return out
 
     def residuals(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
         """Innovations of all runs over their deviations, with the gains of `filtered` held, shape (sum M,)."""
@@ -150,14 +167,22 @@ class Problem:
         r = np.concatenate(parts)
         return np.where(np.isfinite(r), r, 1e6)
 
-    def jacobian(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
-        """Derivative of `residuals` by forward differences, shape (sum M, size); a run's own unknowns touch it alone."""
+    def jacobian(
+        self, theta: np.ndarray, filtered: Sequence[Filtered], residual: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Derivative of `residuals` by forward differences, shape (sum M, size); a run's own unknowns touch it alone.
+
+        residual: the residuals at theta where they are known already, shape (sum M,).
+        """
         rows = np.cumsum([0] + [f.innovation.size for f in filtered])
         J = np.zeros((rows[-1], self.size))
         for k, f in enumerate(filtered):
             here = self.own_slice(k)
             sd, e, base = np.sqrt(f.variance), np.empty(f.innovation.size), np.empty(f.innovation.size)
-            self._predict(k, *self.model(theta, k), f.gain, base)
+            if residual is None:
+                self._predict(k, *self.model(theta, k), f.gain, base)
+            else:
+                base = residual[rows[k] : rows[k + 1]] * sd
             for i in [*range(len(self.free)), *range(here.start, here.stop)]:
                 nudged = theta.copy()
                 nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-3))
@@ -165,9 +190,14 @@ class Problem:
                 J[rows[k] : rows[k + 1], i] = (e - base) / (step * sd)
         return np.nan_to_num(J, posinf=0.0, neginf=0.0)
 
+    def used(self, run: int) -> np.ndarray:
+        """Which measurements of a run count, shape (M,) of bool."""
+        return np.ones(self.runs[run].time_s.size, bool) if self.weight is None else self.weight[run] < FLAGGED
+
     def log_likelihood(self, filtered: Sequence[Filtered]) -> float:
-        """Gaussian log-likelihood of the innovations."""
+        """Gaussian log-likelihood of the innovations that count."""
         total = 0.0
-        for f in filtered:
-            total -= 0.5 * float(np.sum(f.innovation**2 / f.variance + np.log(2.0 * np.pi * f.variance)))
+        for k, f in enumerate(filtered):
+            e, S = f.innovation[self.used(k)], f.variance[self.used(k)]
+            total -= 0.5 * float(np.sum(e**2 / S + np.log(2.0 * np.pi * S)))
         return total
