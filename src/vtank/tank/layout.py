@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
@@ -51,14 +52,13 @@ FIELDS: dict[str, tuple[int, ...]] = {
 }
 
 
-def _starts() -> list[int]:
-    starts = [0]
-    for shape in FIELDS.values():
-        starts.append(starts[-1] + math.prod(shape))
-    return starts
+def _starts() -> Any:
+    starts = accumulate((math.prod(shape) for shape in FIELDS.values()), initial=0)
+    names: Any = namedtuple
+    return names("AT", [*FIELDS, "end"])(*starts)
 
 
-AT: Any = namedtuple("AT", [*FIELDS, "end"])._make(_starts())  # index of the first number of each field
+AT = _starts()  # index of the first number of each field, by name
 SIZE: int = AT.end
 
 
