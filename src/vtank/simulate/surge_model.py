@@ -1,0 +1,87 @@
+"""Runs on the surge model: one axis, the same pilot, thousands of runs per second."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..compiled import law
+from ..dynamics.parameters import slot
+from ..dynamics.surge import advance
+from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare
+from ..pilot.noise import TURBULENCE
+from ..pilot.plan import Plan
+from ..pilot.tick import acting_speed, stamp, switch_time, tick
+from .result import Result, result
+
+Array = NDArray[np.float64]
+STANDOFF = slot("standoff")
+STEP_S = 0.02  # [s] longest step: against a tenth of it the range moves by less than 1e-6 m (tests/test_simulate.py)
+CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
+POSITION, SURGE = range(2)
+
+
+@law
+def drive(f: Flight, i: int, k: int, steps: int, state: Array) -> None:
+    """Advance run i from tick k to tick k + 1; state is (x, u, z, wake), in place."""
+    h, t = f.setting[i].period_s, k * f.setting[i].period_s
+    switch = switch_time(f, i)
+    x, u, z, wake = state[0], state[1], state[2], state[3]
+    for start, end in ((0.0, switch), (switch, h)):
+        if end > start:
+            n = acting_speed(f, i, t + 0.5 * (start + end))
+            count = int(np.ceil((end - start) / h * steps))
+            step = (end - start) / count
+            for j in range(count):
+                disturbance = f.noise[i, TURBULENCE, k]
+                x, u, z, wake = advance(t + start + j * step, step, x, u, z, wake, n, disturbance, f.p[i])
+    state[0], state[1], state[2], state[3] = x, u, z, wake
+
+
+@law
+def fly(f: Flight, i: int, samples: int, steps: int, motion: Array) -> None:
+    """Run i from rest, `steps` steps of the surge model to a tick; fills motion (2, K): position [m], speed [m/s]."""
+    state = np.zeros(4)
+    for k in range(f.history.shape[2]):
+        motion[POSITION, k] = state[0]
+        motion[SURGE, k] = state[1]
+        f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
+        f.history[i, RANGE_RATE, k] = -state[1]
+        tick(f, i, k)
+        drive(f, i, k, steps, state)
+    stamp(f, i, samples)
+
+
+def simulate_surge(
+    plans: Sequence[Plan],
+    nthread: int = 1,
+    progress: Callable[[float], None] | None = None,
+    step_s: float = STEP_S,
+) -> list[Result]:
+    """Results in the order of the plans; the same on any number of threads and in any company.
+
+    progress: called now and then with the share of the work that is done, 0 to 1.
+    """
+    chunks = [plans[start : start + CHUNK] for start in range(0, len(plans), CHUNK)]
+
+    results: list[Result] = []
+    with ThreadPoolExecutor(nthread) as pool:
+        for some in pool.map(lambda chunk: _chunk(chunk, step_s), chunks):
+            results += some
+            if progress is not None:
+                progress(len(results) / len(plans))
+    return results
+
+
+def _chunk(plans: Sequence[Plan], step_s: float) -> list[Result]:
+    flight = prepare(plans)
+    results = []
+    for i, plan in enumerate(plans):
+        motion = np.empty((2, flight.history.shape[2]))
+        steps = int(np.ceil(plan.scenario.period_s / step_s - 1e-9))
+        fly(flight, i, plan.scenario.samples, steps, motion)
+        results.append(result(plan, flight, i, {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}))
+    return results
