@@ -5,15 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.identify.sonar_filter import (
-    frequency_response,
-    sonar_filter,
-    sonar_filter_compiled,
-    steady_filter_step,
-    steady_state,
-    transition,
-    white_jerk,
-)
+from vtank.identify.sonar_filter import frequency_response, sonar_filter, sonar_filter_compiled
+from vtank.pilot.sonar_filter import filter_step, steady_state, transition, white_jerk
 
 PERIOD_S = 0.1
 R_FT2 = 0.01  # the paper's measurement variance
@@ -96,19 +89,12 @@ def test_compiled_filter_equals_filterpy():
     np.testing.assert_allclose(twin[3:], reference[3:], rtol=1e-9, atol=1e-9)
 
 
-def test_steady_step_equals_filterpy_where_no_ping_is_missed():
-    measured = np.nan_to_num(record_with_missed_pings(), nan=10.0)
-    gain, _ = steady_state(PERIOD_S, 1.0, R_FT2)
-    state = np.array([measured[0], 0.0, 0.0])
-    for value in measured[1:]:
-        steady_filter_step(state, value, PERIOD_S, gain)
-    np.testing.assert_allclose(state, sonar_filter(measured, PERIOD_S, 1.0, R_FT2)[-1], rtol=1e-9, atol=1e-9)
-
-
 def test_a_missed_ping_only_predicts():
-    state = np.array([1.0, 2.0, 3.0])
-    steady_filter_step(state, np.nan, PERIOD_S, np.ones(3))
-    np.testing.assert_allclose(state, transition(PERIOD_S) @ [1.0, 2.0, 3.0], rtol=1e-15)
+    state, covariance = np.array([1.0, 2.0, 3.0]), np.eye(3)
+    filter_step(state, covariance, np.nan, PERIOD_S, 1.0, R_FT2)
+    f = transition(PERIOD_S)
+    np.testing.assert_allclose(state, f @ [1.0, 2.0, 3.0], rtol=1e-15)
+    np.testing.assert_allclose(covariance, f @ f.T + white_jerk(PERIOD_S), rtol=1e-14, atol=1e-16)
 
 
 def test_a_record_without_samples_stays_empty():

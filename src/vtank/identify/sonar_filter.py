@@ -17,44 +17,11 @@ from __future__ import annotations
 import numpy as np
 from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
-from scipy.linalg import solve_discrete_are
 
 from ..compiled import law
+from ..pilot.sonar_filter import filter_step, steady_state, transition, white_jerk
 
 Array = NDArray[np.float64]
-
-
-def transition(period_s: float) -> Array:
-    """F(T), shape (3, 3): constant acceleration over one period [s]."""
-    t = period_s
-    return np.array([[1.0, t, t * t / 2], [0.0, 1.0, t], [0.0, 0.0, 1.0]])
-
-
-def white_jerk(period_s: float) -> Array:
-    """J(T), shape (3, 3): covariance that white jerk of unit spectral density builds up over one period [s]."""
-    t = period_s
-    return np.array(
-        [
-            [t**5 / 20, t**4 / 8, t**3 / 6],
-            [t**4 / 8, t**3 / 3, t**2 / 2],
-            [t**3 / 6, t**2 / 2, t],
-        ]
-    )
-
-
-def steady_state(period_s: float, q: float, r: float) -> tuple[Array, Array]:
-    """Steady gain, shape (3,) [1, 1/s, 1/s2], and covariance after an update, shape (3, 3).
-
-    q [unit2/s5] and r [unit2] for a measurement in any unit. The Riccati equation is solved with time in periods
-    and the measurement in its own standard deviation, where it is well conditioned.
-    """
-    one_period = transition(1.0)
-    measures = np.array([[1.0], [0.0], [0.0]])
-    prior = solve_discrete_are(one_period.T, measures, white_jerk(1.0) * (q * period_s**5 / r), np.eye(1))
-    gain = prior[:, 0] / (prior[0, 0] + 1.0)
-    posterior = prior - np.outer(gain, prior[0])
-    rate = period_s ** -np.arange(3.0)
-    return gain * rate, r * posterior * np.outer(rate, rate)
 
 
 def sonar_filter(measured: Array, period_s: float, q: float, r: float) -> Array:
@@ -82,42 +49,17 @@ def sonar_filter(measured: Array, period_s: float, q: float, r: float) -> Array:
 
 
 @law
-def filter_step(state, covariance, measured, transition_matrix, jerk_covariance, r):  # type: ignore[no-untyped-def]
-    """One period of the same filter, compiled: state (3,) and covariance (3, 3) are advanced in place.
-
-    Arguments after the measurement (NaN: no sample) are F(T), q J(T) and r, computed once outside the loop.
-    """
-    state[:] = transition_matrix @ state
-    covariance[:] = transition_matrix @ covariance @ transition_matrix.T + jerk_covariance
-    if not np.isnan(measured):
-        gain = covariance[:, 0] / (covariance[0, 0] + r)
-        state += gain * (measured - state[0])
-        covariance -= np.outer(gain, covariance[0].copy())
-
-
-@law
-def steady_filter_step(state, measured, period_s, gain):  # type: ignore[no-untyped-def]
-    """One period with a fixed gain (3,), in place: the cheap form for a control loop. NaN: no sample."""
-    state[0] += period_s * (state[1] + 0.5 * period_s * state[2])
-    state[1] += period_s * state[2]
-    if not np.isnan(measured):
-        innovation = measured - state[0]
-        for i in range(3):
-            state[i] += gain[i] * innovation
-
-
-@law
-def _filter_record(measured, state, covariance, transition_matrix, jerk_covariance, r):  # type: ignore[no-untyped-def]
+def _filter_record(measured, state, covariance, period_s, q, r):  # type: ignore[no-untyped-def]
     estimate = np.empty((measured.size, 3))
     estimate[0] = state
     for k in range(1, measured.size):
-        filter_step(state, covariance, measured[k], transition_matrix, jerk_covariance, r)
+        filter_step(state, covariance, measured[k], period_s, q, r)
         estimate[k] = state
     return estimate
 
 
 def sonar_filter_compiled(measured: Array, period_s: float, q: float, r: float) -> Array:
-    """`sonar_filter`, some hundred times faster, for Monte Carlo studies; equal to it within rounding."""
+    """`sonar_filter` by the pilot's compiled step, for Monte Carlo studies; equal to it within rounding."""
     measured = np.asarray(measured, dtype=float)
     estimate = np.full((measured.size, 3), np.nan)
     if not np.isfinite(measured).any():
@@ -125,8 +67,7 @@ def sonar_filter_compiled(measured: Array, period_s: float, q: float, r: float) 
     first = int(np.argmax(np.isfinite(measured)))
     start = np.array([measured[first], 0.0, 0.0])
     covariance = steady_state(period_s, q, r)[1]
-    jerk_covariance = q * white_jerk(period_s)
-    estimate[first:] = _filter_record(measured[first:], start, covariance, transition(period_s), jerk_covariance, r)
+    estimate[first:] = _filter_record(measured[first:], start, covariance, float(period_s), float(q), float(r))
     return estimate
 
 
