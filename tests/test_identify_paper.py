@@ -243,6 +243,14 @@ def test_a_positive_drag_is_flagged_and_its_divergence_told():
     assert unstable(Lumped(np.nan, 1.0, 0.0, -0.1)) == ("a", "tau")
 
 
+def test_a_lag_shorter_than_half_the_step_diverges_in_the_discrete_model():
+    n = propeller(600)
+    for tau_s, flags in ((0.26, ()), (0.24, ("tau",))):
+        parameters = Lumped(-2.0, 5e-4, 0.0, tau_s)
+        assert unstable(parameters) == () and unstable(parameters, STEP_S) == flags
+        assert np.isnan(free_run(n, STEP_S, parameters, 0.1)[-1]) == bool(flags)
+
+
 def test_statistics_of_a_sinusoid():
     phase = 2 * np.pi * np.arange(1000) / 1000
     s = residual_statistics(0.3 * np.sin(phase), np.zeros(1000))

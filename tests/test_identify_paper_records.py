@@ -136,7 +136,7 @@ def test_a_diverged_estimate_has_neither_statistics_nor_coherence(record):
     turned = replace(signals, u_m_s=3.0 * np.sinh(0.02 * signals.time_s), n_rev_s=0.0 * signals.n_rev_s + 1.0)
     estimate = identify_signals(turned, "I", BATCH)
     assert estimate.unstable == ("a",)
-    assert np.isnan(estimate.statistics.mean) == np.isnan(estimate.simulated_m_s[-1])
+    assert np.isnan(estimate.statistics.mean) == estimate.diverged
     longer = replace(turned, n_rev_s=np.ones(20000), u_m_s=np.resize(turned.u_m_s, 20000))
     assert np.isnan(cross_validation([estimate.parameters], [longer])[0][0].rms)
 

@@ -56,8 +56,13 @@ class PaperEstimate:
 
     @property
     def unstable(self) -> tuple[str, ...]:
-        """Parameters that would carry the paper's asterisk."""
-        return unstable(self.parameters)
+        """Parameters that would carry the paper's asterisk, at the regression step."""
+        return unstable(self.parameters, self.signals.step_s)
+
+    @property
+    def diverged(self) -> bool:
+        """Whether the free run on the model's own record was given up; an unstable model may not get that far."""
+        return not bool(np.isfinite(self.simulated_m_s).all())
 
     @property
     def residuals_m_s(self) -> Array:

@@ -67,9 +67,13 @@ def regression(u_m_s: Array, n_rev_s: Array, step_s: float, model: Model) -> Reg
     return rows
 
 
-def unstable(parameters: Lumped) -> tuple[str, ...]:
-    """Names of the parameters whose value makes the free model unstable: the paper's asterisk."""
-    wrong = {"a": not parameters.alpha_per_m <= 0.0, "tau": not parameters.tau_s >= 0.0}
+def unstable(parameters: Lumped, step_s: float = 0.0) -> tuple[str, ...]:
+    """Names of the parameters whose value makes the free model unstable: the paper's asterisk.
+
+    a > 0, tau < 0, and, with a step T [s], a lag too short for (7) to follow: tau < T / 2.
+    """
+    tau = parameters.tau_s
+    wrong = {"a": not parameters.alpha_per_m <= 0.0, "tau": tau != 0.0 and not tau >= step_s / 2.0}
     return tuple(name for name, is_wrong in wrong.items() if is_wrong)
 
 
