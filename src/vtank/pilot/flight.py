@@ -30,6 +30,7 @@ SETTING = np.dtype(
         ("position_gain", "f8"),  # [1/s2]
         ("speed_gain", "f8"),  # [1/s]
         ("thrust_m_per_rev2", "f8"),
+        ("blunt_rev_s", "f8"),
         ("governor_per_s", "f8"),
         ("filter_q", "f8"),  # [m2/s5]
         ("filter_r", "f8"),  # [m2]
@@ -109,6 +110,7 @@ def _setting(plan: Plan) -> tuple[float, ...]:
         s.control.position_per_s2,
         s.control.speed_per_s,
         s.control.thrust_m_per_rev2,
+        s.control.blunt_rev_s,
         s.tachometer.governor_per_s,
         s.filter.q_m2_per_s5,
         s.filter.r_m2,

@@ -5,6 +5,8 @@ The same filter as identify's on filterpy, written out for speed; a test keeps t
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are
@@ -38,6 +40,12 @@ def steady_state(period_s: float, q: float, r: float) -> tuple[Array, Array]:
     q [unit2/s5] and r [unit2] for a measurement in any unit. The Riccati equation is solved with time in periods
     and the measurement in its own standard deviation, where it is well conditioned.
     """
+    gain, posterior = _steady_state(period_s, q, r)
+    return gain.copy(), posterior.copy()
+
+
+@functools.lru_cache(maxsize=64)
+def _steady_state(period_s: float, q: float, r: float) -> tuple[Array, Array]:
     measures = np.array([[1.0], [0.0], [0.0]])
     prior = solve_discrete_are(transition(1.0).T, measures, white_jerk(1.0) * (q * period_s**5 / r), np.eye(1))
     gain = prior[:, 0] / (prior[0, 0] + 1.0)

@@ -88,14 +88,17 @@ def limited(value, limit):
 def surge_control(f, i, k):
     """Propeller speed [rev/s] that the range and its rate call for; still until the first ping.
 
-    Too long a range asks for acceleration ahead; the propeller speed is the square root of that over beta.
+    Too long a range asks for acceleration ahead, c; n = c/sqrt(beta (|c| + c_0)), the square root of c/beta blunted
+    below c_0 = beta n_0^2, since noise would otherwise make the propellers chatter about zero.
     """
     setting = f.setting[i]
     if math.isnan(f.estimate[i, 0]):
         return 0.0
     demand = setting.position_gain * (f.estimate[i, 0] - f.command[i, COMMAND, k])
     demand += setting.speed_gain * (f.estimate[i, 1] - f.command[i, COMMAND_RATE, k])
-    return math.copysign(math.sqrt(abs(demand) / setting.thrust_m_per_rev2), demand)
+    blunt = setting.thrust_m_per_rev2 * setting.blunt_rev_s * setting.blunt_rev_s
+    size = setting.thrust_m_per_rev2 * (abs(demand) + blunt)
+    return demand / math.sqrt(size) if size > 0.0 else 0.0
 
 
 @law

@@ -31,7 +31,7 @@ class Excitation:
         offset: mean of the command [m or rev/s].
         ramp_s: time over which the whole command is faded in, (1 - cos)/2 [s].
         phase_rad: of a single sinusoid at t = 0 [rad].
-        push_s, coast_s: of step and coast-down, repeated with alternating sign [s].
+        push_s, coast_s: of step and coast-down, repeated ahead, astern, astern, ahead [s].
     """
 
     kind: str
@@ -96,10 +96,10 @@ def square(e: Excitation, t: Array, duration_s: float) -> Signal:
 
 
 def step_coast(e: Excitation, t: Array, duration_s: float) -> Signal:
-    """A for push_s, nothing for coast_s, then the same astern, and so on."""
+    """A for push_s, nothing for coast_s, and so on: ahead, astern, astern, ahead, which brings any hull back."""
     cycle = (t + 1e-9) / (e.push_s + e.coast_s)
     pushing = (cycle % 1.0) * (e.push_s + e.coast_s) < e.push_s
-    sign = np.where(np.floor(cycle) % 2 == 0, 1.0, -1.0)
+    sign = np.array([1.0, -1.0, -1.0, 1.0])[np.floor(cycle).astype(int) % 4]
     return e.amplitudes[0] * sign * pushing, np.zeros_like(t)
 
 

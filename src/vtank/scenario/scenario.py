@@ -79,14 +79,15 @@ class SonarFilter:
 class Control:
     """Gains of the controllers: all guesses.
 
-    Surge: acceleration demand = position gain x error + speed gain x error of speed [+ feed-forward of the commanded
-    acceleration]; propeller speed = the square root of the demand over what the controller takes for beta.
+    Surge: acceleration demand = position gain x error + speed gain x error of speed; propeller speed = the square root
+    of the demand over what the controller takes for beta (`thrust_m_per_rev2`), blunted below `blunt_rev_s`.
     The other axes: natural frequency [rad/s] and damping ratio on the true pose (perfect gyro and depth cell).
     """
 
     position_per_s2: float = 0.4
     speed_per_s: float = 1.0
     thrust_m_per_rev2: float = 0.0005
+    blunt_rev_s: float = 5.0
     hold_rad_s: float = 0.5
     hold_damping: float = 1.0
 
@@ -237,6 +238,7 @@ def _control(section: Section) -> Control:
         position_per_s2=section.number("position_per_s2", Control.position_per_s2, 0.0, 100.0),
         speed_per_s=section.number("speed_per_s", Control.speed_per_s, 0.0, 100.0),
         thrust_m_per_rev2=section.positive("thrust_m_per_rev2", Control.thrust_m_per_rev2),
+        blunt_rev_s=section.number("blunt_rev_s", Control.blunt_rev_s, 0.0, 20.0),
         hold_rad_s=section.number("hold_rad_s", Control.hold_rad_s, 0.0, 5.0),
         hold_damping=section.number("hold_damping", Control.hold_damping, 0.0, 10.0),
     )
