@@ -185,8 +185,8 @@ def control(
 
 
 @functools.cache
-def callback() -> Any:
-    """The callback as a C function pointer, compiled at the first call (seconds) and cached on disk.
+def compiled() -> Any:
+    """The callback, compiled at the first call (seconds) and cached on disk.
 
     The offsets are free variables of the function, so that they are part of its key in numba's cache.
     """
@@ -218,4 +218,10 @@ def callback() -> Any:
             array_at(word_at(data + applied) + 8 * dof, 6),
         )
 
-    return ctypes.cast(mjcb_control.address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p))
+    return mjcb_control
+
+
+@functools.cache
+def callback() -> Any:
+    """The compiled callback as the C function pointer that mujoco.set_mjcb_control takes."""
+    return ctypes.cast(compiled().address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p))
