@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from bodies import rigid_mass, skew, symmetric_mass
+from bodies import GRAVITY_CENTRE, MASS, rigid_mass, skew, symmetric_mass
 from scipy.spatial.transform import Rotation
 
 from vtank.dynamics import sixdof
@@ -84,7 +84,7 @@ def test_applied_forces_make_the_rigid_body_accelerate_as_the_full_equation() ->
     inertial = np.concatenate([np.cross(nu[3:], nu[:3]), np.zeros(3)])
     acceleration = np.linalg.solve(rigid + added, known + others - rigid @ inertial)
     share = rigid @ sixdof.mobility(rigid, added)
-    applied = sixdof.applied_forces(share, rigid, tuple(known), tuple(others), tuple(nu))
+    applied = sixdof.applied_forces(share, MASS, tuple(GRAVITY_CENTRE), tuple(known), tuple(others), tuple(nu))
     assert known + applied == pytest.approx(rigid @ (acceleration + inertial), abs=1e-12)
 
 

@@ -88,6 +88,7 @@ def test_wall_stands_ten_feet_from_the_sonar() -> None:
         ('gainprm="0"/>\n  </actuator>', 'gainprm="2"/>\n  </actuator>', "'wake' only carries a state"),
         ('gainprm="0"/>\n  </actuator>', 'gainprm="0" ctrlrange="0 1"/>\n  </actuator>', "'wake'.*not be limited"),
         ('<general name="wake"', '<motor site="side"/><general name="wake"', "must follow each other"),
+        ("<freejoint/>", '<joint type="free" armature="1"/>', "armature 0"),
         ("<freejoint/>", "", "0 bodies with a free joint"),
         ('<site name="side"', '<body><joint/><geom size="1"/></body><site name="side"', "one rigid body"),
         ('"propeller" pos', '"screw" pos', "no site 'propeller'"),

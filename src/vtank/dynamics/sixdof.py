@@ -148,13 +148,15 @@ def added_mass_forces(added: np.ndarray, nu: Wrench, flow: Vector, water: Vector
 
 
 @term
-def applied_forces(share: np.ndarray, rigid: np.ndarray, known: Wrench, others: Wrench, nu: Wrench) -> Wrench:
+def applied_forces(share: np.ndarray, mass: float, r_g: Vector, known: Wrench, others: Wrench, nu: Wrench) -> Wrench:
     """What must act on the rigid body besides the `known` forces to give it the acceleration of the full equation.
 
     `others` are the remaining forces of the full equation. Of their total the share M_RB (M_RB + M_A)^-1 goes to the
-    rigid body and the rest to the water around it. The rigid body alone obeys M_RB (dnu/dt + [w x v; 0]) = its forces.
+    rigid body and the rest to the water around it. The rigid body alone, of that mass [kg] and with its centre of
+    gravity at r_g [m], obeys M_RB (dnu/dt + [w x v; 0]) = its forces.
     """
-    inertial = multiply_linear(rigid, cross((nu[3], nu[4], nu[5]), (nu[0], nu[1], nu[2])))
+    turning = cross((nu[3], nu[4], nu[5]), (nu[0], nu[1], nu[2]))
+    inertial = at((mass * turning[0], mass * turning[1], mass * turning[2]), r_g)
     total = subtract(add(known, others), inertial)
     return subtract(add(multiply(share, total), inertial), known)
 

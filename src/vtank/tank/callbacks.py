@@ -179,7 +179,8 @@ def control(
     forces = add(forces, drag(user[AT.linear_drag :], user[AT.quadratic_drag :], nu_r))
     forces = add(forces, thrusters(user))
     forces = add(forces, surge(user, time, position, rotation, nu_r[0], state, rate))
-    needed = applied_forces(matrix(user, AT.share), matrix(user, AT.rigid_mass), known, forces, nu)
+    mass, r_g = user[AT.rigid_mass], triple(user, AT.centre_of_gravity_m)
+    needed = applied_forces(matrix(user, AT.share), mass, r_g, known, forces, nu)
     applied[0], applied[1], applied[2] = to_world(rotation, (needed[0], needed[1], needed[2]))
     applied[3], applied[4], applied[5] = needed[3], needed[4], needed[5]
 

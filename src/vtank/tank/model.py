@@ -70,8 +70,11 @@ def vehicle_body(model: mujoco.MjModel) -> int:
     if len(free) != 1:
         raise InputError(f"the MJCF has {len(free)} bodies with a free joint; exactly one, the vehicle, was expected")
     body = int(model.jnt_bodyid[free[0]])
-    if np.count_nonzero(model.body_rootid[model.dof_bodyid] == body) != 6:
+    freedoms = model.body_rootid[model.dof_bodyid] == body
+    if np.count_nonzero(freedoms) != 6:
         raise InputError(f"the vehicle '{model.body(body).name}' must be one rigid body, without further joints")
+    if model.dof_armature[freedoms].any():
+        raise InputError("the free joint must have armature 0: added mass stands in the vehicle file")
     return body
 
 
