@@ -45,9 +45,7 @@ def run(args: argparse.Namespace) -> int:
     results = simulate(plans, args.model, args.threads)
     for result in results:
         result.check_clearance()
-    manifest = Manifest(
-        scenarios={plan.name: plan.scenario.path.read_text(encoding="utf-8") for plan in plans}, seed=plans[0].seed
-    )
+    manifest = Manifest({plan.name: scenario_text(plan, args.set) for plan in plans}, plans[0].seed)
     truth = {"model": args.model, "settings": args.set, "runs": [result.truth() for result in results]}
     write_dataset(args.out, [result.run for result in results], manifest, truth)
     for result in results:
@@ -68,6 +66,15 @@ def plan_all(
     names = _names([scenario.name for scenario in loaded])
     pairs = zip(loaded, names, strict=True)
     return [plan_run(scenario, i, seed, truth, name) for i, (scenario, name) in enumerate(pairs)]
+
+
+def scenario_text(plan: Plan, settings: Sequence[str]) -> str:
+    """The scenario's file, and as comments what was changed on the command line."""
+    changes = [f"# --set {setting}" for setting in settings]
+    if plan.truth.name != plan.scenario.truth:
+        changes.append(f"# --truth {plan.truth.name}")
+    text = plan.scenario.path.read_text(encoding="utf-8")
+    return text + "".join(f"\n{change}" for change in changes)
 
 
 def simulate(plans: Sequence[Plan], model: str, threads: int) -> list[Result]:

@@ -50,7 +50,8 @@ def into_cone(x: float, y: float, z: float, half: float) -> tuple[float, float, 
 def into_fan(x: float, y: float, z: float, half: float) -> tuple[float, float, float]:
     """The direction within the fan, `half` [rad] up and down, that is closest to the unit vector (x, y, z)."""
     azimuth = min(max(math.atan2(y, x), -ACROSS_RAD), ACROSS_RAD)
-    elevation = min(max(math.asin(min(max(z, -1.0), 1.0)), -half), half)
+    level = x * math.cos(azimuth) + y * math.sin(azimuth)  # what (x, y, z) has along that azimuth
+    elevation = min(max(math.atan2(z, level), -half), half)
     return math.cos(elevation) * math.cos(azimuth), math.cos(elevation) * math.sin(azimuth), math.sin(elevation)
 
 

@@ -58,7 +58,7 @@ def range_reading(f, i, k, t_echo):
     if k % setting.ping_ticks != 0 or f.noise[i, DROPOUT, k] < setting.dropout:
         return math.nan
     path = true_range(f, i, t_echo)
-    if path > setting.max_range_m:
+    if not math.isfinite(path) or path > setting.max_range_m:
         return math.nan
     path = sonar_multipath.reading(path, p[MULTIPATH_P], p[MULTIPATH_EXTRA], f.noise[i, MULTIPATH, k])
     reading = sonar_offset.reading(sonar_scale.reading(path, p[SCALE]), p[OFFSET]) + f.noise[i, SONAR, k]

@@ -40,8 +40,8 @@ def _check(scenario: Scenario, position_m: np.ndarray, margin_m: float, what: st
     ahead, astern = clearances(scenario, float(np.max(position_m)), float(np.min(position_m)))
     for clearance, place in ((ahead, "the wall ahead"), (astern, "the wall astern")):
         if not clearance >= margin_m:
-            needs = f", of the {margin_m:g} m it must leave" if clearance > 0.0 else ""
-            raise InputError(
-                f"{scenario.path}: {what} {'hits' if clearance <= 0.0 else 'comes too near'} {place}: "
-                f"{clearance:.2f} m of water left{needs}; choose a smaller amplitude, another offset or standoff_m"
-            )
+            found = f"comes too near {place}: {clearance:.2f} m of water left, at least {margin_m:g} m expected"
+            if clearance <= 0.0:
+                found = f"hits {place}: {-clearance:.2f} m too far"
+            remedy = "choose a smaller amplitude, another offset or another standoff_m"
+            raise InputError(f"{scenario.path}: {what} {found}; {remedy}")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .section import Section
+from .section import LARGEST, Section
 
 Array = NDArray[np.float64]
 Signal = tuple[Array, Array]  # value and its rate
@@ -117,18 +117,17 @@ def read_excitation(section: Section) -> Excitation:
     """The [excitation] of a scenario; InputError names file and key."""
     kind = section.choice("kind", tuple(KINDS))
     loop, amplitudes, suffix = _amplitudes(section, kind)
+    pulsed, phased = kind == "step_coast", kind not in ("multisine", "step_coast")
     excitation = Excitation(
         kind=kind,
         loop=loop,
         amplitudes=amplitudes,
         frequencies_rad_s=_frequencies(section, kind, len(amplitudes)),
-        offset=section.number("offset" + suffix, 0.0),
+        offset=section.number("offset" + suffix, 0.0, -LARGEST, LARGEST),
         ramp_s=section.number("ramp_s", 0.0, 0.0),
-        phase_rad=section.number("phase_rad", 0.0)
-        if kind in ("position_sine", "speed_sine", "chirp", "square")
-        else 0.0,
-        push_s=section.positive("push_s") if kind == "step_coast" else 0.0,
-        coast_s=section.number("coast_s", None, 0.0) if kind == "step_coast" else 0.0,
+        phase_rad=section.number("phase_rad", 0.0, -100.0, 100.0) if phased else 0.0,
+        push_s=section.positive("push_s") if pulsed else 0.0,
+        coast_s=section.number("coast_s", None, 0.0) if pulsed else 0.0,
     )
     section.close()
     return excitation
@@ -142,19 +141,18 @@ def _amplitudes(section: Section, kind: str) -> tuple[str, tuple[float, ...], st
         key = f"{word}_rev_s"
     else:
         key = section.either(f"{word}_m", f"{word}_rev_s")
-    values = section.numbers(key) if kind == "multisine" else (section.number(key),)
+    values = section.numbers(key) if kind == "multisine" else (section.number(key, None, -LARGEST, LARGEST),)
     suffix = "_m" if key.endswith("_m") else "_rev_s"
     return "position" if suffix == "_m" else "speed", values, suffix
 
 
 def _frequencies(section: Section, kind: str, count: int) -> tuple[float, ...]:
     if kind == "multisine":
-        values = section.numbers("frequencies_rad_s")
+        values = section.numbers("frequencies_rad_s", low=0.0)
         if len(values) != count:
-            raise section.error(
-                "frequencies_rad_s", f"expected {count} numbers, one for each amplitude, found {len(values)}"
-            )
+            message = f"expected {count} numbers, one for each amplitude, found {len(values)}"
+            raise section.error("frequencies_rad_s", message)
         return values
     if kind == "chirp":
-        return section.positive("from_rad_s"), section.positive("to_rad_s")
-    return () if kind == "step_coast" else (section.positive("frequency_rad_s"),)
+        return section.positive("from_rad_s", None, LARGEST), section.positive("to_rad_s", None, LARGEST)
+    return () if kind == "step_coast" else (section.positive("frequency_rad_s", None, LARGEST),)

@@ -15,6 +15,10 @@ from typing import Any
 from ..dynamics.quantity import read_table
 from ..errors import InputError
 
+LARGEST = (
+    100.0  # bound of listed amplitudes [m, rev/s] and frequencies [rad/s], against slips of the keyboard; a choice
+)
+
 # Unit suffixes in use, the longest first, so that "_m_s2" is not taken for "_s2"
 UNITS = {
     "_m_per_rev2": "m/rev2",
@@ -88,13 +92,15 @@ class Section:
             )
         return value
 
-    def numbers(self, key: str, default: tuple[float, ...] | None = None) -> tuple[float, ...]:
-        """A list of numbers, or one number, which is a list of one."""
-        value = self._value(key, default)
-        values = [value] if _is_number(value) else value
-        if not isinstance(values, list | tuple) or not values or not all(map(_is_number, values)):
-            raise self.error(key, f"expected a list of numbers{_in(key)}, found {value!r}")
-        return tuple(float(number) for number in values)
+    def numbers(self, key: str, low: float = -LARGEST, high: float = LARGEST) -> tuple[float, ...]:
+        """A list of numbers, each within [low, high]."""
+        values = self._value(key, None)
+        if not isinstance(values, list) or not values or not all(map(_is_number, values)):
+            raise self.error(key, f"expected a list of numbers{_in(key)}, found {values!r}")
+        for value in values:
+            if not low <= value <= high:
+                raise self.error(key, f"expected {_between(low, high)}{_in(key)}, found {value:g} among them")
+        return tuple(float(value) for value in values)
 
     def integer(self, key: str, default: int, low: int = 0) -> int:
         """A whole number, at least `low`."""
@@ -121,6 +127,8 @@ class Section:
         """The one of these keys that the table has; InputError where it has none or several."""
         self.known.update(keys)
         given = [key for key in keys if key in self.entries]
+        if not given:
+            self._look_for_other_units(keys[0])
         if len(given) != 1:
             raise self.error(keys[0], f"expected exactly one of {', '.join(keys)}; found {', '.join(given) or 'none'}")
         return given[0]
@@ -153,11 +161,14 @@ class Section:
         self.known.add(key)
         value = self.entries.get(key, default)
         if value is None:
-            for found in self.entries:
-                if found not in self.known and split_unit(found)[0] == split_unit(key)[0]:
-                    raise self.error(found, _wrong_unit(found, key))
+            self._look_for_other_units(key)
             raise self.error(key, f"missing; expected a value{_in(key)}")
         return value
+
+    def _look_for_other_units(self, key: str) -> None:
+        for found in self.entries:
+            if found not in self.known and split_unit(found)[0] == split_unit(key)[0]:
+                raise self.error(found, _wrong_unit(found, key))
 
     def _unknown(self, key: str) -> str:
         for known in sorted(self.known):

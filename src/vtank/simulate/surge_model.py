@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..compiled import law
 from ..dynamics.parameters import slot
 from ..dynamics.surge import advance
-from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare
+from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare, ticks
 from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import acting_speed, stamp, switch_time, tick
@@ -42,17 +42,16 @@ def drive(f: Flight, i: int, k: int, steps: int, state: Array) -> None:
 
 
 @law
-def fly(f: Flight, i: int, samples: int, steps: int, motion: Array) -> None:
+def fly(f: Flight, i: int, steps: int, motion: Array) -> None:
     """Run i from rest, `steps` steps of the surge model to a tick; fills motion (2, K): position [m], speed [m/s]."""
     state = np.zeros(4)
-    for k in range(f.history.shape[2]):
+    for k in range(motion.shape[1]):
         motion[POSITION, k] = state[0]
         motion[SURGE, k] = state[1]
         f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
         f.history[i, RANGE_RATE, k] = -state[1]
         tick(f, i, k)
         drive(f, i, k, steps, state)
-    stamp(f, i, samples)
 
 
 def simulate_surge(
@@ -80,8 +79,9 @@ def _chunk(plans: Sequence[Plan], step_s: float) -> list[Result]:
     flight = prepare(plans)
     results = []
     for i, plan in enumerate(plans):
-        motion = np.empty((2, flight.history.shape[2]))
+        motion = np.empty((2, ticks(plan)))
         steps = int(np.ceil(plan.scenario.period_s / step_s - 1e-9))
-        fly(flight, i, plan.scenario.samples, steps, motion)
+        fly(flight, i, steps, motion)
+        stamp(flight, i, plan.scenario.samples)
         results.append(result(plan, flight, i, {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}))
     return results

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from ..dynamics.vehicle import AXES, Vehicle, load_vehicle
+from ..dynamics.vehicle import AXES, load_vehicle
+from ..errors import InputError
 from ..pilot.beam import TARGETS, aim, rotation
 from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare, ticks
 from ..pilot.hold import AXES as HELD
@@ -18,6 +19,7 @@ from ..pilot.hold import allocation, attitude, hold
 from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import acting_speed, stamp, switch_time, tick
+from ..scenario.clearance import MARGIN_M
 from ..tank.layout import field
 from ..tank.model import load_model
 from ..tank.tank import Tank
@@ -37,7 +39,6 @@ def simulate_tank(
     progress: called now and then with the share of the work that is done, 0 to 1.
     """
     results: dict[int, Result] = {}
-    model, vehicle = load_model(), load_vehicle()
     total = sum(map(ticks, plans))
     done = 0
 
@@ -48,7 +49,7 @@ def simulate_tank(
             progress(done / total)
 
     for chosen in chunks(plans):
-        chunk = Chunk([plans[i] for i in chosen], model, vehicle, nthread)
+        chunk = Chunk([plans[i] for i in chosen], nthread)
         results.update(zip(chosen, chunk.run(report), strict=True))
     return [results[i] for i in range(len(plans))]
 
@@ -65,15 +66,18 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
             yield group[start : start + CHUNK]
 
 
+tank_model, vehicle_model = functools.cache(load_model), functools.cache(load_vehicle)
+
+
 class Chunk:
     """Some runs in one batch of the tank."""
 
-    def __init__(self, plans: Sequence[Plan], model: mujoco.MjModel, vehicle: Vehicle, nthread: int) -> None:
+    def __init__(self, plans: Sequence[Plan], nthread: int) -> None:
         self.plans, self.flight = plans, prepare(plans)
         scenario = plans[0].scenario
         held = [axis for axis in AXES if axis != "surge"] if scenario.hold == "rigid" else []
-        self.tank = Tank(model, vehicle, self.flight.p, nthread, held)
-        self.steps = round(scenario.period_s / model.opt.timestep)
+        self.tank = Tank(tank_model(), vehicle_model(), self.flight.p, nthread, held)
+        self.steps = round(scenario.period_s / self.tank.model.opt.timestep)
         self.delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
         self.fan, self.half = scenario.sonar.beam == "sector", math.radians(scenario.sonar.width_deg) / 2.0
         self.points = np.zeros((len(plans), 1, 3))
@@ -90,8 +94,11 @@ class Chunk:
         standoff = np.array([plan.scenario.standoff_m for plan in self.plans])
         self.shift = np.zeros(len(self.plans))
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
-        ahead = tank.ray(self.points, np.array([1.0, 0.0, 0.0]))[:, 0]
+        ahead, down = tank.ray(self.points, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])).T
         self.shift = ahead - standoff
+        for plan, water in zip(self.plans, down, strict=True):
+            if not MARGIN_M <= water < np.inf:
+                raise InputError(f"{plan.scenario.path}: depth_m: expected a depth above the tank's floor")
         field(tank.userdata, "sonar_m")[:] = self.sonar
         field(tank.userdata, "wall_m")[:] = self.points[:, 0, 0] + standoff
 

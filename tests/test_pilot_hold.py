@@ -1,0 +1,53 @@
+"""The other axes: thruster forces make the wanted wrench, stay within limits and bring the hull back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vtank.dynamics.truth import load_truth
+from vtank.dynamics.vehicle import load_vehicle
+from vtank.pilot.hold import AXES, allocation, attitude, hold
+from vtank.tank import Tank, load_model
+from vtank.tank.layout import field
+
+
+def tank() -> Tank:
+    return Tank(load_model(), load_vehicle(), load_truth("paper-ii").vector())
+
+
+def test_allocated_forces_make_the_wanted_wrench() -> None:
+    simulated = tank()
+    wrenches = field(simulated.userdata[0], "thruster_wrench")[: simulated.tunnel_N.shape[1]]
+    wanted = np.array([1.0, -2.0, 0.3, 0.7])
+    made = wrenches.T @ (allocation(wrenches) @ wanted)
+    np.testing.assert_allclose(made[list(AXES)], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [{"depth": 0.1}, {"sway": 0.1}, {"yaw": 0.1}, {"pitch": 0.1}, {"depth": -0.05, "yaw": -0.05, "sway": 0.05}],
+    ids=str,
+)
+def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> None:
+    simulated = tank()
+    limit = np.array([thruster.limit_N for thruster in simulated.vehicle.thrusters])
+    user = simulated.userdata[0]
+    inertia = np.diagonal(field(user, "rigid_mass") + field(user, "added_mass"))[list(AXES)]
+    allocate = allocation(field(user, "thruster_wrench")[: limit.size])
+    depth = -simulated.qpos[0, 2]
+    simulated.qpos[0, 1] -= start.get("sway", 0.0)
+    simulated.qpos[0, 2] -= start.get("depth", 0.0)
+    yaw, pitch = start.get("yaw", 0.0), start.get("pitch", 0.0)
+    simulated.qpos[0, 3:7] = [0.0, np.cos(yaw / 2) * np.cos(pitch / 2), np.sin(yaw / 2), np.sin(pitch / 2)]
+    simulated.qpos[0, 3:7] /= np.linalg.norm(simulated.qpos[0, 3:7])
+    offset = [-simulated.qpos[0, 1], -simulated.qpos[0, 2] - depth, *attitude(simulated.qpos[0, 3:7])]
+    assert np.abs(offset).max() > 0.04
+    with simulated:
+        for _ in range(600):
+            hold(simulated.qpos[0], simulated.qvel[0], depth, 0.5, 1.0, inertia, allocate, limit, simulated.tunnel_N[0])
+            assert (np.abs(simulated.tunnel_N[0]) <= limit).all()
+            simulated.step(10)
+    roll, pitch, yaw = attitude(simulated.qpos[0, 3:7])
+    left = [simulated.qpos[0, 1], -simulated.qpos[0, 2] - depth, roll, pitch, yaw]
+    np.testing.assert_allclose(left, 0.0, atol=2e-3)
