@@ -1,0 +1,97 @@
+"""The diagnosis as a whole: from runs and a nominal simulator to the document of schema vtank.diagnosis/1."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.parameters import vector
+from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..identify.maximum_likelihood import identify
+from ..identify.observed import Observed
+from .selection import Selection, prepare, select
+from .verdict import Verdict, decide, probabilities
+
+SCHEMA = "vtank.diagnosis/1"
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """Everything found about one data set.
+
+    Attributes:
+        selection: all hypotheses, weighed.
+        probabilities: of every hypothesis, by name.
+        verdict: what is said.
+        seed: of the random parts.
+    """
+
+    selection: Selection
+    probabilities: dict[str, float]
+    verdict: Verdict
+    seed: int
+
+    def document(self) -> dict[str, Any]:
+        """The diagnosis as plain data, schema vtank.diagnosis/1."""
+        v = self.verdict
+        return {
+            "schema": SCHEMA,
+            "verdict": {
+                "kind": v.kind,
+                "effects": list(v.effects),
+                "class": list(v.rivals),
+                "channel": v.channel,
+                "probability": v.probability,
+            },
+            "probabilities": self.probabilities,
+            "estimates": estimates(v),
+            "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
+            "tied": [[e.name, *(n for n in e.confused_with if BY_NAME[n].standing == "tied")]
+                     for e in CATALOGUE if e.standing == "tied"][:1],
+            "seed": self.seed,
+        }  # fmt: skip
+
+
+def diagnose(
+    runs: Sequence[Observed],
+    nominal: np.ndarray | None,
+    seed: int = 0,
+    names: Sequence[str] | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Diagnosis:
+    """Diagnose the gap between runs and a nominal parameter vector, shape (P,).
+
+    nominal: None for foreign vehicles, whose nominal is the recording's own refit of Model I.
+    names: effects to consider, by default the whole catalogue.
+    """
+    foreign = nominal is None
+    if nominal is None:
+        say("refit of the recording itself")
+        nominal = identify(runs, "I", process_noise=False).vector()
+    nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
+    selection = select(prepare(runs, nominal, foreign), names, say)
+    chances = probabilities(selection)
+    return Diagnosis(selection, chances, decide(selection, chances), seed)
+
+
+def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
+    """Sizes of the named effects with 95 % intervals, by effect and parameter."""
+    fit, out = verdict.fit, {}
+    covariance = fit.covariance()
+    for effect in fit.hypothesis.effects:
+        entry: dict[str, Any] = {}
+        for q in effect.parameters:
+            name = f"{effect.name}.{q.name}"
+            if name in fit.problem.free:
+                i = fit.problem.free.index(name)
+                value, sd = float(fit.optimum.theta[i]), float(np.sqrt(covariance[i, i]))
+                low, high = np.clip([value - 1.959964 * sd, value + 1.959964 * sd], *q.bounds)
+                entry[q.name] = {"value": value, "interval95": [float(low), float(high)], "unit": q.unit}
+            elif name in fit.extra:
+                entry[q.name] = {"value": fit.extra[name], "interval95": None, "unit": q.unit}
+        out[effect.name] = entry
+    return out
+

@@ -1,0 +1,214 @@
+"""None of these: what a discrepancy without a name would have to look like, and how well it explains the rest.
+
+Families of unnamed discrepancies are laid on top of the best named explanation: an unknown force (smooth functions of
+speed, propeller speed, place and time; lines at multiples of each run's drive frequency), an unknown smooth error of
+the sensor, and outliers of any size. Where one of them gains evidence, the named explanation leaves something out.
+Each family is a Gaussian process of few degrees of freedom, so that its evidence is closed form: the innovations are
+linear in the coefficients, whose common size is integrated over a grid. Brynjarsdottir, O'Hagan, Inverse Problems 30
+(2014), on what such a discrepancy can mean.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..identify.observed import SPEED
+from ..identify.problem import Filtered, Problem
+from . import outliers
+from .evidence import Fitted, Setting
+
+HARMONICS = (2, 3, 4, 5)  # multiples of the drive frequency at which a force line is looked for
+TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
+SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
+
+
+@dataclass(frozen=True)
+class Discrepancy:
+    """An unnamed discrepancy of one family.
+
+    Attributes:
+        channel: "hydrodynamics" (a force), "sensor" (an error of range or tachometer).
+        family: which functions it is made of.
+        gain: log evidence over that of the named explanation alone.
+        fitted: the discrepancy that explains most, per run, over the input stamps [m/s2] or measurements [m or m/s].
+    """
+
+    channel: str
+    family: str
+    gain: float
+    fitted: tuple[np.ndarray, ...] = ()
+
+
+def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
+    """Gain of every family of unnamed discrepancies on top of a fitted hypothesis."""
+    problem, theta = named.problem, named.optimum.theta
+    tracks = problem.track(theta, simulated(problem, theta))
+    shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
+    lines = [_force_lines(setting, k) for k in range(len(tracks))]
+    errors = [_sensor_shapes(setting, k, track) for k, track in enumerate(tracks)]
+    families = [
+        ("hydrodynamics", "smooth force", _forced(named, shapes, shared=True), shapes, True),
+        ("hydrodynamics", "force lines", _forced(named, lines, shared=False), lines, False),
+        ("sensor", "smooth error", _shifted(named, errors), errors, True),
+    ]
+    out = []
+    for channel, family, columns, basis, shared in families:
+        gain, coefficients = _evidence(named, columns)
+        pieces = _combine(basis, coefficients, shared)
+        out.append(Discrepancy(channel, family, gain, pieces))
+    out += [_outliers(setting, named), _lone_readings(setting, named)]
+    return out
+
+
+def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
+    """Pure simulation at theta. Functions of the filtered state would carry the sonar's noise and explain it by itself."""
+    return problem.with_noise(replace(problem.noise, sigma=0.0)).filter(theta)
+
+
+def _evidence(named: Fitted, columns: np.ndarray) -> tuple[float, np.ndarray]:
+    """Log Bayes factor of Gaussian coefficients on `columns` (sum M, K) against none, and the best coefficients."""
+    r = named.problem.residuals(named.optimum.theta, named.filtered)
+    J = named.problem.jacobian(named.optimum.theta, named.filtered, r)
+    solve = np.linalg.solve(named.optimum.information, J.T @ np.column_stack([columns, r]))
+    orthogonal = np.column_stack([columns, r]) - J @ solve
+    A = columns.T @ orthogonal[:, :-1]
+    b = -columns.T @ orthogonal[:, -1]
+    kept = np.diag(A) > TAKEN_UP * np.sum(columns**2, axis=0)
+    scale = np.sqrt(np.diag(A)[kept])
+    values, vectors = np.linalg.eigh(A[np.ix_(kept, kept)] / np.outer(scale, scale))
+    values, projected = np.maximum(values, 0.0), vectors.T @ (b[kept] / scale)
+    gains = []
+    for size in (10.0 * s for s in SIZES):
+        shrink = size**2 / (1.0 + size**2 * values)
+        gains.append(0.5 * float(np.sum(projected**2 * shrink) - np.sum(np.log1p(size**2 * values))))
+    best = 10.0 * SIZES[int(np.argmax(gains))]
+    coefficients = np.zeros(columns.shape[1])
+    coefficients[kept] = vectors @ (projected * best**2 / (1.0 + best**2 * values)) / scale
+    return float(np.logaddexp.reduce(gains) - np.log(len(gains))), coefficients
+
+
+def _forced(named: Fitted, basis: list[np.ndarray], shared: bool) -> np.ndarray:
+    """Change of all innovations, shape (sum M, K), per unit of each force function; one set per run unless shared."""
+    problem, theta = named.problem, named.optimum.theta
+    blocks = []
+    for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
+        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
+        columns = np.empty((e.size, basis[k].shape[1]))
+        for i in range(basis[k].shape[1]):
+            pushed = _single(problem, k, 1e-4 * basis[k][:, i])
+            pushed._predict(k, *problem.model(theta, k), f.gain, e)
+            columns[:, i] = (e - f.innovation) / (1e-4 * sd)
+        assert run.time_s.size == e.size
+        blocks.append(columns)
+    return np.vstack(blocks) if shared else _block_diagonal(blocks)
+
+
+def _single(problem: Problem, k: int, push: np.ndarray) -> Problem:
+    """The problem with a known acceleration on one run alone."""
+    zero = [np.zeros(run.input.size) for run in problem.runs]
+    zero[k] = push
+    return replace(problem, forcing=tuple(zero))
+
+
+def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
+    """Change of all innovations per unit of each sensor error: the error itself, as the filter sees it."""
+    problem, theta = named.problem, named.optimum.theta
+    blocks = []
+    for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
+        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
+        columns = np.empty((e.size, basis[k].shape[1]))
+        for i in range(basis[k].shape[1]):
+            runs = list(problem.runs)
+            runs[k] = replace(run, value=run.value - basis[k][:, i] * 1e-3)
+            replace(problem, runs=tuple(runs))._predict(k, *problem.model(theta, k), f.gain, e)
+            columns[:, i] = (e - f.innovation) / (1e-3 * sd)
+        blocks.append(columns)
+    return np.vstack(blocks)
+
+
+def _block_diagonal(blocks: list[np.ndarray]) -> np.ndarray:
+    rows, columns = sum(b.shape[0] for b in blocks), sum(b.shape[1] for b in blocks)
+    out, i, j = np.zeros((rows, columns)), 0, 0
+    for b in blocks:
+        out[i : i + b.shape[0], j : j + b.shape[1]] = b
+        i, j = i + b.shape[0], j + b.shape[1]
+    return out
+
+
+def _force_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
+    """Smooth force functions at a run's input stamps, each of unit size over all runs, shape (I, K)."""
+    run = setting.runs[k]
+    t = run.input_time_s
+    x, u, z = (np.interp(t, run.time_s, track[:, i]) for i in (0, 1, 2))
+    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    slow, late = _smooth(t, u, 4.0), _smooth(t, u, 15.0)
+    s, v = t / 60.0, u / 0.3  # [-] time and speed over typical sizes
+    columns = [np.ones_like(t), v, v * np.abs(v), v**3, np.tanh(u / 0.02), v**2, x, x * v * np.abs(v), x * x,
+               n, n * np.abs(n), n**3, n**2, n * np.abs(v), v * np.abs(n), s * v * np.abs(v), s * n * np.abs(n), s,
+               slow / 0.3, late / 0.3, z / 0.1]  # fmt: skip
+    return 1e-2 * np.column_stack(columns)
+
+
+def _smooth(t: np.ndarray, values: np.ndarray, constant: float) -> np.ndarray:
+    """First-order low-pass of `values` with the given time constant [s]."""
+    out = np.empty_like(values)
+    state = 0.0
+    steps = np.diff(t, append=t[-1])
+    for i, value in enumerate(values):
+        out[i] = state
+        state += (value - state) * min(steps[i] / constant, 1.0)
+    return out
+
+
+def drive_frequency(time: np.ndarray, values: np.ndarray) -> float:
+    """Frequency [rad/s] at which a run's input is strongest, from its periodogram on an even grid."""
+    grid = np.linspace(time[0], time[-1], time.size)
+    even = np.interp(grid, time, values - np.mean(values))
+    spectrum = np.abs(np.fft.rfft(even * np.hanning(even.size), 8 * even.size)) ** 2
+    frequency = 2.0 * np.pi * np.fft.rfftfreq(8 * even.size, grid[1] - grid[0])
+    inside = frequency < 5.0
+    return float(frequency[inside][int(np.argmax(spectrum[inside]))])
+
+
+def _force_lines(setting: Setting, k: int) -> np.ndarray:
+    """Sines and cosines at multiples of the drive frequency and on a coarse grid, shape (I, K)."""
+    run = setting.runs[k]
+    drive = drive_frequency(run.input_time_s, run.input)
+    grid = [m * drive for m in HARMONICS] + list(np.logspace(np.log10(0.1), np.log10(2.5), 14))
+    phases = np.outer(run.input_time_s - run.input_time_s[0], grid)
+    return 1e-2 * np.hstack([np.sin(phases), np.cos(phases)])
+
+
+def _sensor_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
+    """Smooth sensor errors at a run's measurements, shape (M, K); errors of position read the other way as a range."""
+    run = setting.runs[k]
+    t, x, u = run.time_s, track[:, 0], track[:, 1]
+    a = np.gradient(u, t, edge_order=1) if np.all(np.diff(t) > 0) else np.zeros_like(u)
+    s, v = t / 60.0, u / 0.3
+    columns = [v, v * np.abs(v), v**2, a / 0.2, x * x, x**3, s, s * s, s * v, np.tanh(u / 0.02), x * v]
+    basis = 1e-2 * np.column_stack(columns)
+    return np.where((run.kind == SPEED)[:, None], 10.0 * basis, basis)
+
+
+def _combine(basis: list[np.ndarray], coefficients: np.ndarray, shared: bool) -> tuple[np.ndarray, ...]:
+    if shared:
+        return tuple(b @ coefficients for b in basis)
+    ends = np.cumsum([b.shape[1] for b in basis])
+    return tuple(b @ coefficients[e - b.shape[1] : e] for b, e in zip(basis, ends, strict=True))
+
+
+def _outliers(setting: Setting, named: Fitted) -> Discrepancy:
+    """Lone ranges of any size and sign, where the named explanation has none."""
+    count, total = sum(int(f.sum()) for f in setting.flags), sum(f.size for f in setting.flags)
+    gain = 0.0 if "sonar_multipath" in named.hypothesis.name else outliers.rate_evidence(count, total)
+    return Discrepancy("sensor", "lone ranges", gain)
+
+
+def _lone_readings(setting: Setting, named: Fitted) -> Discrepancy:
+    """Lone propeller readings of any size and sign, where the named explanation has none."""
+    lone = outliers.lone_readings(setting.runs)
+    known = "tachometer_spikes" in named.hypothesis.name
+    gain = 0.0 if known else outliers.rate_evidence(lone.sizes.size, lone.total)
+    return Discrepancy("sensor", "lone propeller readings", gain)

@@ -1,0 +1,238 @@
+"""Evidence of every hypothesis on the same data with the same noise.
+
+Laplace's approximation of the marginal likelihood: optimum, priors and the information about all unknowns, initial
+states included. Each effect's prior is set in gap units: whatever its unit, the prior makes the same change of the
+simulated output (root mean square) as large as the gap that is to be explained. Where a parameter has run into the
+null, the Gaussian is continued beyond and cut off there.
+MacKay, Information Theory, Inference, and Learning Algorithms (2003), ch. 27 and 28.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from ..dynamics.parameters import slot, vector
+from ..effects.effect import Parameter
+from ..identify.observed import Observed
+from ..identify.problem import Filtered, Noise, Problem
+from . import outliers
+from .hypothesis import NUISANCE_SPREAD, Hypothesis, nuisance, starting_values
+from .optimum import Optimum, Prior, climb
+
+VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
+START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
+
+
+Start = dict[str, float | np.ndarray]  # first guesses by slot name; arrays hold one value per run
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What all hypotheses share.
+
+    Attributes:
+        runs: the observed runs.
+        nominal: parameter vector of the nominal simulator, shape (P,).
+        spread: prior deviation of its own parameters over their size.
+        noise: shared noise level.
+        gap: size of the gap to be explained, root mean square of the simulated output [m or m/s].
+        flags: per run, the measurements that are lone outliers, shape (M,) of bool.
+        weight: per run, the factor on each measurement's variance (FLAGGED: left out), shape (M,).
+    """
+
+    runs: tuple[Observed, ...]
+    nominal: np.ndarray
+    noise: Noise
+    gap: float
+    flags: tuple[np.ndarray, ...]
+    weight: tuple[np.ndarray, ...]
+    spread: float = NUISANCE_SPREAD
+
+    def with_noise(self, noise: Noise) -> Setting:
+        """The same setting at another noise level."""
+        return replace(self, noise=noise)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """A hypothesis fitted to the runs, with its evidence.
+
+    Attributes:
+        hypothesis: what was fitted.
+        problem: runs, free parameters and noise.
+        prior: priors and bounds of all unknowns.
+        optimum: where the fit ended.
+        filtered: innovations at the optimum.
+        log_likelihood: of the innovations and of the outliers.
+        log_evidence: the same with parameters integrated out.
+        extra: estimates that are not slots of the optimiser (outlier effects), by slot name.
+    """
+
+    hypothesis: Hypothesis
+    problem: Problem
+    prior: Prior
+    optimum: Optimum
+    filtered: list[Filtered]
+    log_likelihood: float
+    log_evidence: float
+    extra: dict[str, float]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Shared parameters at the optimum, by slot name."""
+        return {name: float(self.optimum.theta[i]) for i, name in enumerate(self.problem.free)}
+
+    def start(self) -> Start:
+        """Its parameters as a first guess for a related fit, those of single runs included."""
+        own = [self.optimum.theta[self.problem.own_slice(k)] for k in range(len(self.problem.runs))]
+        per_run = {name: np.array([values[i] for values in own]) for i, name in enumerate(self.problem.per_run)}
+        return {**self.values, **per_run}
+
+    def vector(self) -> np.ndarray:
+        """Parameter vector at the optimum (per-run parameters of the first run), shape (P,)."""
+        return self.problem.model(self.optimum.theta, 0)[0]
+
+    def covariance(self) -> np.ndarray:
+        """Posterior covariance of all unknowns, shape (size, size)."""
+        return np.linalg.inv(self.optimum.information)
+
+
+def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Problem, np.ndarray]:
+    """The least-squares problem of a hypothesis and a first guess of its unknowns."""
+    free = list(nuisance(setting.nominal)) if hypothesis.refit else []
+    per_run, base = [], vector({k: v for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
+    for name, parameter in hypothesis.parameters():
+        if not _fixed(parameter, name):
+            (per_run if parameter.per_run else free).append(name)
+    problem = Problem(setting.runs, base, tuple(free), tuple(per_run), setting.noise, setting.weight)
+    theta = problem.initial()
+    for i, name in enumerate(per_run):
+        for k in range(len(setting.runs)):
+            theta[problem.own_slice(k).start + i] = np.broadcast_to(start.get(name, 0.0), len(setting.runs))[k]
+    return problem, theta
+
+
+def _fixed(parameter: Parameter, name: str) -> bool:
+    """Outlier effects are judged by the flags, not by the optimiser."""
+    return name.startswith(("sonar_multipath.", "tachometer_spikes."))
+
+
+def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: np.ndarray) -> Prior:
+    """Priors in gap units and bounds for all unknowns of a problem."""
+    mean, sd = np.zeros(problem.size), np.ones(problem.size)
+    low, high = np.full(problem.size, -np.inf), np.full(problem.size, np.inf)
+    known = dict(hypothesis.parameters())
+    for i, name in enumerate(problem.free):
+        if name in known:
+            mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
+            low[i], high[i] = known[name].bounds
+            if not np.isfinite(known[name].null):  # a limit no run reaches is no effect
+                high[i] = VISIBLE_LIMIT * max(float(np.max(np.abs(run.input))) for run in problem.runs)
+        else:
+            nominal = setting.nominal[slot(name)]
+            mean[i], sd[i] = nominal, setting.spread * abs(nominal)
+            if name == "thrust_lag.tau":
+                low[i] = 1e-3
+    for k in range(len(problem.runs)):
+        own = problem.own_slice(k)
+        count = len(problem.per_run)
+        states = list(problem.start_states(k))
+        mean[own.start + count : own.stop] = problem.initial()[own.start + count : own.stop]
+        sd[own.start + count : own.stop] = START_SD[states]
+        for i, name in enumerate(problem.per_run):
+            sd[own.start + i] = (known[name].bounds[1] - known[name].bounds[0]) / np.sqrt(12.0)
+    return Prior(mean, sd, low, high)
+
+
+def _effect_prior(
+    setting: Setting, parameter: Parameter, name: str, problem: Problem, theta: np.ndarray, i: int
+) -> tuple[float, float]:
+    """Mean and deviation of one effect parameter: the size moves the output by the gap, a shape spans its bounds."""
+    if parameter.shape:
+        return parameter.null, (parameter.bounds[1] - parameter.bounds[0]) / np.sqrt(12.0)
+    if not np.isfinite(parameter.null):
+        top = max(float(np.max(np.abs(run.input))) for run in problem.runs)
+        return 0.7 * top, 0.3 * top
+    moved = theta.copy()
+    moved[i] = parameter.null
+    change = _simulated_change(problem, theta, moved) / max(abs(theta[i] - parameter.null), 1e-12)
+    return parameter.null, max(setting.gap / max(change, 1e-12), 1e-9)
+
+
+def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
+    """Root mean square difference of two pure simulations [unit of the measurements]."""
+    quiet = problem.with_noise(replace(problem.noise, sigma=0.0))
+    pairs = zip(quiet.filter(a), quiet.filter(b), strict=True)
+    difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
+    return float(np.sqrt(np.mean(np.nan_to_num(difference, posinf=1e6, neginf=-1e6) ** 2)))
+
+
+def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None) -> Fitted:
+    """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it."""
+    best: tuple[Problem, Prior, Optimum] | None = None
+    for start in starts or first_guesses(setting, hypothesis):
+        problem, theta = build(setting, hypothesis, start)
+        prior = prior_of(setting, hypothesis, problem, theta)
+        optimum = climb(problem, theta, prior, problem.filter(np.clip(theta, prior.low, prior.high)))
+        if best is None or optimum.cost < best[2].cost:
+            best = problem, prior, optimum
+    assert best is not None
+    problem, prior, optimum = best
+    optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
+    return weigh(setting, hypothesis, problem, prior, optimum)
+
+
+def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
+    """First guesses from the catalogue, all combinations of a pair's."""
+    starts: list[Start] = [{}]
+    for effect in hypothesis.effects:
+        starts = [{**a, **b} for a in starts for b in starting_values(effect, setting.runs)]
+    if "tachometer_spikes" in hypothesis.name:
+        size = outliers.lone_readings(setting.runs).size
+        starts = [{**s, "tachometer_spikes.size": size} for s in starts]
+    return starts
+
+
+def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
+    """Likelihood and evidence at an optimum."""
+    filtered = problem.filter(optimum.theta)
+    extra: dict[str, float] = {}
+    likelihood = problem.log_likelihood(filtered)
+    if "sonar_multipath" in hypothesis.name:
+        gain, p, path = outliers.multipath(filtered, setting.flags)
+        likelihood += gain
+        extra |= {"sonar_multipath.p": p, "sonar_multipath.extra": path}
+    if "tachometer_spikes" in hypothesis.name:
+        lone = outliers.lone_readings(setting.runs)
+        likelihood += lone.evidence()
+        extra |= {"tachometer_spikes.p": lone.sizes.size / lone.total, "tachometer_spikes.size": lone.size}
+    evidence = likelihood + _occam(prior, optimum)
+    return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
+
+
+def _occam(prior: Prior, optimum: Optimum) -> float:
+    """Log of (prior density x posterior volume) at the optimum, cut off at the bounds."""
+    deviation = (optimum.theta - prior.mean) / prior.sd
+    sign, logdet = np.linalg.slogdet(optimum.information * np.outer(prior.sd, prior.sd))
+    total = -0.5 * float(deviation @ deviation) - 0.5 * logdet
+    at_low = (optimum.theta <= prior.low + 1e-12) & (optimum.gradient > 0)
+    at_high = (optimum.theta >= prior.high - 1e-12) & (optimum.gradient < 0)
+    variance = np.diag(np.linalg.inv(optimum.information))
+    for i in np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high)):
+        pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
+        virtual, sd = optimum.theta[i] - pull, np.sqrt(variance[i])
+        total += 0.5 * pull**2 / variance[i]
+        total += _log_inside(prior.low[i], prior.high[i], virtual, sd)
+        total -= _log_inside(prior.low[i], prior.high[i], prior.mean[i], prior.sd[i])
+    return total
+
+
+def _log_inside(low: float, high: float, mean: float, sd: float) -> float:
+    """Log probability that a normal variable lies above `low` (where finite), else below `high`."""
+    if np.isfinite(low) and (not np.isfinite(high) or abs(mean - low) <= abs(high - mean)):
+        return float(log_ndtr((mean - low) / sd))
+    return float(log_ndtr((high - mean) / sd)) if np.isfinite(high) else 0.0

@@ -1,0 +1,90 @@
+"""What could explain the gap: nothing, the nominal's own parameters, one effect, or two together."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..dynamics.parameters import slot
+from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.effect import Effect, Parameter
+from ..identify.observed import RANGE, Observed
+
+NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of effects on top of the nominal's own, refitted parameters.
+
+    Attributes:
+        effects: the effects switched on; empty for the nominal and for the refit.
+        refit: False only for the nominal as it is.
+    """
+
+    effects: tuple[Effect, ...] = ()
+    refit: bool = True
+
+    @property
+    def name(self) -> str:
+        """`none`, `parameters`, the effect's name, or two names joined by `+`."""
+        if not self.effects:
+            return "parameters" if self.refit else "none"
+        return "+".join(effect.name for effect in self.effects)
+
+    def parameters(self) -> list[tuple[str, Parameter]]:
+        """Slots and parameters of its effects."""
+        return [(f"{e.name}.{q.name}", q) for e in self.effects for q in e.parameters]
+
+
+def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
+    """The nominal's own parameters, which every refit frees: drag, thrust gain, and lag and loss where it has them."""
+    own = ["alpha", "beta"]
+    own += [name for name in ("thrust_loss.gamma", "thrust_lag.tau") if nominal[slot(name)] != 0.0]
+    return tuple(own)
+
+
+def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[str] | None = None) -> list[Effect]:
+    """Effects of the catalogue that could matter here and can be seen at all.
+
+    Left out are effects the nominal already has, those absorbed by refitted parameters, the second of two tied
+    ones, and sonar effects where there is no sonar.
+    """
+    found = []
+    for effect in CATALOGUE if names is None else [BY_NAME[name] for name in names]:
+        has = any(nominal[slot(s)] != q.null for s, q in Hypothesis((effect,)).parameters() if not q.shape)
+        blind = effect.name.startswith(("sonar_", "clock_")) and not any(np.any(r.kind == RANGE) for r in runs)
+        still = effect.name in ("wall_proximity",) and not any(np.any(r.kind == RANGE) for r in runs)
+        placeless = effect.name == "tether" and not all(r.has_position for r in runs)
+        second = effect.name == "command_delay" and any(np.any(r.kind == RANGE) for r in runs)
+        if not (has or effect.standing == "absorbed" or blind or still or placeless or second):
+            found.append(effect)
+    return found
+
+
+def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, float]]:
+    """First guesses of an effect's parameters, away from the null, where many have no gradient."""
+    speeds = np.concatenate([run.input for run in runs])
+    size = float(np.sqrt(np.mean(speeds**2))) or 1.0
+    top = float(np.max(np.abs(speeds))) or 1.0
+    grids: list[dict[str, float]] = [{}]
+    for parameter in effect.parameters:
+        scale = parameter.scale * (size / 8.0 if parameter.unit == "rev/s" else 1.0)
+        if parameter.per_run:
+            values = [0.0]
+        elif effect.name == "thrust_saturation":
+            values = [0.9 * top, 0.7 * top, 0.5 * top]
+        elif effect.name == "wake_memory" and parameter.shape:
+            values = [2.0, 12.0]
+        elif parameter.shape:
+            values = [parameter.null]
+        elif parameter.bounds[0] < 0.0 < parameter.bounds[1]:
+            values = [0.3 * scale]
+        elif parameter.bounds[1] <= 0.0:
+            values = [-0.5 * scale]
+        else:
+            values = [0.5 * scale]
+        grids = [{**grid, f"{effect.name}.{parameter.name}": value} for grid in grids for value in values]
+    return grids

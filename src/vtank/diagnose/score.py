@@ -1,0 +1,88 @@
+"""Score tests: what an effect promises on top of a fitted hypothesis, without fitting it.
+
+The innovations are linearised around the optimum; what the free parameters can take up is projected out of the
+effect's column, and the rest is compared with the innovations that are left (Rao's score test).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..dynamics.parameters import vector
+from .evidence import Fitted, Setting
+from .hypothesis import starting_values
+from . import outliers
+
+SEICHE_RAD_S = np.arange(0.06, 3.0, 0.04)  # frequencies looked at; 120 s resolve about 0.05 rad/s
+PROBE_M_S = 1e-3  # amplitude of the probing wave, small enough to be linear
+TRIES = 2  # frequencies handed to the optimiser
+
+
+def residual(fit: Fitted) -> np.ndarray:
+    """Innovations over their deviations at the optimum, all runs, shape (sum M,)."""
+    return fit.problem.residuals(fit.optimum.theta, fit.filtered)
+
+
+def explain(fit: Fitted, columns: np.ndarray) -> tuple[float, np.ndarray]:
+    """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's own parameters."""
+    r, theta = residual(fit), fit.optimum.theta
+    J = fit.problem.jacobian(theta, fit.filtered, r)
+    both = np.column_stack([columns, r])
+    orthogonal = both - J @ np.linalg.solve(fit.optimum.information, J.T @ both)
+    A = columns.T @ orthogonal[:, :-1]
+    b = -columns.T @ orthogonal[:, -1]
+    scale = np.sqrt(np.maximum(np.diag(A), 1e-30))
+    coefficients = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0] / scale
+    return 0.5 * float(b @ coefficients), coefficients
+
+
+def score(setting: Setting, fit: Fitted, second: Fitted) -> float:
+    """Log-likelihood that the effect of `second` promises on top of `fit`."""
+    name = second.hypothesis.name
+    if name == "sonar_multipath":
+        return outliers.multipath(fit.filtered, setting.flags)[0]
+    if name == "tachometer_spikes":
+        return outliers.lone_readings(setting.runs).evidence()
+    base = residual(fit)
+    best = 0.0
+    own = {k: v for k, v in second.start().items() if k.startswith(name + ".")}
+    starts = [own, *starting_values(second.hypothesis.effects[0], setting.runs)]
+    for start in starts:
+        columns = _shift(fit, start) - base
+        best = max(best, explain(fit, columns[:, None])[0])
+    return best
+
+
+def _shift(fit: Fitted, start: dict[str, float | np.ndarray]) -> np.ndarray:
+    """Residuals of the fit with an effect added at the given values."""
+    problem, parts = fit.problem, []
+    for k, f in enumerate(fit.filtered):
+        p, state = problem.model(fit.optimum.theta, k)
+        p = vector({name: float(np.broadcast_to(v, len(problem.runs))[k]) for name, v in start.items()}, p)
+        e = np.empty(f.innovation.size)
+        problem._predict(k, p, state, f.gain, e)
+        parts.append(e / np.sqrt(f.variance))
+    return np.nan_to_num(np.concatenate(parts), posinf=1e6, neginf=-1e6)
+
+
+def scan(setting: Setting, refit: Fitted) -> list[dict[str, float | np.ndarray]]:
+    """First guesses of a seiche: the frequencies at which a wave explains most, with amplitude and phases."""
+    base, count = residual(refit), len(setting.runs)
+    rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
+    found = []
+    for frequency in SEICHE_RAD_S:
+        columns = np.zeros((rows[-1], 2 * count))
+        for i, phase in enumerate((0.0, 0.5 * np.pi)):
+            wave = {"seiche.amplitude": PROBE_M_S, "seiche.frequency": frequency, "seiche.phase": phase}
+            change = (_shift(refit, wave) - base) / PROBE_M_S
+            for k in range(count):
+                columns[rows[k] : rows[k + 1], 2 * k + i] = change[rows[k] : rows[k + 1]]
+        gain, c = explain(refit, columns)
+        found.append((gain, frequency, c.reshape(count, 2)))
+    out: list[dict[str, float | np.ndarray]] = []
+    for _, frequency, c in sorted(found, key=lambda f: -f[0]):
+        if all(abs(frequency - other["seiche.frequency"]) > 0.1 for other in out) and len(out) < TRIES:
+            amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))
+            phase = np.arctan2(c[:, 1], c[:, 0])
+            out.append({"seiche.amplitude": amplitude, "seiche.frequency": float(frequency), "seiche.phase": phase})
+    return out

@@ -1,0 +1,111 @@
+"""The whole comparison: nominal, refit, every single effect, promising pairs, and what has no name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from ..identify.observed import Observed
+from ..identify.problem import FLAGGED, Noise
+from . import outliers
+from .discrepancy import Discrepancy, unnamed
+from .evidence import Fitted, Setting, Start, evaluate
+from .hypothesis import Hypothesis, candidates
+from .noise_floor import noise_at, settle
+from .score import scan, score
+
+FIRST_NOISE = Noise((1e-4, 1e-4, 1e-4), 0.01, 1.0)  # where the search for the noise level starts; a guess
+LEADERS = 3  # single effects that are tried in pairs with all others
+PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pair promise over it, to be fitted
+MOST_PAIRS = 6  # pairs that are fitted
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Selection:
+    """All hypotheses weighed at one noise level.
+
+    Attributes:
+        setting: runs, nominal, noise.
+        nominal, refit: the simulator as it is, and with its own parameters refitted.
+        named: single effects and pairs, the best first.
+        unnamed: families of discrepancies without a name, on top of the best of all above.
+    """
+
+    setting: Setting
+    nominal: Fitted
+    refit: Fitted
+    named: tuple[Fitted, ...]
+    unnamed: tuple[Discrepancy, ...]
+
+    @property
+    def best(self) -> Fitted:
+        """The explanation with the largest evidence."""
+        return max((self.nominal, self.refit, *self.named), key=lambda fit: fit.log_evidence)
+
+
+def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False) -> Setting:
+    """Flags, first noise level and size of the gap; foreign: the nominal is only a first guess (wide priors)."""
+    flags = tuple(outliers.long_ranges(run) for run in runs)
+    weight = tuple(np.where(flag, FLAGGED, 1.0) for flag in flags)
+    setting = Setting(tuple(runs), nominal, FIRST_NOISE, 1.0, flags, weight, 10.0 if foreign else 0.5)
+    quiet = setting.with_noise(replace(FIRST_NOISE, sigma=0.0))
+    gap = _gap(evaluate(quiet, Hypothesis(refit=foreign)))
+    return replace(setting, gap=gap)
+
+
+def _gap(fit: Fitted) -> float:
+    """Root mean square of the simulation error of a fit without process noise [m or m/s]."""
+    e = np.concatenate([f.innovation[fit.problem.used(k)] for k, f in enumerate(fit.filtered)])
+    return float(np.sqrt(np.mean(e**2)))
+
+
+def select(setting: Setting, names: Sequence[str] | None = None, say: Report = lambda text: None) -> Selection:
+    """Weigh everything; names: the effects to consider (default: the catalogue)."""
+    effects = candidates(setting.nominal, setting.runs, names)
+    say("refit of the nominal's own parameters")
+    refit = evaluate(setting, Hypothesis())
+    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta, 120))
+    say(f"{len(effects)} effects, one by one")
+    singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
+    fits = _all(setting, singles, [scan(setting, refit) if h.name == "seiche" else None for h in singles])
+    say("noise level")
+    setting = settle(setting, fits)
+    fits = _all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
+    pairs = _pairs(setting, fits)
+    if pairs:
+        say(f"{len(pairs)} pairs")
+        fits += _all(setting, [pair for pair, _ in pairs], [[start] for _, start in pairs])
+    nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
+    best = max(fits, key=lambda f: f.log_evidence)
+    say("what has no name")
+    return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
+
+
+def _all(
+    setting: Setting, hypotheses: Sequence[Hypothesis], starts: Sequence[Sequence[Start] | None]
+) -> list[Fitted]:
+    """Fit all hypotheses; the compiled kernels release the interpreter, so two threads help."""
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(partial(evaluate, setting), hypotheses, starts))
+
+
+def _pairs(setting: Setting, fits: Sequence[Fitted]) -> list[tuple[Hypothesis, Start]]:
+    """Leaders among the single effects, each with the effects whose score on top of the leader is promising."""
+    refit, singles = fits[1].log_evidence, fits[2:]
+    ranked = sorted((f for f in singles if f.log_evidence > refit + PAIR_GAIN), key=lambda f: -f.log_evidence)
+    found: dict[frozenset[str], tuple[float, Hypothesis, Start]] = {}
+    for leader in ranked[:LEADERS]:
+        for second in singles:
+            names = frozenset((leader.hypothesis.name, second.hypothesis.name))
+            if len(names) == 2 and names not in found:
+                pair = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
+                gain = leader.log_evidence + score(setting, leader, second)
+                found[names] = gain, pair, {**second.start(), **leader.start()}
+    best = ranked[0].log_evidence if ranked else 0.0
+    promising = sorted((f for f in found.values() if f[0] > best + PAIR_GAIN), key=lambda f: -f[0])
+    return [(pair, start) for _, pair, start in promising[:MOST_PAIRS]]

@@ -1,0 +1,97 @@
+"""From evidence to probabilities, and from probabilities to a verdict in plain words."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+
+import numpy as np
+
+from .evidence import Fitted
+from .selection import Selection
+from .ties import tied_class
+
+NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Frozen numbers of calibration.toml: exponent on the evidence, and prior probability of each kind."""
+
+    tempering: float
+    prior: dict[str, float]
+
+
+@cache
+def calibration() -> Calibration:
+    """The calibration shipped with the package."""
+    data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
+    return Calibration(float(data["tempering"]), {k: float(v) for k, v in data["prior"].items()})
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What the diagnosis says.
+
+    Attributes:
+        kind: none, parameters, effect, effects, unknown or undecided.
+        effects: the effects named, most probable first.
+        rivals: effects this data cannot separate from the winner, the winner included.
+        channel: hydrodynamics, actuator, sensor or None.
+        probability: of the verdict's class, or of the kind.
+        fit: the explanation that goes with it.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    rivals: tuple[str, ...]
+    channel: str | None
+    probability: float
+    fit: Fitted
+
+
+def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
+    """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
+    frozen = calibration()
+    power = frozen.tempering if tempering is None else tempering
+    singles = [f for f in selection.named if len(f.hypothesis.effects) == 1]
+    pairs = [f for f in selection.named if len(f.hypothesis.effects) == 2]
+    possible_pairs = max(len(singles) * (len(singles) - 1) // 2, 1)
+    logits = {
+        "none": power * selection.nominal.log_evidence + np.log(frozen.prior["none"]),
+        "parameters": power * selection.refit.log_evidence + np.log(frozen.prior["parameters"]),
+    }
+    for fit in singles:
+        logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["effect"] / len(singles))
+    for fit in pairs:
+        logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["pair"] / possible_pairs)
+    gain = np.logaddexp.reduce([power * d.gain for d in selection.unnamed]) - np.log(len(selection.unnamed))
+    logits["unknown"] = logits[selection.best.hypothesis.name] + gain + np.log(frozen.prior["unknown"])
+    top = max(logits.values())
+    weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
+    total = sum(weights.values())
+    return {name: weight / total for name, weight in weights.items()}
+
+
+def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
+    """The verdict: the most probable hypothesis with all it cannot be told from, or that none is probable enough."""
+    leader = max(chances, key=lambda name: chances[name])
+    if leader in ("none", "parameters"):
+        fit = selection.nominal if leader == "none" else selection.refit
+        return Verdict(leader, (), (), None, chances[leader], fit)
+    if leader == "unknown":
+        family = max(selection.unnamed, key=lambda d: d.gain)
+        return Verdict("unknown", (), (), family.channel, chances["unknown"], selection.best)
+    fit = next(f for f in selection.named if f.hypothesis.name == leader)
+    effects = fit.hypothesis.effects
+    rivals = tied_class(selection, fit)
+    probability = chances[leader]
+    if len(effects) == 1:
+        probability = sum(chances.get(name, 0.0) for name in rivals)
+    kind = "effect" if len(effects) == 1 else "effects"
+    if probability < NAMED:
+        kind = "undecided"
+    channel = effects[0].channel
+    return Verdict(kind, tuple(e.name for e in effects), rivals, channel, probability, fit)
