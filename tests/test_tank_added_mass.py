@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from bodies import (
     GRAVITY_CENTRE,
+    MJCF,
     awkward_model,
     awkward_vehicle,
     body_velocity,
@@ -90,6 +91,17 @@ def test_weight_and_buoyancy_act_at_their_own_centres() -> None:
     moment = np.cross(GRAVITY_CENTRE, weight) + np.cross(vehicle.centre_of_buoyancy_m, buoyancy)
     expected = np.linalg.solve(TOTAL, np.concatenate([weight + buoyancy, moment]))
     assert acceleration_from_rest(data) == pytest.approx(expected, rel=1e-10, abs=1e-12)
+
+
+def test_mujocos_passive_forces_count() -> None:
+    """Gravity compensated by MuJoCo: force and moment of the weight vanish, and nothing accelerates."""
+    xml = MJCF.replace('name="awkward"', 'name="awkward" gravcomp="1"')
+    model = mujoco.MjModel.from_xml_string(xml.format(timestep=0.01, gravity=-9.80665, integrator="RK4"))
+    data = mujoco.MjData(model)
+    prepare(data, awkward_vehicle(), without_drag())
+    turned(data)
+    assert acceleration_from_rest(data) == pytest.approx(0.0, abs=1e-13)
+    assert np.linalg.norm(data.qfrc_passive) > 100.0
 
 
 def test_mass_edited_by_the_user_counts() -> None:

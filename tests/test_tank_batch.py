@@ -123,7 +123,19 @@ def test_not_a_number_as_input_is_reported(tmp_path: Path, monkeypatch: pytest.M
             tank.step(50)
 
 
-def test_thousand_steps_or_one_call_are_the_same() -> None:
+def test_divergence_is_reported_also_where_mujoco_does_not_reset(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    model = awkward_model()
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    with Tank(model, awkward_vehicle(), without_drag()) as tank:
+        tank.propeller_rev_s[:] = np.nan
+        with pytest.raises(InputError, match="simulation 0 of 1 diverged"):
+            tank.step(5)
+
+
+def test_many_calls_of_one_step_are_one_call_of_many_steps() -> None:
     ends = []
     for calls, nstep in ((1, 100), (100, 1)):
         with Tank(awkward_model(), awkward_vehicle(drag=True), without_drag(alpha=-1.0)) as tank:
