@@ -16,7 +16,7 @@ from .evidence import Fitted, Setting, evaluate
 from .selection import Selection
 
 SEPARABLE = 3.0  # [-] separation from which two effects are told apart: one deviation in ten thousand by chance
-HOPELESS = 20.0  # log evidence behind the winner at which a rival needs no closer look
+HOPELESS = 6.0  # log evidence behind the winner at which the data themselves have told a rival apart: odds of 1 in 400
 OUTLIERS = ("sonar_multipath", "tachometer_spikes")  # seen as lone readings, which no smooth effect imitates
 
 
