@@ -39,6 +39,7 @@ from .layout import AT, FIELDS, MAGIC, MAX_THRUSTERS, SIZE
 from .offsets import OFFSETS
 
 PARAMETERS = FIELDS["parameters"][0]
+NUMBER = 8  # [bytes] of a float64, the unit of every address below
 
 
 @intrinsic
@@ -72,7 +73,7 @@ def triple(array: np.ndarray, start: int) -> Vector:
 @term
 def matrix(user: np.ndarray, start: int) -> np.ndarray:
     """The (6, 6) matrix that begins at an index."""
-    return array_at(user.ctypes.data + 8 * start, (6, 6))
+    return array_at(user.ctypes.data + NUMBER * start, (6, 6))
 
 
 @term
@@ -208,15 +209,15 @@ def compiled() -> Any:
         control(
             user,
             array_at(data + time, 1)[0],
-            array_at(word_at(data + xpos) + 24 * body, 3),
-            array_at(word_at(data + xmat) + 72 * body, (3, 3)),
-            array_at(word_at(data + qvel) + 8 * dof, 6),
-            array_at(word_at(data + act) + 8 * lag, 2),
-            array_at(word_at(data + ctrl) + 8 * lag_input, 2),
-            array_at(word_at(data + passive) + 8 * dof, 6),
-            array_at(word_at(data + bias) + 8 * dof, 6),
-            array_at(word_at(data + external) + 48 * body, 6),
-            array_at(word_at(data + applied) + 8 * dof, 6),
+            array_at(word_at(data + xpos) + NUMBER * 3 * body, 3),
+            array_at(word_at(data + xmat) + NUMBER * 9 * body, (3, 3)),
+            array_at(word_at(data + qvel) + NUMBER * dof, 6),
+            array_at(word_at(data + act) + NUMBER * lag, 2),
+            array_at(word_at(data + ctrl) + NUMBER * lag_input, 2),
+            array_at(word_at(data + passive) + NUMBER * dof, 6),
+            array_at(word_at(data + bias) + NUMBER * dof, 6),
+            array_at(word_at(data + external) + NUMBER * 6 * body, 6),
+            array_at(word_at(data + applied) + NUMBER * dof, 6),
         )
 
     return mjcb_control
