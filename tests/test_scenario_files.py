@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from vtank.errors import InputError
+from vtank.resources import scenarios_dir
 from vtank.scenario.clearance import check_command
-from vtank.scenario.scenario import SonarFilter, load_scenario, scenario_names
+from vtank.scenario.scenario import (
+    Control,
+    Sonar,
+    SonarFilter,
+    Tachometer,
+    Turbulence,
+    load_scenario,
+    scenario_names,
+)
 from vtank.scenario.section import UNITS, override, split_unit
 
 GOOD = """
@@ -170,3 +180,24 @@ def test_units_are_split_from_the_longest_suffix() -> None:
     suffixes = list(UNITS)
     for i, suffix in enumerate(suffixes):
         assert not any(suffix.endswith(earlier) for earlier in suffixes[:i]), suffix
+
+
+def numbers(part: object) -> list[float]:
+    """The numbers of a dataclass."""
+    return [value for value in vars(part).values() if isinstance(value, float)]
+
+
+def test_the_reference_of_all_keys_is_complete_and_current(tmp_path: Path) -> None:
+    text = (scenarios_dir() / "README.md").read_text(encoding="utf-8")
+    example = text.split("```toml")[1].split("```")[0]
+    shown, bare = load_scenario(written(tmp_path, example)), load_scenario(written(tmp_path, GOOD))
+    for part in ("sonar", "tachometer", "turbulence", "filter", "control"):
+        assert numbers(getattr(shown, part)) == pytest.approx(numbers(getattr(bare, part)))
+    assert (shown.period_s, shown.standoff_m, shown.depth_m) == pytest.approx(
+        (bare.period_s, bare.standoff_m, bare.depth_m)
+    )
+    assert (shown.truth, shown.hold, shown.seed) == (bare.truth, bare.hold, bare.seed)
+    for kind in (Sonar, Tachometer, Turbulence, Control):
+        assert all(f"\n{field.name} = " in example for field in fields(kind))
+    for name in scenario_names():
+        assert f"| {name} |" in text or name.startswith("paper-ds")

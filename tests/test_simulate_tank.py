@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from vtank.dynamics.truth import truth_names
+from vtank.effects.catalogue import CATALOGUE
+from vtank.effects.effect import Parameter
 from vtank.errors import InputError
 from vtank.scenario.scenario import load_scenario, scenario_names
 from vtank.simulate import Plan, Result, plan_run, simulate_surge, simulate_tank, tank_model
@@ -64,6 +68,22 @@ def test_they_agree_with_every_kind_of_effect_switched_on() -> None:
     plans = [plan("open-loop-sine", *shared, f"effects.{effect}", run=i) for i, effect in enumerate(effects)]
     for tank, surge in zip(simulate_tank(plans), simulate_surge(plans), strict=True):
         np.testing.assert_allclose(tank.true["position_m"], surge.true["position_m"], rtol=0, atol=0.01 * SONAR_NOISE_M)
+
+
+@pytest.mark.parametrize("simulate", [simulate_tank, simulate_surge])
+def test_effects_at_their_null_values_change_no_bit(simulate: Callable[[list[Plan]], list[Result]]) -> None:
+    plain = plan("paper-ds1", "duration_s=8")
+    null = [f"effects.{e.name}.{q.key}={null_or_idle(q)}" for e in CATALOGUE for q in e.parameters if e.name not in OWN]
+    assert len(null) > 20
+    same(*simulate([plain, plan("paper-ds1", "duration_s=8", *null)]))
+
+
+OWN = ("thrust_lag", "thrust_loss")  # what the truth presets have values of their own for
+
+
+def null_or_idle(parameter: Parameter) -> float:
+    """The null value, or for a parameter without influence there, another."""
+    return parameter.scale if parameter.shape else parameter.null
 
 
 def test_with_thrusters_the_hull_stays_near_depth_and_heading() -> None:

@@ -21,6 +21,7 @@ from .excitation import Excitation, read_excitation
 from .section import Section, meant, open_section
 
 STEP_S = 0.01  # [s] step of the tank's integrator, of which the tick is a multiple (models/phoenix.xml)
+SHALLOWEST_M = 0.2  # [m] least depth of the hull's centre, whose half height is 0.13 m: the surface is not modelled
 FT2_M2 = FOOT_M**2  # [m2/ft2]
 INFINITE = float("inf")
 
@@ -154,7 +155,7 @@ def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Sce
         duration_s=section.positive("duration_s", 120.0, 86400.0),
         period_s=_period(section),
         standoff_m=section.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
-        depth_m=section.positive("depth_m", 3.0 * FOOT_M, 1000.0),
+        depth_m=section.number("depth_m", 3.0 * FOOT_M, SHALLOWEST_M, 1000.0),
         n_limit_rev_s=section.positive("n_limit_rev_s") if "n_limit_rev_s" in section.entries else None,
         hold=section.choice("hold", ("thrusters", "rigid"), "thrusters"),
         seed=section.integer("seed", 0),
