@@ -28,6 +28,7 @@ START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial stat
 
 
 Start = dict[str, float | np.ndarray]  # first guesses by slot name; arrays hold one value per run
+STATES = "initial state"  # key of the initial states (x, u, z, wake) in a first guess, shape (runs, 4)
 
 
 @dataclass(frozen=True)
@@ -90,7 +91,8 @@ class Fitted:
         """Its parameters as a first guess for a related fit, those of single runs included."""
         own = [self.optimum.theta[self.problem.own_slice(k)] for k in range(len(self.problem.runs))]
         per_run = {name: np.array([values[i] for values in own]) for i, name in enumerate(self.problem.per_run)}
-        return {**self.values, **per_run}
+        states = [self.problem.model(self.optimum.theta, k)[1] for k in range(len(self.problem.runs))]
+        return {**self.values, **per_run, STATES: np.array(states)}
 
     def vector(self) -> np.ndarray:
         """Parameter vector at the optimum (per-run parameters of the first run), shape (P,)."""
@@ -113,6 +115,9 @@ def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Probl
     for i, name in enumerate(per_run):
         for k in range(len(setting.runs)):
             theta[problem.own_slice(k).start + i] = np.broadcast_to(start.get(name, 0.0), len(setting.runs))[k]
+    for k, state in enumerate(np.asarray(start.get(STATES, []))):
+        own = problem.own_slice(k)
+        theta[own.start + len(per_run) : own.stop] = state[list(problem.start_states(k))]
     return problem, theta
 
 
@@ -182,7 +187,8 @@ def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] |
             best = problem, prior, optimum
     assert best is not None
     problem, prior, optimum = best
-    optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
+    if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
+        optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
 
 

@@ -8,6 +8,7 @@ for turbulence and wake, by the likelihood of the innovations.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -15,30 +16,41 @@ from scipy.optimize import minimize
 from ..identify.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
 
-CONTENDERS = 3  # hypotheses whose own noise level is looked at
-ROUNDS = 4  # alternations of fit and noise level
+CONTENDERS = 2  # hypotheses whose own noise level is looked at
+ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
+MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
 
 
-def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 60) -> Noise:
-    """Noise level near the problem's own that makes the innovations at theta most likely."""
+def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 30) -> Noise:
+    """Noise level near the problem's own that makes the innovations at theta most likely.
+
+    The overall scale is concentrated out of the likelihood: what is searched are the disturbance over the measurement
+    noise, and its memory.
+    """
     noise = problem.noise
-    start = np.array([0.0, np.log(max(noise.sigma, 10.0 * LEAST_SIGMA)), np.log(noise.correlation_time)])
 
-    def level(q: np.ndarray) -> Noise:
-        a, b, c = (float(v * np.exp(np.clip(q[0], -15.0, 15.0))) for v in noise.variance)
-        sigma = float(np.exp(np.clip(q[1], np.log(LEAST_SIGMA), 3.0)))
-        return Noise((a, b, c), sigma, float(np.exp(np.clip(q[2], np.log(0.2), np.log(30.0)))))
+    def shape(q: np.ndarray) -> Noise:
+        sigma = float(np.exp(np.clip(q[0], np.log(LEAST_SIGMA), 3.0)))
+        return replace(noise, sigma=sigma, correlation_time=float(np.exp(np.clip(q[1], *np.log(MEMORY_S)))))
 
-    def cost(q: np.ndarray) -> float:
-        trial = problem.with_noise(level(q))
-        value = -trial.log_likelihood(trial.filter(theta))
-        return value if np.isfinite(value) else 1e12
+    def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
+        trial = problem.with_noise(shape(q))
+        squares, logs, count = 0.0, 0.0, 0
+        for k, f in enumerate(trial.filter(theta)):
+            e, S = f.innovation[problem.used(k)], f.variance[problem.used(k)]
+            squares, logs, count = squares + float(np.sum(e**2 / S)), logs + float(np.sum(np.log(S))), count + e.size
+        cost = 0.5 * (count * np.log(squares / count) + logs)
+        return squares / count, cost if np.isfinite(cost) else 1e12
 
-    simplex = start + np.vstack([np.zeros(3), np.diag([-0.5, -1.0, 0.7])])
+    start = np.log([max(noise.sigma, 10.0 * LEAST_SIGMA), noise.correlation_time])
+    simplex = start + np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, 0.7]])
     options = {"maxfev": evaluations, "xatol": 0.05, "fatol": 0.3, "initial_simplex": simplex}
-    return level(minimize(cost, start, method="Nelder-Mead", options=options).x)
+    best = minimize(lambda q: scale_and_cost(q)[1], start, method="Nelder-Mead", options=options).x
+    scale, found = scale_and_cost(best)[0], shape(best)
+    a, b, c = (float(v * scale) for v in found.variance)
+    return Noise((a, b, c), max(found.sigma * float(np.sqrt(scale)), LEAST_SIGMA), found.correlation_time)
 
 
 def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:

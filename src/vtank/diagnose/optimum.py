@@ -10,6 +10,10 @@ import numpy as np
 from ..identify.problem import Filtered, Problem
 
 
+PROMISE = 0.01  # log-likelihood that a further step must promise to be taken
+STUCK = 1e9  # damping at which no step helps any more
+
+
 @dataclass(frozen=True)
 class Prior:
     """Independent normal priors on all unknowns, and the bounds they are truncated to; shapes (size,)."""
@@ -29,7 +33,7 @@ class Optimum:
         cost: half the sum of squared innovations and prior deviations, with the gains held.
         information: Gauss-Newton Hessian of the cost, prior included, shape (size, size).
         gradient: of the cost at theta, shape (size,).
-        converged: whether the last step no longer mattered.
+        converged: whether a further step would no longer matter.
     """
 
     theta: np.ndarray
@@ -52,23 +56,30 @@ def climb(
         gradient = J.T @ residual + weight * (theta - prior.mean)
         H = J.T @ J + np.diag(weight)
         free = ~(((theta <= prior.low) & (gradient > 0)) | ((theta >= prior.high) & (gradient < 0)))
+        converged = _promise(H, gradient, free) < PROMISE
         if converged or step == steps:
             break
-        while True:
+        while damping < STUCK:
             move = np.zeros_like(theta)
             damped = H[np.ix_(free, free)] + damping * np.diag(np.diag(H)[free])
             move[free] = -np.linalg.solve(damped, gradient[free])
             trial = np.clip(theta + move, prior.low, prior.high)
             trial_residual = problem.residuals(trial, filtered)
             trial_cost = _cost(trial_residual, trial, prior)
-            if trial_cost <= cost or damping > 1e8:
+            if trial_cost <= cost:
+                theta, residual, cost = trial, trial_residual, trial_cost
                 break
             damping *= 8.0
-        converged = cost - trial_cost < 1e-3 * (1.0 + 1e-3 * cost) ** 0.5
-        if trial_cost <= cost:
-            theta, residual, cost = trial, trial_residual, trial_cost
+        if damping >= STUCK:
+            break
         damping = max(damping / 10.0, 1e-9)
     return Optimum(theta, cost, H, gradient, converged)
+
+
+def _promise(H: np.ndarray, gradient: np.ndarray, free: np.ndarray) -> float:
+    """Drop of the cost that the undamped step promises."""
+    g = gradient[free]
+    return 0.5 * float(g @ np.linalg.solve(H[np.ix_(free, free)], g))
 
 
 def _cost(residual: np.ndarray, theta: np.ndarray, prior: Prior) -> float:

@@ -6,6 +6,8 @@ effect's column, and the rest is compared with the innovations that are left (Ra
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..dynamics.parameters import vector
@@ -18,38 +20,51 @@ PROBE_M_S = 1e-3  # amplitude of the probing wave, small enough to be linear
 TRIES = 2  # frequencies handed to the optimiser
 
 
-def residual(fit: Fitted) -> np.ndarray:
-    """Innovations over their deviations at the optimum, all runs, shape (sum M,)."""
-    return fit.problem.residuals(fit.optimum.theta, fit.filtered)
+@dataclass(frozen=True)
+class Linearised:
+    """A fit near its optimum.
+
+    Attributes:
+        fit: the fit.
+        residual: innovations over their deviations, all runs, shape (sum M,).
+        jacobian: their derivatives with respect to all unknowns, shape (sum M, size).
+    """
+
+    fit: Fitted
+    residual: np.ndarray
+    jacobian: np.ndarray
+
+    def explain(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
+        """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's parameters."""
+        J, r = self.jacobian, self.residual
+        taken = np.linalg.solve(self.fit.optimum.information, J.T @ np.column_stack([columns, r]))
+        A = columns.T @ columns - (columns.T @ J) @ taken[:, :-1]
+        b = -columns.T @ r + (columns.T @ J) @ taken[:, -1]
+        scale = np.sqrt(np.maximum(np.diag(A), 1e-30))
+        coefficients = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0] / scale
+        return 0.5 * float(b @ coefficients), coefficients
 
 
-def explain(fit: Fitted, columns: np.ndarray) -> tuple[float, np.ndarray]:
-    """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's own parameters."""
-    r, theta = residual(fit), fit.optimum.theta
-    J = fit.problem.jacobian(theta, fit.filtered, r)
-    both = np.column_stack([columns, r])
-    orthogonal = both - J @ np.linalg.solve(fit.optimum.information, J.T @ both)
-    A = columns.T @ orthogonal[:, :-1]
-    b = -columns.T @ orthogonal[:, -1]
-    scale = np.sqrt(np.maximum(np.diag(A), 1e-30))
-    coefficients = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0] / scale
-    return 0.5 * float(b @ coefficients), coefficients
+def linearise(fit: Fitted) -> Linearised:
+    """Residuals and derivatives of a fit at its optimum."""
+    theta = fit.optimum.theta
+    r = fit.problem.residuals(theta, fit.filtered)
+    return Linearised(fit, r, fit.problem.jacobian(theta, fit.filtered, r))
 
 
-def score(setting: Setting, fit: Fitted, second: Fitted) -> float:
-    """Log-likelihood that the effect of `second` promises on top of `fit`."""
+def score(setting: Setting, near: Linearised, second: Fitted) -> float:
+    """Log-likelihood that the effect of `second` promises on top of a fit."""
     name = second.hypothesis.name
     if name == "sonar_multipath":
-        return outliers.multipath(fit.filtered, setting.flags)[0]
+        return outliers.multipath(near.fit.filtered, setting.flags)[0]
     if name == "tachometer_spikes":
         return outliers.lone_readings(setting.runs).evidence()
-    base = residual(fit)
     best = 0.0
-    own = {k: v for k, v in second.start().items() if k.startswith(name + ".")}
+    own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
     starts = [own, *starting_values(second.hypothesis.effects[0], setting.runs)]
     for start in starts:
-        columns = _shift(fit, start) - base
-        best = max(best, explain(fit, columns[:, None])[0])
+        columns = _shift(near.fit, start) - near.residual
+        best = max(best, near.explain(columns[:, None])[0])
     return best
 
 
@@ -67,17 +82,17 @@ def _shift(fit: Fitted, start: dict[str, float | np.ndarray]) -> np.ndarray:
 
 def scan(setting: Setting, refit: Fitted) -> list[dict[str, float | np.ndarray]]:
     """First guesses of a seiche: the frequencies at which a wave explains most, with amplitude and phases."""
-    base, count = residual(refit), len(setting.runs)
+    near, count = linearise(refit), len(setting.runs)
     rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
     found = []
     for frequency in SEICHE_RAD_S:
         columns = np.zeros((rows[-1], 2 * count))
         for i, phase in enumerate((0.0, 0.5 * np.pi)):
             wave = {"seiche.amplitude": PROBE_M_S, "seiche.frequency": frequency, "seiche.phase": phase}
-            change = (_shift(refit, wave) - base) / PROBE_M_S
+            change = (_shift(refit, wave) - near.residual) / PROBE_M_S
             for k in range(count):
                 columns[rows[k] : rows[k + 1], 2 * k + i] = change[rows[k] : rows[k + 1]]
-        gain, c = explain(refit, columns)
+        gain, c = near.explain(columns)
         found.append((gain, frequency, c.reshape(count, 2)))
     out: list[dict[str, float | np.ndarray]] = []
     for _, frequency, c in sorted(found, key=lambda f: -f[0]):

@@ -13,10 +13,10 @@ from ..identify.observed import Observed
 from ..identify.problem import FLAGGED, Noise
 from . import outliers
 from .discrepancy import Discrepancy, unnamed
-from .evidence import Fitted, Setting, Start, evaluate
+from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .hypothesis import Hypothesis, candidates
 from .noise_floor import noise_at, settle
-from .score import scan, score
+from .score import linearise, scan, score
 
 FIRST_NOISE = Noise((1e-4, 1e-4, 1e-4), 0.01, 1.0)  # where the search for the noise level starts; a guess
 LEADERS = 3  # single effects that are tried in pairs with all others
@@ -69,10 +69,11 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     effects = candidates(setting.nominal, setting.runs, names)
     say("refit of the nominal's own parameters")
     refit = evaluate(setting, Hypothesis())
-    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta, 120))
+    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta, 60))
+    refit = evaluate(setting, Hypothesis(), [refit.start()])
     say(f"{len(effects)} effects, one by one")
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
-    fits = _all(setting, singles, [scan(setting, refit) if h.name == "seiche" else None for h in singles])
+    fits = _all(setting, singles, [_near(setting, refit, h) for h in singles])
     say("noise level")
     setting = settle(setting, fits)
     fits = _all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
@@ -84,6 +85,14 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     best = max(fits, key=lambda f: f.log_evidence)
     say("what has no name")
     return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
+
+
+def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:
+    """First guesses of a hypothesis beside the refit's parameters and initial states."""
+    if not hypothesis.refit:
+        return [{STATES: refit.start()[STATES]}]
+    own = scan(setting, refit) if hypothesis.name == "seiche" else first_guesses(setting, hypothesis)
+    return [{**refit.start(), **start} for start in own]
 
 
 def _all(
@@ -100,11 +109,12 @@ def _pairs(setting: Setting, fits: Sequence[Fitted]) -> list[tuple[Hypothesis, S
     ranked = sorted((f for f in singles if f.log_evidence > refit + PAIR_GAIN), key=lambda f: -f.log_evidence)
     found: dict[frozenset[str], tuple[float, Hypothesis, Start]] = {}
     for leader in ranked[:LEADERS]:
+        near = linearise(leader)
         for second in singles:
             names = frozenset((leader.hypothesis.name, second.hypothesis.name))
             if len(names) == 2 and names not in found:
                 pair = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
-                gain = leader.log_evidence + score(setting, leader, second)
+                gain = leader.log_evidence + score(setting, near, second)
                 found[names] = gain, pair, {**second.start(), **leader.start()}
     best = ranked[0].log_evidence if ranked else 0.0
     promising = sorted((f for f in found.values() if f[0] > best + PAIR_GAIN), key=lambda f: -f[0])
