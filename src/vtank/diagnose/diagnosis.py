@@ -94,4 +94,3 @@ def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
                 entry[q.name] = {"value": fit.extra[name], "interval95": None, "unit": q.unit}
         out[effect.name] = entry
     return out
-

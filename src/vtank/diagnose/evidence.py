@@ -90,9 +90,11 @@ class Fitted:
     def start(self) -> Start:
         """Its parameters as a first guess for a related fit, those of single runs included."""
         own = [self.optimum.theta[self.problem.own_slice(k)] for k in range(len(self.problem.runs))]
-        per_run = {name: np.array([values[i] for values in own]) for i, name in enumerate(self.problem.per_run)}
+        out: Start = {**self.values}
+        for i, name in enumerate(self.problem.per_run):
+            out[name] = np.array([values[i] for values in own])
         states = [self.problem.model(self.optimum.theta, k)[1] for k in range(len(self.problem.runs))]
-        return {**self.values, **per_run, STATES: np.array(states)}
+        return out | {STATES: np.array(states)}
 
     def vector(self) -> np.ndarray:
         """Parameter vector at the optimum (per-run parameters of the first run), shape (P,)."""
@@ -106,7 +108,8 @@ class Fitted:
 def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Problem, np.ndarray]:
     """The least-squares problem of a hypothesis and a first guess of its unknowns."""
     free = list(nuisance(setting.nominal)) if hypothesis.refit else []
-    per_run, base = [], vector({k: v for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
+    per_run: list[str] = []
+    base = vector({k: float(v) for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
     for name, parameter in hypothesis.parameters():
         if not _fixed(parameter, name):
             (per_run if parameter.per_run else free).append(name)

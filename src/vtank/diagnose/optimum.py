@@ -9,7 +9,6 @@ import numpy as np
 
 from ..identify.problem import Filtered, Problem
 
-
 PROMISE = 0.01  # log-likelihood that a further step must promise to be taken
 STUCK = 1e9  # damping at which no step helps any more
 
@@ -43,9 +42,7 @@ class Optimum:
     converged: bool
 
 
-def climb(
-    problem: Problem, theta: np.ndarray, prior: Prior, filtered: Sequence[Filtered], steps: int = 15
-) -> Optimum:
+def climb(problem: Problem, theta: np.ndarray, prior: Prior, filtered: Sequence[Filtered], steps: int = 15) -> Optimum:
     """Levenberg-Marquardt from theta with the filter's gains held; bounds by projection."""
     theta = np.clip(theta, prior.low, prior.high)
     weight, damping = prior.sd**-2, 1e-3

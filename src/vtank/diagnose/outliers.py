@@ -93,7 +93,7 @@ def lone_readings(runs: Sequence[Observed]) -> LoneReadings:
 
 
 def none_seen(total: int) -> float:
-    """Log evidence of an outlier effect when no outlier is seen: its rate, uniform up to 0.3, must be next to nothing."""
+    """Log evidence of an outlier effect when no outlier is seen: its rate, uniform up to 0.3, must be tiny."""
     return -float(np.log(0.3 * total + 1.0))
 
 

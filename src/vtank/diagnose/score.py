@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dynamics.parameters import vector
-from .evidence import Fitted, Setting
-from .hypothesis import starting_values
 from . import outliers
+from .evidence import Fitted, Setting, Start
+from .hypothesis import starting_values
 
 SEICHE_RAD_S = np.arange(0.06, 3.0, 0.04)  # frequencies looked at; 120 s resolve about 0.05 rad/s
 PROBE_M_S = 1e-3  # amplitude of the probing wave, small enough to be linear
@@ -61,14 +61,14 @@ def score(setting: Setting, near: Linearised, second: Fitted) -> float:
         return outliers.lone_readings(setting.runs).evidence()
     best = 0.0
     own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
-    starts = [own, *starting_values(second.hypothesis.effects[0], setting.runs)]
+    starts: list[Start] = [own, *map(dict, starting_values(second.hypothesis.effects[0], setting.runs))]
     for start in starts:
         columns = _shift(near.fit, start) - near.residual
         best = max(best, near.explain(columns[:, None])[0])
     return best
 
 
-def _shift(fit: Fitted, start: dict[str, float | np.ndarray]) -> np.ndarray:
+def _shift(fit: Fitted, start: Start) -> np.ndarray:
     """Residuals of the fit with an effect added at the given values."""
     problem, parts = fit.problem, []
     for k, f in enumerate(fit.filtered):
@@ -80,7 +80,7 @@ def _shift(fit: Fitted, start: dict[str, float | np.ndarray]) -> np.ndarray:
     return np.nan_to_num(np.concatenate(parts), posinf=1e6, neginf=-1e6)
 
 
-def scan(setting: Setting, refit: Fitted) -> list[dict[str, float | np.ndarray]]:
+def scan(setting: Setting, refit: Fitted) -> list[Start]:
     """First guesses of a seiche: the frequencies at which a wave explains most, with amplitude and phases."""
     near, count = linearise(refit), len(setting.runs)
     rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
@@ -94,7 +94,7 @@ def scan(setting: Setting, refit: Fitted) -> list[dict[str, float | np.ndarray]]
                 columns[rows[k] : rows[k + 1], 2 * k + i] = change[rows[k] : rows[k + 1]]
         gain, c = near.explain(columns)
         found.append((gain, frequency, c.reshape(count, 2)))
-    out: list[dict[str, float | np.ndarray]] = []
+    out: list[Start] = []
     for _, frequency, c in sorted(found, key=lambda f: -f[0]):
         if all(abs(frequency - other["seiche.frequency"]) > 0.1 for other in out) and len(out) < TRIES:
             amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))

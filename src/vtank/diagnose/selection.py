@@ -95,9 +95,7 @@ def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start
     return [{**refit.start(), **start} for start in own]
 
 
-def _all(
-    setting: Setting, hypotheses: Sequence[Hypothesis], starts: Sequence[Sequence[Start] | None]
-) -> list[Fitted]:
+def _all(setting: Setting, hypotheses: Sequence[Hypothesis], starts: Sequence[Sequence[Start] | None]) -> list[Fitted]:
     """Fit all hypotheses; the compiled kernels release the interpreter, so two threads help."""
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(partial(evaluate, setting), hypotheses, starts))

@@ -7,7 +7,6 @@ import math
 from ..compiled import law
 from .effect import Effect, Parameter
 
-
 REVERSAL_M_S = 0.005  # [m/s] speed over which the force turns round, below the sonar's resolution per ping; a guess
 
 

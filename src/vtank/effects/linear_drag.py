@@ -18,6 +18,6 @@ EFFECT = Effect(
     sentence="Laminar skin friction adds a drag proportional to speed, which quadratic drag alone cannot follow.",
     law="du/dt += -c u_r",
     parameters=(Parameter("c", "1/s", "drag per unit of moving mass and speed", 0.0, (0.0, 5.0), 0.1),),
-    source="Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), linear potential and viscous damping",
+    source="Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), linear damping",
     confused_with=("coulomb_friction", "thrust_loss", "wake_memory"),
 )

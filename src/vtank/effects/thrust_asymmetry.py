@@ -24,6 +24,6 @@ EFFECT = Effect(
     sentence="Blades are cambered for going ahead, so the same speed pushes less astern.",
     law="beta n|n| -> beta (|n| + e n) n",
     parameters=(Parameter("e", "-", "half the relative difference, ahead over astern", 0.0, (-0.95, 0.95), 0.1),),
-    source="four-quadrant propeller diagrams (van Lammeren et al., SNAME Trans. 77, 1969); T200 bench data give e = 0.11",
+    source="four-quadrant diagrams (van Lammeren et al., SNAME Trans. 77, 1969); T200 bench data: e = 0.11",
     confused_with=("drag_asymmetry", "tachometer_bias"),
 )

@@ -18,8 +18,15 @@ EFFECT = Effect(
     sentence="Ventilation, current limit or supply voltage keep the thrust from growing beyond some speed.",
     law="n_e = min(max(n, -n_max), n_max)",
     parameters=(
-        Parameter("n_max", "rev/s", "speed at which thrust flattens, in the unit of the input", float("inf"), (0.0, float("inf")), 8.0),
+        Parameter(
+            "n_max",
+            "rev/s",
+            "speed at which thrust flattens, in the unit of the input",
+            float("inf"),
+            (0.0, float("inf")),
+            8.0,
+        ),
     ),
-    source="bollard load cell of an electric catamaran: thrust flat above 0.7 of full command (Bingham et al., pub_usv_modeling, 2017)",
+    source="bollard test of an electric catamaran, flat above 0.7 of full command (pub_usv_modeling, 2017)",
     confused_with=("thrust_loss", "thrust_lag"),
 )

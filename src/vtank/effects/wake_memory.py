@@ -24,6 +24,6 @@ EFFECT = Effect(
         Parameter("k", "-", "share of the hull's speed that the wake takes up", 0.0, (0.0, 0.9), 0.3),
         Parameter("T", "s", "time the wake takes to follow and to die away", 5.0, (0.5, 60.0), 5.0, shape=True),
     ),
-    source="one-state reduction of the history force in oscillating flow (Sarpkaya, Wave Forces on Offshore Structures, 2010); a guess in form",
+    source="one-state form of the history force (Sarpkaya, Wave Forces on Offshore Structures, 2010); a guess",
     confused_with=("linear_drag", "thrust_lag"),
 )

@@ -9,7 +9,6 @@ from __future__ import annotations
 from ..compiled import law
 from .effect import Effect, Parameter
 
-
 STANDOFF_M = 3.0  # [m] distance at which the parameters are stated (definition)
 NEAREST_M = 0.05  # [m] the law is cut off here: the hull has then hit the wall
 
@@ -48,6 +47,6 @@ EFFECT = Effect(
         Parameter("drag", "-", "fractional growth of quadratic drag at 3 m", 0.0, (0.0, 3.0), 0.3),
         Parameter("mass", "-", "fractional growth of moving mass at 3 m", 0.0, (0.0, 1.0), 0.1),
     ),
-    source="Lamb, Hydrodynamics (1932), sphere moving towards a plane wall: added mass grows with (a/d)^3; drag alike: a guess",
+    source="Lamb, Hydrodynamics (1932), sphere before a wall: added mass grows with (a/d)^3; drag alike: a guess",
     confused_with=("tether", "drag_asymmetry"),
 )
