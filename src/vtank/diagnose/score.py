@@ -61,7 +61,7 @@ def score(setting: Setting, near: Linearised, second: Fitted) -> float:
         return outliers.lone_readings(setting.runs).evidence()
     best = 0.0
     own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
-    starts: list[Start] = [own, *map(dict, starting_values(second.hypothesis.effects[0], setting.runs))]
+    starts: list[Start] = [own, *({**values} for values in starting_values(second.hypothesis.effects[0], setting.runs))]
     for start in starts:
         columns = _shift(near.fit, start) - near.residual
         best = max(best, near.explain(columns[:, None])[0])
