@@ -54,6 +54,17 @@ def echo_instant(stamp, kind, p):
 
 
 @law
+def schedule(time, kind, p):
+    """Instants at which the measurements were true [s], shape (M,), and the order in which to meet them, shape (M,)."""
+    instant = np.empty(time.size)
+    ascending = True
+    for k in range(time.size):
+        instant[k] = echo_instant(time[k], kind[k], p)
+        ascending = ascending and (k == 0 or instant[k] >= instant[k - 1])
+    return instant, np.arange(time.size) if ascending else np.argsort(instant, kind="mergesort")
+
+
+@law
 def output(x, u, kind, p):
     """Noise-free measurement [m or m/s] of channel `kind` in state x, u."""
     if kind == 0:
@@ -108,9 +119,10 @@ def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain
     """
     n = propeller_speed(reading, p)
     s = (start[0], start[1], start[2], start[3], 0.0)
-    now, j = echo_instant(time[0], kind[0], p), 0
-    for k in range(time.size):
-        until = echo_instant(time[k], kind[k], p)
+    instant, order = schedule(time, kind, p)
+    now, j = instant[order[0]], 0
+    for k in order:
+        until = instant[k]
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
@@ -131,6 +143,9 @@ def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
     """State after a step, and its covariance P -> F P F' + Q in place; F and A are scratch, shape (5, 5)."""
     ahead = step(now, stop, s, n, push, correlation_time, p)
     for i in range(STATES):
+        if P[i, i] == 0.0:  # known exactly: its column meets only zeros
+            F[:, i] = 0.0
+            continue
         nudged = (s[0] + NUDGE * (i == 0), s[1] + NUDGE * (i == 1), s[2] + NUDGE * (i == 2),
                   s[3] + NUDGE * (i == 3), s[4] + NUDGE * (i == 4))  # fmt: skip
         b = step(now, stop, nudged, n, push, correlation_time, p)
@@ -149,8 +164,22 @@ def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
                 total += A[i, m] * F[k, m]
             P[i, k] = total
             P[k, i] = total
-    P[4, 4] += sigma * sigma * (1.0 - math.exp(-2.0 * (stop - now) / correlation_time))
+    add_disturbance(P, stop - now, sigma, correlation_time)
     return ahead
+
+
+@law
+def add_disturbance(P, h, sigma, correlation_time):
+    """Add to P what the disturbance, known at the start of a step of h [s], brings to u and d by its end.
+
+    Exact but for the drag of the hull within the step, and for x, where it is of higher order in h.
+    """
+    a = math.exp(-h / correlation_time)
+    P[4, 4] += sigma * sigma * (1.0 - a * a)
+    both = sigma * sigma * correlation_time * (1.0 - a) * (1.0 - a)
+    P[1, 4] += both
+    P[4, 1] += both
+    P[1, 1] += (sigma * correlation_time) ** 2 * max(2.0 * h / correlation_time - 3.0 + 4.0 * a - a * a, 0.0)
 
 
 @law
@@ -169,9 +198,10 @@ def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, v
         P[i, i] = start_sd[i] ** 2
     P[4, 4] = sigma * sigma
     s = (start[0], start[1], start[2], start[3], 0.0)
-    now, j = echo_instant(time[0], kind[0], p), 0
-    for k in range(time.size):
-        until = echo_instant(time[k], kind[k], p)
+    instant, order = schedule(time, kind, p)
+    now, j = instant[order[0]], 0
+    for k in order:
+        until = instant[k]
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)

@@ -12,21 +12,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
 
-from ..dynamics.parameters import slot, vector
-from .observed import POSITION, RANGE, SPEED, Observed
-from .problem import Filtered, Noise, Problem
+from ..dynamics.parameters import vector
+from ..dynamics.surge import LINEAR_INPUT, thrust_target
+from ..errors import InputError
+from .first_guess import first_guesses, typical_acceleration
+from .levenberg import Descent, Prior, descend
+from .observed import POSITION, RANGE, Observed
+from .problem import Filtered, Problem
+from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
 MODELS: dict[str, tuple[str, ...]] = {
     "I": ("alpha", "beta"),
     "II": ("alpha", "beta", "thrust_lag.tau"),
     "III": ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"),
 }
-BOUNDS = {"thrust_lag.tau": (1e-3, 60.0), "thrust_loss.gamma": (-50.0, 5.0)}
-INSEPARABLE = 0.95  # |correlation| from which two parameters are reported as not separable; a convention
+BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
+    "alpha": (-np.inf, 0.0),
+    "beta": (0.0, np.inf),
+    "thrust_lag.tau": (0.02, 60.0),
+    "thrust_loss.gamma": (-50.0, 5.0),
+}
+INSEPARABLE = 0.95  # |correlation| from which two parameters count as not separated, and
+LOOSE = 0.05  # relative deviation that one of them must have besides; conventions, both
 UNDETERMINED = 0.5  # relative standard deviation from which a parameter is reported as undetermined; a convention
-WHITE = 0.2  # lag-one correlation of the residuals from which process noise is looked for; a convention
+FORGIVING = 0.3  # [-] disturbance that is forgiven at first, over the runs' own accelerations; a choice
+WARM_UP = 2  # iterations beside the forgiving filter; a choice
+WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
+SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
 
 
 @dataclass(frozen=True)
@@ -92,147 +105,112 @@ def identify(
     """Fit Model I, II or III to all runs jointly.
 
     base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
-    None to look for it when the residuals are not white.
+    None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
     """
-    base = vector({} if model == "I" else {"thrust_lag.tau": 0.5}, base)
-    base[slot("linear_input")] = float(runs[0].input_name == "thrust_N")
-    problem = Problem(tuple(runs), base, MODELS[model])
+    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5}, base)
+    base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
+    if model == "III" and base[LINEAR_INPUT]:
+        raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")
+    tied = any(
+        {RANGE, POSITION} <= run.first.keys() for run in runs
+    )  # then each run's stand-off matters, and is unknown
+    problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
     return fit(problem, first_guesses(problem), process_noise)
 
 
+def _common_input(runs: Sequence[Observed]) -> str:
+    names = {run.input_name for run in runs}
+    if len(names) != 1:
+        listed = ", ".join(f"{run.name}: {run.input_name}" for run in runs)
+        raise InputError(f"runs that are fitted together need the same input; found {listed or 'no run'}")
+    return names.pop()
+
+
 def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | None = None) -> Estimate:
-    """Best optimum from several first guesses of theta."""
-    best = min((_output_error(problem, guess) for guess in guesses), key=lambda result: result[1])
-    theta, _, converged = best
-    problem = problem.with_noise(_measurement_noise(problem, theta))
-    if process_noise or (process_noise is None and _lag_one(problem.filter(theta)) > WHITE):
-        problem, theta, converged = _with_process_noise(problem, theta)
-    return _estimate(problem, theta, converged)
+    """The optimum from the first guess of theta or, unless it leaves white residuals, the best one from all guesses."""
+    prior = _prior(problem, guesses[0])
+    ends = []
+    for guess in guesses:
+        ends.append(_output_error(problem, guess, prior))
+        if colour(problem.filter(ends[-1].theta)) < SUSPICIOUS:
+            break
+    end = min(ends, key=lambda end: end.cost)
+    problem, end = _weighted(problem.with_noise(replace(problem.noise, sigma=0.0)), end, prior)
+    if process_noise or (process_noise is None and colour(problem.filter(end.theta)) > SUSPICIOUS):
+        turbulent, other = _with_process_noise(problem, end, prior)
+        if process_noise or _likelihood(turbulent, other) > _likelihood(problem, end) + WORTHWHILE:
+            problem, end = turbulent, other
+    return _estimate(problem, end, prior)
 
 
-def first_guesses(problem: Problem, count: int = 2) -> list[np.ndarray]:
-    """Best points of a coarse grid over drag, thrust and lag, scaled to the runs' speeds and inputs."""
-    speed, acceleration, square = _scales(problem.runs, bool(problem.base[slot("linear_input")]))
-    simulated = problem.filter(problem.initial())
-    found = []
-    for length in (0.1, 0.3, 1.0, 3.0, 10.0, 30.0):  # [m] 1/|alpha|
-        for tau in (0.1, 0.5, 2.0) if problem.has_lag else (0.0,):
-            for factor in (0.5, 1.0, 2.0):
-                beta = factor * (speed**2 / length + acceleration) / square
-                p = vector({"alpha": -1.0 / length, "beta": beta, "thrust_lag.tau": tau}, problem.base)
-                theta = problem.initial(p)
-                found.append((float(np.sum(problem.residuals(theta, simulated) ** 2)), theta))
-    return [theta for _, theta in sorted(found, key=lambda item: item[0])[:count]]
+def _likelihood(problem: Problem, end: Descent) -> float:
+    return problem.log_likelihood(problem.filter(end.theta))
 
 
-def _scales(runs: Sequence[Observed], linear: bool) -> tuple[float, float, float]:
-    """Rms speed [m/s], rms acceleration [m/s2] and rms input (squared unless linear), from differences over 1 s."""
-    speeds, accelerations, inputs = [], [], []
-    for run in runs:
-        grid = np.arange(run.time_s[0], run.time_s[-1], 1.0)
-        kind = next(kind for kind in (RANGE, POSITION, SPEED) if np.any(run.kind == kind))
-        chosen = run.kind == kind
-        track = np.interp(grid, run.time_s[chosen], run.value[chosen])
-        speed = track if kind == SPEED else np.diff(track)
-        speeds.append(speed)
-        accelerations.append(np.diff(speed))
-        inputs.append(run.input if linear else run.input**2)
-    rms = [max(float(np.sqrt(np.mean(np.concatenate(x) ** 2))), 1e-6) for x in (speeds, accelerations, inputs)]
-    return rms[0], rms[1], rms[2]
+def _prior(problem: Problem, guess: np.ndarray) -> Prior:
+    """Bounds of the parameters; and the lag holds about as much thrust at first as the run's own input could give it.
 
-
-def _bounds(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
+    Without the latter, a short lag's first state is as good as free, and drags the lag along.
+    """
     low, high = np.full(problem.size, -np.inf), np.full(problem.size, np.inf)
+    sd = np.full(problem.size, np.inf)
     for i, name in enumerate(problem.free):
         low[i], high[i] = BOUNDS.get(name, (-np.inf, np.inf))
-    return low, high
+    for k, run in enumerate(problem.runs):
+        if problem.has_lag:
+            p, _ = problem.model(guess, k)
+            most = float(np.max(np.abs(run.input)))
+            sd[problem.own_slice(k).stop - 1] = max(thrust_target(0.0, most, p), -thrust_target(0.0, -most, p), 1e-6)
+    return Prior(np.zeros(problem.size), sd, low, high)
 
 
-def _solve(problem: Problem, theta: np.ndarray, filtered: Sequence[Filtered]) -> tuple[np.ndarray, float, bool]:
-    low, high = _bounds(problem)
-    result = least_squares(
-        problem.residuals,
-        np.clip(theta, low + 1e-12, high - 1e-12),
-        problem.jacobian,
-        bounds=(low, high),
-        method="dogbox",
-        x_scale="jac",
-        ftol=1e-7,
-        xtol=1e-9,
-        gtol=1e-9,
-        max_nfev=100,
-        args=(filtered,),
-    )
-    return result.x, float(2.0 * result.cost), bool(result.success)
+def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
+    """Optimum of pure simulation from one guess.
 
-
-def _output_error(problem: Problem, theta: np.ndarray) -> tuple[np.ndarray, float, bool]:
+    The first steps are taken beside a filter that forgives much: it predicts over a second or two only, where the
+    innovations are nearly linear in the parameters, and leads into the right valley of the simulation over minutes.
+    """
+    forgiving = problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
     quiet = problem.with_noise(replace(problem.noise, sigma=0.0))
-    return _solve(quiet, theta, quiet.filter(theta))
+    warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
+    return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
 
 
-def _measurement_noise(problem: Problem, theta: np.ndarray) -> Noise:
-    """Variance of each channel from the residuals, corrected for the unknowns fitted."""
-    filtered = problem.filter(theta)
-    variance = list(problem.noise.variance)
-    total = sum(f.innovation.size for f in filtered)
-    for kind in (RANGE, POSITION, SPEED):
-        e = np.concatenate([f.innovation[run.kind == kind] for f, run in zip(filtered, problem.runs, strict=True)])
-        if e.size:
-            variance[kind] = max(float(np.mean(e**2)) * total / max(total - problem.size, 1), 1e-14)
-    return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
+def _weighted(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
+    """The problem with the noise of each channel as it was found, and its optimum."""
+    channels = set().union(*(run.first for run in problem.runs))
+    for round in range(len(channels)):  # with a single channel its weight does not matter
+        problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
+        if round + 1 < len(channels):
+            end = descend(problem, end.theta, problem.filter(end.theta), prior)
+    return problem, end
 
 
-def _lag_one(filtered: Sequence[Filtered]) -> float:
-    """Correlation of successive residuals; white noise gives zero."""
-    pairs = sum(float(np.dot(f.innovation[1:], f.innovation[:-1])) for f in filtered)
-    return pairs / sum(float(np.dot(f.innovation, f.innovation)) for f in filtered)
-
-
-def _with_process_noise(problem: Problem, theta: np.ndarray) -> tuple[Problem, np.ndarray, bool]:
+def _with_process_noise(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
-    converged = False
-    for _ in range(6):
-        problem = problem.with_noise(noise_level(problem, theta))
-        previous = theta
-        theta, _, converged = _solve(problem, theta, problem.filter(theta))
-        spread = np.abs(problem.jacobian(theta, problem.filter(theta))).sum(axis=0)
-        if np.all(np.abs(theta - previous) * spread < 0.3 * np.sqrt(problem.filter(theta)[0].innovation.size)):
-            break
-    return problem, theta, converged
+    for _ in range(8):
+        problem = problem.with_noise(noise_level(problem, end.theta))
+        filtered = problem.filter(end.theta)
+        before = descend(problem, end.theta, filtered, prior, 0)
+        end = descend(problem, end.theta, filtered, prior)
+        if end.converged and before.cost - end.cost < SETTLED:
+            return problem, end
+        problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
+    return problem, replace(end, converged=False)
 
 
-def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
-    """Measurement variance, disturbance and its memory that make the innovations at theta most likely."""
-    noise = problem.noise
-    _, acceleration, _ = _scales(problem.runs, False)
-    start = np.log([0.3, max(noise.sigma, 0.1 * acceleration), noise.correlation_time])
-
-    def level(q: np.ndarray) -> Noise:
-        scale, sigma, memory = np.exp(np.clip(q, -20.0, 5.0))
-        a, b, c = (scale * v for v in noise.variance)
-        return Noise((a, b, c), float(sigma), float(np.clip(memory, 0.05, 60.0)))
-
-    def cost(q: np.ndarray) -> float:
-        trial = problem.with_noise(level(q))
-        return -trial.log_likelihood(trial.filter(theta))
-
-    result = minimize(cost, start, method="Nelder-Mead", options={"maxfev": 150, "xatol": 0.02, "fatol": 0.05})
-    return level(result.x)
-
-
-def _estimate(problem: Problem, theta: np.ndarray, converged: bool) -> Estimate:
-    filtered = problem.filter(theta)
-    J = problem.jacobian(theta, filtered)
-    covariance = _inverse(J.T @ J)
+def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
+    filtered = problem.filter(end.theta)
+    J = problem.jacobian(end.theta, filtered)
+    covariance = _inverse(J.T @ J + np.diag(prior.weight))
     return Estimate(
         problem,
-        theta,
+        end.theta,
         covariance,
         filtered,
         problem.log_likelihood(filtered),
-        converged,
-        _warnings(problem, theta, covariance, converged),
+        end.converged,
+        _warnings(problem, end.theta, covariance, end.converged),
     )
 
 
@@ -249,16 +227,18 @@ def _correlation(covariance: np.ndarray) -> np.ndarray:
 
 
 def _warnings(problem: Problem, theta: np.ndarray, covariance: np.ndarray, converged: bool) -> tuple[str, ...]:
+    """What the estimates do not say by themselves; parameters that are all well known may well be correlated."""
     out = [] if converged else ["the optimiser did not converge; the estimates are not to be trusted"]
-    correlation, sd = _correlation(covariance), np.sqrt(np.diag(covariance))
+    correlation = _correlation(covariance)
+    loose = np.sqrt(np.diag(covariance)) / np.maximum(np.abs(theta), 1e-12)
     for i, name in enumerate(problem.free):
-        if sd[i] > UNDETERMINED * abs(theta[i]):
-            out.append(f"{name} is not determined by these runs: {theta[i]:.3g} +- {sd[i]:.2g}")
         low, high = BOUNDS.get(name, (-np.inf, np.inf))
         if theta[i] - low < 1e-6 or high - theta[i] < 1e-6:
             out.append(f"{name} has run into its bound at {theta[i]:.3g}")
+        elif loose[i] > UNDETERMINED:
+            out.append(f"{name} is not determined by these runs: {theta[i]:.3g} +- {loose[i] * abs(theta[i]):.2g}")
         for j in range(i):
-            if abs(correlation[i, j]) > INSEPARABLE:
+            if abs(correlation[i, j]) > INSEPARABLE and max(loose[i], loose[j]) > LOOSE:
                 pair = f"{problem.free[j]} and {name}"
                 out.append(f"{pair} cannot be separated on these runs (correlation {correlation[i, j]:+.3f})")
     return tuple(out)

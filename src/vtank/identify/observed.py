@@ -41,15 +41,19 @@ class Observed:
         """Whether any channel fixes the hull's place, and not only its speed."""
         return bool(np.any(self.kind != SPEED))
 
-    def start(self) -> np.ndarray:
-        """First guess of the state (x, u, z, wake) at the first measurement, shape (4,), hull at rest."""
-        first = {kind: self.value[self.kind == kind][:1] for kind in CHANNELS.values()}
-        state = np.zeros(4)
-        if first[POSITION].size:
-            state[0] = first[POSITION][0]
-        if first[SPEED].size:
-            state[1] = first[SPEED][0]
-        return state
+    @cached_property
+    def first(self) -> dict[int, float]:
+        """First value of each channel that was measured."""
+        kinds, index = np.unique(self.kind, return_index=True)
+        return {int(kind): float(self.value[k]) for kind, k in zip(kinds, index, strict=True)}
+
+    def start(self, standoff: float) -> np.ndarray:
+        """First guess of the state (x, u, z, wake) at the first measurement, shape (4,), hull at rest if unknown.
+
+        standoff: distance from the sonar to the wall where x = 0 [m].
+        """
+        x = standoff - self.first[RANGE] if RANGE in self.first else 0.0
+        return np.array([self.first.get(POSITION, x), self.first.get(SPEED, 0.0), 0.0, 0.0])
 
 
 def observe(run: Run) -> Observed:

@@ -12,11 +12,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..dynamics.parameters import slot
-from ..dynamics.surge import TAU
+from ..dynamics.surge import STANDOFF, TAU
 from .innovations import kalman, predict
 from .observed import Observed
 
 FLAGGED = 1e8  # factor on the variance of a measurement that is left out: it neither steers the filter nor counts
+RUNAWAY = 1e6  # [-] residual, in deviations, at which a simulation counts as diverged
 RELATIVE_STEP = 1e-6  # finite-difference step over a parameter's size; the model is smooth to 1e-12
 
 
@@ -65,10 +66,17 @@ class Problem:
     forcing: tuple[np.ndarray, ...] | None = None
     _slots: np.ndarray = field(init=False, repr=False)
     _own: np.ndarray = field(init=False, repr=False)
+    _states: tuple[tuple[int, ...], ...] = field(init=False, repr=False)
+    _ends: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        lag = (2,) if self.has_lag else ()
+        states = tuple((*((0,) if run.has_position else ()), 1, *lag) for run in self.runs)
+        sizes = [len(self.free), *(len(self.per_run) + len(own) for own in states)]
         object.__setattr__(self, "_slots", np.array([slot(name) for name in self.free], dtype=int))
         object.__setattr__(self, "_own", np.array([slot(name) for name in self.per_run], dtype=int))
+        object.__setattr__(self, "_states", states)
+        object.__setattr__(self, "_ends", np.cumsum(sizes))
 
     def with_noise(self, noise: Noise) -> Problem:
         """The same problem at another noise level."""
@@ -82,28 +90,23 @@ class Problem:
 
     def start_states(self, run: int) -> tuple[int, ...]:
         """Indices of the initial state (x, u, z) that are free for a run."""
-        return (*((0,) if self.runs[run].has_position else ()), 1, *((2,) if self.has_lag else ()))
+        return self._states[run]
 
     def own_slice(self, run: int) -> slice:
         """Where the unknowns of one run lie in theta."""
-        sizes = [len(self.per_run) + len(self.start_states(k)) for k in range(run + 1)]
-        end = len(self.free) + sum(sizes)
-        return slice(end - sizes[-1], end)
+        return slice(int(self._ends[run]), int(self._ends[run + 1]))
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return self.own_slice(len(self.runs) - 1).stop
+        return int(self._ends[-1])
 
     def initial(self, p: np.ndarray | None = None) -> np.ndarray:
         """First guess of theta from a parameter vector (default: base) and the runs' first samples."""
         p = self.base if p is None else p
         parts = [p[self._slots]]
         for k, run in enumerate(self.runs):
-            start = run.start()
-            if run.kind[0] == 0:
-                start[0] = p[slot("standoff")] - run.value[0]
-            parts += [p[self._own], start[list(self.start_states(k))]]
+            parts += [p[self._own], run.start(p[STANDOFF])[list(self.start_states(k))]]
         return np.concatenate(parts)
 
     def model(self, theta: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
@@ -132,8 +135,8 @@ class Problem:
                 self._predict(k, p, start, result.gain, result.innovation)
                 result.variance[:] = self.noise_variance(k)
             else:
-                kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
-                       run.time_s, run.value, run.kind, self.noise_variance(k),
+                kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time,
+                       run.input_time_s, run.input, run.time_s, run.value, run.kind, self.noise_variance(k),
                        result.innovation, result.variance, result.gain, self._push(k))  # fmt: skip
             out.append(result)
         return out
@@ -163,9 +166,8 @@ class Problem:
         for k, f in enumerate(filtered):
             e = np.empty(f.innovation.size)
             self._predict(k, *self.model(theta, k), f.gain, e)
-            parts.append(e / np.sqrt(f.variance))
-        r = np.concatenate(parts)
-        return np.where(np.isfinite(r), r, 1e6)
+            parts.append(_tamed(e / np.sqrt(f.variance)))
+        return np.concatenate(parts)
 
     def jacobian(
         self, theta: np.ndarray, filtered: Sequence[Filtered], residual: np.ndarray | None = None
@@ -178,17 +180,16 @@ class Problem:
         J = np.zeros((rows[-1], self.size))
         for k, f in enumerate(filtered):
             here = self.own_slice(k)
-            sd, e, base = np.sqrt(f.variance), np.empty(f.innovation.size), np.empty(f.innovation.size)
+            sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
             if residual is None:
-                self._predict(k, *self.model(theta, k), f.gain, base)
-            else:
-                base = residual[rows[k] : rows[k + 1]] * sd
+                self._predict(k, *self.model(theta, k), f.gain, e)
+            base = _tamed(e / sd) if residual is None else residual[rows[k] : rows[k + 1]]
             for i in [*range(len(self.free)), *range(here.start, here.stop)]:
                 nudged = theta.copy()
                 nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-3))
                 self._predict(k, *self.model(nudged, k), f.gain, e)
-                J[rows[k] : rows[k + 1], i] = (e - base) / (step * sd)
-        return np.nan_to_num(J, posinf=0.0, neginf=0.0)
+                J[rows[k] : rows[k + 1], i] = (_tamed(e / sd) - base) / step
+        return J
 
     def used(self, run: int) -> np.ndarray:
         """Which measurements of a run count, shape (M,) of bool."""
@@ -201,3 +202,8 @@ class Problem:
             e, S = f.innovation[self.used(k)], f.variance[self.used(k)]
             total -= 0.5 * float(np.sum(e**2 / S + np.log(2.0 * np.pi * S)))
         return total
+
+
+def _tamed(residual: np.ndarray) -> np.ndarray:
+    """Residuals of a model that has run away, held at a size that still says which way is worse."""
+    return np.nan_to_num(np.clip(residual, -RUNAWAY, RUNAWAY), copy=False, nan=RUNAWAY)

@@ -1,0 +1,74 @@
+"""Turbulence as process noise: does the data ask for it, and how strong is it?
+
+The disturbance is an Ornstein-Uhlenbeck acceleration among the states of the extended Kalman filter; its deviation
+and memory, and the measurement noise, are those that make the innovations most likely.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import minimize
+
+from .first_guess import typical_acceleration
+from .observed import CHANNELS
+from .problem import Filtered, Noise, Problem
+
+SPANS = (1, 4, 16, 64)  # samples over which successive residuals are added up to see whether they go together
+SUSPICIOUS = 4.0  # deviations of a white sequence from which process noise is looked for; one chance in 10^4
+SIMPLEX = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # first steps of the search, in powers of e
+MEMORY_S = (0.05, 60.0)  # [s] shortest and longest memory of a disturbance that are told from noise and from drift
+
+
+def colour(filtered: Sequence[Filtered]) -> float:
+    """How far the residuals are from white: largest sum of autocorrelations over SPANS, in its own deviations."""
+    products = np.zeros(SPANS[-1] + 1)
+    for f in filtered:
+        e = f.innovation / np.sqrt(f.variance)
+        for lag in range(min(products.size, e.size)):
+            products[lag] += float(e[lag:] @ e[: e.size - lag])
+    count = sum(f.innovation.size for f in filtered)
+    sums = np.cumsum(products[1:] / products[0])
+    return max(float(sums[span - 1]) * np.sqrt(count / span) for span in SPANS)
+
+
+def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
+    """Variance of each channel from its innovations, corrected for the unknowns fitted; the disturbance stays."""
+    variance = list(problem.noise.variance)
+    samples = sum(f.innovation.size for f in filtered)
+    spent = samples / max(samples - problem.size, 1)
+    for kind in CHANNELS.values():
+        parts = []
+        for k, (f, run) in enumerate(zip(filtered, problem.runs, strict=True)):
+            chosen = (run.kind == kind) & problem.used(k)
+            parts.append(f.innovation[chosen] ** 2 / f.variance[chosen])
+        normalised = np.concatenate(parts)
+        if normalised.size:
+            variance[kind] = max(variance[kind] * float(np.mean(normalised)) * spent, 1e-14)
+    return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
+
+
+def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
+    """Measurement noise, disturbance and its memory that make the innovations at theta most likely.
+
+    The channels keep the ratio of their variances. Their common scale is not searched for: at a given ratio of
+    disturbance to measurement noise the innovations do not depend on it, and the likeliest scale is their mean square.
+    """
+    noise = problem.noise
+    start = np.log([max(noise.sigma, 0.1 * typical_acceleration(problem.runs)), noise.correlation_time])
+
+    def level(q: np.ndarray) -> tuple[Noise, float]:
+        memory = float(np.clip(np.exp(q[1]), *MEMORY_S))
+        trial = replace(noise, sigma=float(np.exp(np.clip(q[0], -25.0, 5.0))), correlation_time=memory)
+        filtered = problem.with_noise(trial).filter(theta)
+        S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
+        e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
+        scale = float(np.mean(e**2 / S))
+        a, b, c = (scale * v for v in noise.variance)
+        cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)))
+        return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
+
+    options = {"maxfev": 60, "xatol": 0.02, "fatol": 0.05, "initial_simplex": start + SIMPLEX}
+    return level(minimize(lambda q: level(q)[1], start, method="Nelder-Mead", options=options).x)[0]
