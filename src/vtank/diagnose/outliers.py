@@ -25,8 +25,8 @@ FEWEST = 3  # flags from which an outlier effect is considered
 def _stands_alone(values: np.ndarray, width: int, floor: float) -> np.ndarray:
     deviation = values - median_filter(values, size=width, mode="nearest")
     moving = np.abs(deviation[deviation != 0.0])
-    spread = 1.4826 * float(np.median(moving)) if moving.size else 0.0
-    return np.abs(deviation) > np.maximum(THRESHOLD * spread, floor)
+    spread = float(np.quantile(moving, 0.9)) / 1.645 if moving.size else 0.0  # robust to one outlier in ten
+    return np.abs(deviation) > max(THRESHOLD * spread, floor)
 
 
 def long_ranges(run: Observed) -> np.ndarray:
@@ -78,11 +78,15 @@ class LoneReadings:
 
 
 def lone_readings(runs: Sequence[Observed]) -> LoneReadings:
-    """Propeller readings that stand alone, in all runs."""
+    """Propeller readings that stand alone, in all runs.
+
+    They are looked for in n|n|: a controller that asks for a thrust makes n jump whenever it crosses zero.
+    """
     sizes, moves, span = [], [], 0.0
     for run in (run for run in runs if run.input.size >= 5):
         deviation = run.input - median_filter(run.input, size=5, mode="nearest")
-        lone = _stands_alone(run.input, 5, 0.02 * float(np.max(np.abs(run.input))))
+        thrust = run.input * np.abs(run.input)
+        lone = _stands_alone(thrust, 5, 0.01 * float(np.max(np.abs(thrust))))
         lone &= ~np.roll(lone, 1) & ~np.roll(lone, -1)
         sizes.append(np.abs(deviation[lone]))
         moves.append(np.abs(deviation[~lone]))
