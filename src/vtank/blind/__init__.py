@@ -1,0 +1,1 @@
+"""Blind trials: sealed recordings whose cause is withheld, answers committed by hash, and their score."""

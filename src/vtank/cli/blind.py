@@ -1,0 +1,71 @@
+"""`vtank blind`: sealed cases, answers committed by hash, and their score."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `blind make`, `blind answer` and `blind score`."""
+    text = "prove the diagnosis on sealed cases whose cause is withheld"
+    parser = subparsers.add_parser("blind", help=text, description=text)
+    commands = parser.add_subparsers(dest="blind", metavar="COMMAND", required=True)
+    _make_parser(commands)
+
+
+def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    text = "draw cases, fly them in the MuJoCo tank and seal their truth in another folder"
+    parser = commands.add_parser("make", help=text, description=text)
+    parser.set_defaults(work=_make)
+    parser.add_argument("--trials", type=int, required=True, metavar="N", help="number of cases")
+    parser.add_argument("--seed", type=int, required=True, metavar="S", help="seed of everything that is drawn")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the cases")
+    parser.add_argument("--truth-out", type=Path, metavar="DIR", help="folder for the truth (default: DIR-truth)")
+    parser.add_argument("--threads", type=int, default=2, metavar="N", help="threads and processes (default 2)")
+    parser.add_argument("--kinds", nargs="+", metavar="KIND", help="kinds of cases (default all)")
+    parser.add_argument("--effects", nargs="+", metavar="NAME", help="effects and outside laws that may come up")
+    parser.add_argument("--familiar", action="store_true", help="closed-loop sinusoids and white sonar noise only")
+    parser.add_argument("--no-separations", action="store_true", help="leave out the fits of all rivals (no ceiling)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Do what the sub-command asks."""
+    code: int = args.work(args)
+    return code
+
+
+def _make(args: argparse.Namespace) -> int:
+    from ..blind.case import KINDS
+    from ..blind.make import Order, make
+    from ..errors import InputError
+
+    for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
+        if value < least:
+            raise InputError(f"--{name} {value}: expected at least {least}")
+    truth_out = args.truth_out or args.out.with_name(args.out.name + "-truth")
+    kinds = KINDS if args.kinds is None else tuple(args.kinds)
+    effects = None if args.effects is None else tuple(args.effects)
+    order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
+    with _stages() as stage:
+        make(order, args.out, truth_out, stage)
+    print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
+    return 0
+
+
+@contextmanager
+def _stages() -> Iterator[Callable[[str, int], Callable[[str], None]]]:
+    """A function that begins a stage of work, with a progress line of its own."""
+    from contextlib import ExitStack
+
+    from .progress import progress
+
+    with ExitStack() as stack:
+
+        def stage(label: str, total: int) -> Callable[[str], None]:
+            stack.close()
+            return stack.enter_context(progress(label, total))
+
+        yield stage
