@@ -25,10 +25,12 @@ LAYERS = (
     "effects",
     "dynamics",
     "record",
+    "waves",
     "scenario",
     "pilot",
     "tank",
     "simulate",
+    "bandwidth",
     "identify",
     "reproduce",
     "diagnose",
@@ -42,7 +44,7 @@ LAYERS = (
 ALLOWED = {
     "mujoco": {"vtank.tank"},
     "filterpy": {"vtank.identify"},
-    "matplotlib": {"vtank.tank.drawing", "vtank.reproduce", "vtank.report"},
+    "matplotlib": {"vtank.tank.drawing", "vtank.reproduce", "vtank.report", "vtank.bandwidth.figures"},
 }
 
 
