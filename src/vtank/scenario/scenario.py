@@ -146,10 +146,14 @@ def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Sce
     InputError names file, line and key of whatever is unknown, of the wrong type or unit, out of bounds or unsafe.
     """
     path = find_file(name_or_path, scenarios_dir(), "scenario")
-    section = open_section(path, tuple(settings))
+    return read_scenario(open_section(path, tuple(settings)))
+
+
+def read_scenario(section: Section) -> Scenario:
+    """The scenario in a whole file that is open already; InputError as `load_scenario`."""
     scenario = Scenario(
-        name=path.stem,
-        path=path,
+        name=section.path.stem,
+        path=section.path,
         description=section.text("description", ""),
         truth=section.text("truth", "paper-ii"),
         duration_s=section.positive("duration_s", 120.0, 86400.0),
