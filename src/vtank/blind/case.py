@@ -102,7 +102,7 @@ def draw_case(seed: int, number: int, attempt: int, frequencies: Frequencies, fa
         beta_m_per_rev2=nominal.beta_m_per_rev2 * float(beta), tau_s=nominal.tau_s * float(tau),
     )  # fmt: skip
     experiment = draw_experiment(how, truth, familiar)
-    causes = tuple(draw_cause(name, how, 15.0) for name in names)
+    causes = tuple(draw_cause(name, how) for name in names)
     return Case(kind, truth, causes, withheld, experiment, wanted, int(sequence.generate_state(1, np.uint64)[0] >> 1))
 
 

@@ -63,8 +63,15 @@ class Cause:
         return replace(self, size=min(size, self.largest))
 
 
-def draw_cause(name: str, random: np.random.Generator, top_rev_s: float) -> Cause:
-    """A cause with drawn direction and shape at size 1; top_rev_s: largest propeller speed in the case [rev/s]."""
+def with_limit(cause: Cause, top_rev_s: float) -> Cause:
+    """A thrust limit that falls from top_rev_s as its size grows [rev/s]; any other cause as it is."""
+    if cause.name != "thrust_saturation":
+        return cause
+    return replace(cause, unit={"thrust_saturation.n_max": top_rev_s})
+
+
+def draw_cause(name: str, random: np.random.Generator) -> Cause:
+    """A cause with drawn direction and shape at size 1."""
     if name in OUTSIDE:
         return Cause(name, 1.0, OUTSIDE[name].largest)
     if name == "sonar_multipath":
@@ -74,7 +81,7 @@ def draw_cause(name: str, random: np.random.Generator, top_rev_s: float) -> Caus
         drawn = {"p": log_uniform(random, *RATE), "size": log_uniform(random, *SPIKE_REV_S)}
         return Cause(name, 1.0, 1.0, fixed={f"{name}.{key}": value for key, value in drawn.items()})
     if name == "thrust_saturation":
-        return Cause(name, 0.2, 1.5, unit={f"{name}.n_max": top_rev_s})
+        return Cause(name, 0.2, 1.5, unit={f"{name}.n_max": 20.0})
     effect = BY_NAME[name]
     sizes = [p for p in effect.parameters if not p.shape]
     weights = np.abs(random.normal(size=len(sizes)))

@@ -1,7 +1,7 @@
 """Prediction of runs that nobody has seen: from the recorded propeller speed, after ten seconds of watching.
 
-What a model leaves is measured against the noise-free ranges of the true hull, so that a difference of models is not
-drowned by the noise of the run; the tachometer's noise and the first ten seconds' remain, the same for every model.
+Both the ten seconds and what a model is held against are noise-free ranges of the true hull, so that a difference of
+models is not drowned by the noise of one run; only the tachometer's noise remains, the same for every model.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class HeldOut:
 
     def gap(self, p: Array, own: Sequence[str]) -> float:
         """Root mean square of what the model p leaves after WATCHED_S [m]; own: slots that this run has for itself."""
-        watched = np.where(self.time_s <= WATCHED_S, self.range_m, np.nan)
+        watched = np.where(self.time_s <= WATCHED_S, self.clean_m, np.nan)
         p = p.copy()
         p[slot("standoff")] = self.replay.plan.scenario.standoff_m
         start = Recording(self.replay, self.n_read, watched, _equal(self.n_read.size))

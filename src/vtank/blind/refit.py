@@ -73,9 +73,16 @@ def parameters(effects: Sequence[Effect]) -> dict[str, Parameter]:
 
 
 def refit(
-    recordings: Sequence[Recording], p: Array, free: Sequence[str] = NUISANCE, iterations: int = ITERATIONS
+    recordings: Sequence[Recording],
+    p: Array,
+    free: Sequence[str] = NUISANCE,
+    iterations: int = ITERATIONS,
+    start: Array | None = None,
 ) -> Fit:
-    """Least squares over the free parameters and the initial states, from p: shape (P,), or (R, P) where runs differ.
+    """Least squares over the free parameters and the initial states.
+
+    p: where to begin, shape (P,), or (R, P) where runs differ; start: initial states, shape (R, 4), at rest where the
+    first ranges are by default.
 
     Parameters of effects are kept within their bounds; a parameter that runs have for themselves (a phase) is freed
     for each.
@@ -83,7 +90,8 @@ def refit(
     shared = [name for name in free if not _per_run(name)]
     own = [name for name in free if _per_run(name)]
     problem = _Problem(tuple(recordings), tuple(map(slot, shared)), tuple(map(slot, own)), _bounds(shared))
-    start = np.array([[r.replay.plan.scenario.standoff_m - _first(r.range_m), 0.0, 0.0, 0.0] for r in recordings])
+    if start is None:
+        start = np.array([[r.replay.plan.scenario.standoff_m - _first(r.range_m), 0.0, 0.0, 0.0] for r in recordings])
     p = np.tile(p, (len(recordings), 1)) if p.ndim == 1 else p.copy()
     return _descend(problem, p, start, tuple(free), iterations)
 
@@ -174,8 +182,11 @@ def _step(problem: _Problem, blocks: list[Array], p: Array, start: Array, dampin
         J[row : row + b.shape[0], count + k * width : count + (k + 1) * width] = b[:, 1 + count :]
         row += b.shape[0]
     scale = np.linalg.norm(J, axis=0) + 1e-12
-    H = (J / scale).T @ (J / scale)
-    move = -np.linalg.solve(H + damping * np.diag(np.diag(H)) + 1e-12 * np.eye(len(H)), (J / scale).T @ r) / scale
+    J /= scale
+    H, gradient = J.T @ J, J.T @ r
+    stuck = _stuck(problem, p[0], gradient)
+    H[stuck], H[:, stuck], gradient[stuck] = 0.0, 0.0, 0.0
+    move = -np.linalg.solve(H + damping * np.diag(np.diag(H)) + 1e-12 * np.eye(len(H)), gradient) / scale
     p, start = p.copy(), start.copy()
     for i, index in enumerate(problem.shared):
         p[:, index] = np.clip(p[:, index] + move[i], *problem.bounds[i])
@@ -185,3 +196,11 @@ def _step(problem: _Problem, blocks: list[Array], p: Array, start: Array, dampin
             p[k, index] += own[i]
         start[k, :3] += own[len(problem.own) :]
     return p, start
+
+
+def _stuck(problem: _Problem, p: Array, gradient: Array) -> list[int]:
+    """Shared parameters that lie on a bound and want to leave by it."""
+    values = p[list(problem.shared)]
+    low, high = problem.bounds[:, 0], problem.bounds[:, 1]
+    slope = gradient[: values.size]
+    return [int(i) for i in np.flatnonzero(((values <= low) & (slope > 0.0)) | ((values >= high) & (slope < 0.0)))]

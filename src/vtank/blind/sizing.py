@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from ..errors import InputError
 from ..pilot.plan import Plan
 from ..scenario.clearance import check_motion
 from .case import Case, Frequencies, draw_case, given, held_out
+from .cause import with_limit
 from .refit import Fit, Recording, refit
 from .replay import Replay
 from .whitening import whitener
@@ -44,6 +47,7 @@ def ready_case(seed: int, number: int, frequencies: Frequencies, familiar: bool 
     for attempt in range(first, first + ATTEMPTS):
         case = draw_case(seed, number, attempt, frequencies, familiar)
         try:
+            case = _with_top(case)
             case = case.sized([_size(case, i) for i in range(len(case.causes))])
             noise_free(case, [*given(case), *held_out(case)])
         except InputError:
@@ -51,6 +55,15 @@ def ready_case(seed: int, number: int, frequencies: Frequencies, familiar: bool 
         return case, attempt
     names = "+".join(cause.name for cause in case.causes) or case.kind
     raise InputError(f"case {number} ({names}): no experiment in {ATTEMPTS} shows it without hitting a wall")
+
+
+def _with_top(case: Case) -> Case:
+    """The case with a thrust limit measured from the largest propeller speed that the case would have without it."""
+    if all(cause.name != "thrust_saturation" for cause in case.causes):
+        return case
+    plain = replace(case, causes=())
+    top = max(float(np.max(np.abs(r.n_read))) for r in noise_free(plain, given(plain)))
+    return replace(case, causes=tuple(with_limit(cause, top) for cause in case.causes))
 
 
 def _size(case: Case, i: int) -> float:

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from ..dynamics.parameters import NAMES
 from ..dynamics.truth import load_truth
 from ..effects.catalogue import BY_NAME
+from ..pilot import noise as streams
+from ..pilot.flight import MULTIPATH
 from ..simulate.result import Result
 from .case import NOMINAL, Case, given, label
-from .cause import CHANCE, RUNS
+from .cause import RUNS
 from .held_out import HeldOut, clean_range, gaps
 from .refit import NUISANCE, Fit, Recording, parameters, refit
 from .replay import Replay
@@ -42,7 +44,7 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
         "d_parameters": refit(clean, load_truth(NOMINAL).vector(), free=()).size,
         "wanted": list(case.wanted),
     }
-    if separations and len(case.causes) == 1 and case.kind in ("single", "outside", "left_out"):
+    if separations and len(case.causes) == 1 and label(case) != "parameters":
         document["rivals"] = rivals(case, clean, left)
     held = [HeldOut.of(result, clean_range(case, result)) for result in results[RUNS:]]
     document["held_out"] = _held_out(case, noisy, held)
@@ -88,9 +90,6 @@ def _masked(case: Case, noisy: Recording) -> Recording:
     """The recording without the readings that multipath made long, which the oracle knows."""
     if not any(cause.name == "sonar_multipath" for cause in case.causes):
         return noisy
-    from ..pilot import noise as streams
-    from ..pilot.flight import MULTIPATH
-
     plan = noisy.replay.plan
     drawn = streams.uniform(plan.seed, plan.run, streams.MULTIPATH, plan.p[MULTIPATH], noisy.range_m.size)
     return Recording(
@@ -121,6 +120,3 @@ def _experiment(case: Case) -> dict[str, Any]:
         "amplitudes": [list(scenario.excitation.amplitudes) for scenario in e.scenarios],
         "standoff_m": [scenario.standoff_m for scenario in e.scenarios],
     }
-
-
-CHANCE_EFFECTS = CHANCE

@@ -7,6 +7,7 @@ white ones of unit variance, exactly as the Cholesky factor of their covariance 
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass
 
@@ -20,7 +21,7 @@ Array = NDArray[np.float64]
 SIZE = 5  # place, speed, turbulence, thrust by tachometer noise, coloured sonar noise
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Whitener:
     """Gains of one run.
 
@@ -42,10 +43,26 @@ class Whitener:
 
     def whiten(self, columns: Array) -> Array:
         """White columns, shape (T, C), of `columns` (T, C) [m]; rows with NaN in the first column come back as zero."""
+        gain, decay, mean, deviation = self._gains(np.isnan(columns[:, 0]).tobytes())
         out = np.zeros_like(columns)
-        whiten(columns, self.damping, self.push, np.array(self.deviation), np.array(self.memory), self.variance,
-               self.period_s, out)  # fmt: skip
+        innovations(columns, gain, decay, mean, self.push, self.keep, self.period_s, deviation, out)
         return out
+
+    @property
+    def keep(self) -> Array:
+        """Correlation of the three coloured processes from tick to tick, shape (3,)."""
+        return np.array([math.exp(-self.period_s / time_s) if time_s > 0.0 else 0.0 for time_s in self.memory])
+
+    @functools.lru_cache(maxsize=16)  # noqa: B019 - a whitener lives as long as its case
+    def _gains(self, missing: bytes) -> tuple[Array, Array, Array, Array]:
+        """Kalman gains (T, 5), decay of speed (T,), mean decay times tick (T,) [s], deviations of innovations (T,)."""
+        gain, deviation = np.zeros((self.damping.size, SIZE)), np.zeros(self.damping.size)
+        decay = np.exp(-self.damping * self.period_s)
+        safe = np.maximum(self.damping, 1e-9)
+        mean = np.where(self.damping > 1e-9, (1.0 - decay) / safe, self.period_s)
+        recursion(np.frombuffer(missing, dtype=bool), decay, mean, self.push, np.array(self.deviation), self.keep,
+                  self.variance, self.period_s, gain, deviation)  # fmt: skip
+        return gain, decay, mean, deviation
 
 
 def whitener(plan: Plan, sonar_memory_s: float, speed_m_s: Array, n_rev_s: Array) -> Whitener:
@@ -66,32 +83,38 @@ def whitener(plan: Plan, sonar_memory_s: float, speed_m_s: Array, n_rev_s: Array
 
 
 @law
-def whiten(columns, damping, push, deviation, memory, variance, period_s, out):  # type: ignore[no-untyped-def]
-    """Innovations of the model of this module over their deviations, column by column."""
-    h, count = period_s, columns.shape[1]
-    P, F, state = np.zeros((SIZE, SIZE)), np.eye(SIZE), np.zeros((SIZE, count))
+def recursion(missing, decay, mean, push, sd, keep, variance, h, gain, deviation):  # type: ignore[no-untyped-def]
+    """Covariance recursion; fills the gains and the deviations of the innovations [m]."""
+    P, F = np.zeros((SIZE, SIZE)), np.eye(SIZE)
     for j in range(3):
-        P[2 + j, 2 + j] = deviation[j] ** 2
-        F[2 + j, 2 + j] = math.exp(-h / memory[j]) if memory[j] > 0.0 else 0.0
-    for k in range(columns.shape[0]):
-        if not math.isnan(columns[k, 0]):
-            S = P[0, 0] + 2.0 * P[0, 4] + P[4, 4] + variance
-            gain = (P[:, 0] + P[:, 4]) / S
-            for c in range(count):
-                e = columns[k, c] - state[0, c] - state[4, c]
-                out[k, c] = e / math.sqrt(S)
-                for j in range(SIZE):
-                    state[j, c] += gain[j] * e
+        P[2 + j, 2 + j] = sd[j] ** 2
+        F[2 + j, 2 + j] = keep[j]
+    for k in range(missing.size):
+        S = P[0, 0] + 2.0 * P[0, 4] + P[4, 4] + variance
+        deviation[k] = math.sqrt(S)
+        if not missing[k]:
             row = P[0] + P[4]
-            for j in range(SIZE):
-                for m in range(SIZE):
-                    P[j, m] -= gain[j] * row[m]
-        decay = math.exp(-damping[k] * h)
-        mean = (1.0 - decay) / damping[k] if damping[k] > 1e-9 else h
-        F[0, 1], F[1, 1] = mean, decay
-        F[0, 2], F[1, 2] = 0.5 * h * h, mean
-        F[0, 3], F[1, 3] = 0.5 * h * h * push[k], mean * push[k]
+            gain[k] = row / S
+            P -= np.outer(gain[k], row)
+        F[0, 1], F[1, 1] = mean[k], decay[k]
+        F[0, 2], F[1, 2] = 0.5 * h * h, mean[k]
+        F[0, 3], F[1, 3] = 0.5 * h * h * push[k], mean[k] * push[k]
         P = F @ P @ F.T
         for j in range(3):
-            P[2 + j, 2 + j] += deviation[j] ** 2 * (1.0 - F[2 + j, 2 + j] ** 2)
-        state = F @ state
+            P[2 + j, 2 + j] += sd[j] ** 2 * (1.0 - keep[j] ** 2)
+
+
+@law
+def innovations(columns, gain, decay, mean, push, keep, h, deviation, out):  # type: ignore[no-untyped-def]
+    """Innovations over their deviations, column by column, with the gains given."""
+    for c in range(columns.shape[1]):
+        x, u, d, q, s = 0.0, 0.0, 0.0, 0.0, 0.0
+        for k in range(columns.shape[0]):
+            if not math.isnan(columns[k, 0]):
+                e = columns[k, c] - x - s
+                out[k, c] = e / deviation[k]
+                x, u, d = x + gain[k, 0] * e, u + gain[k, 1] * e, d + gain[k, 2] * e
+                q, s = q + gain[k, 3] * e, s + gain[k, 4] * e
+            a = d + push[k] * q
+            x, u = x + mean[k] * u + 0.5 * h * h * a, decay[k] * u + mean[k] * a
+            d, q, s = keep[0] * d, keep[1] * q, keep[2] * s
