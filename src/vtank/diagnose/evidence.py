@@ -126,7 +126,7 @@ def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Probl
 
 def _fixed(parameter: Parameter, name: str) -> bool:
     """Outlier effects are judged by the flags, not by the optimiser."""
-    return name.startswith(("sonar_multipath.", "tachometer_spikes."))
+    return name.startswith("sonar_multipath.") or name == "tachometer_spikes.p"
 
 
 def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: np.ndarray) -> Prior:
@@ -201,8 +201,7 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
     for effect in hypothesis.effects:
         starts = [{**a, **b} for a in starts for b in starting_values(effect, setting.runs)]
     if "tachometer_spikes" in hypothesis.name:
-        size = outliers.lone_readings(setting.runs).size
-        starts = [{**s, "tachometer_spikes.size": size} for s in starts]
+        starts = [{**s, "tachometer_spikes.size": size} for s in starts for size in outliers.spike_sizes(setting.runs)]
     return starts
 
 
@@ -216,9 +215,10 @@ def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Pri
         likelihood += gain
         extra |= {"sonar_multipath.p": p, "sonar_multipath.extra": path}
     if "tachometer_spikes" in hypothesis.name:
-        lone = outliers.lone_readings(setting.runs)
-        likelihood += lone.evidence()
-        extra |= {"tachometer_spikes.p": lone.sizes.size / lone.total, "tachometer_spikes.size": lone.size}
+        size = float(optimum.theta[problem.free.index("tachometer_spikes.size")])
+        gain, p = outliers.spikes(setting.runs, size)
+        likelihood += gain
+        extra |= {"tachometer_spikes.p": p}
     evidence = likelihood + _occam(prior, optimum)
     return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
 

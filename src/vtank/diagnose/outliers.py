@@ -13,12 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ..effects.tachometer_spikes import SEEN
 from ..identify.observed import SPEED, Observed
 from ..identify.problem import Filtered
 
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
 BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to every hypothesis; a guess
 SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
+SPIKE_SHARES = (0.12, 0.18, 0.27, 0.4, 0.6)  # sizes tried, over the root mean square of the input
 FEWEST = 3  # flags from which an outlier effect is considered
 
 
@@ -94,6 +96,30 @@ def lone_readings(runs: Sequence[Observed]) -> LoneReadings:
     spread = 1.4826 * float(np.median(np.concatenate(moves))) if moves else 0.0
     found = np.concatenate(sizes) if sizes else np.zeros(0)
     return LoneReadings(found, spread, span, sum(run.input.size for run in runs))
+
+
+def spike_sizes(runs: Sequence[Observed]) -> list[float]:
+    """Sizes of spikes to be tried [unit of the input]: that of the lone readings, and shares of the usual input."""
+    lone = lone_readings(runs).size
+    usual = float(np.sqrt(np.mean(np.concatenate([run.input for run in runs]) ** 2)))
+    return ([lone] if lone > 0.0 else []) + [share * usual for share in SPIKE_SHARES]
+
+
+def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
+    """Log evidence of the readings themselves for spikes of a size, and their probability per reading [-].
+
+    Spikes hidden in the usual scatter of the readings leave no trace there; only the range can tell them.
+    """
+    lone = lone_readings(runs)
+    repaired = sum(int(np.sum(_repaired(run.input, size))) for run in runs)
+    if repaired < FEWEST:
+        return none_seen(lone.total), 0.0
+    own = lone.evidence() if lone.sizes.size >= FEWEST else 0.0
+    return own - float(np.log(len(SPIKE_SHARES) + 1)), repaired / lone.total
+
+
+def _repaired(n: np.ndarray, size: float) -> np.ndarray:
+    return np.abs(n - median_filter(n, size=3, mode="nearest")) > SEEN * size
 
 
 def none_seen(total: int) -> float:

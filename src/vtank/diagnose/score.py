@@ -52,13 +52,13 @@ def linearise(fit: Fitted) -> Linearised:
     return Linearised(fit, r, fit.problem.jacobian(theta, fit.filtered, r))
 
 
-def score(setting: Setting, near: Linearised, second: Fitted) -> float:
-    """Log-likelihood that the effect of `second` promises on top of a fit."""
+def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
+    """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
     name = second.hypothesis.name
     if name == "sonar_multipath":
         return outliers.multipath(near.fit.filtered, setting.flags)[0]
     if name == "tachometer_spikes":
-        return outliers.lone_readings(setting.runs).evidence()
+        return max(second.log_evidence - refit, 0.0)
     best = 0.0
     own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
     starts: list[Start] = [own, *({**values} for values in starting_values(second.hypothesis.effects[0], setting.runs))]

@@ -112,7 +112,7 @@ def _pairs(setting: Setting, fits: Sequence[Fitted]) -> list[tuple[Hypothesis, S
             names = frozenset((leader.hypothesis.name, second.hypothesis.name))
             if len(names) == 2 and names not in found:
                 pair = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
-                gain = leader.log_evidence + score(setting, near, second)
+                gain = leader.log_evidence + score(setting, near, second, refit)
                 found[names] = gain, pair, {**second.start(), **leader.start()}
     best = ranked[0].log_evidence if ranked else 0.0
     promising = sorted((f for f in found.values() if f[0] > best + PAIR_GAIN), key=lambda f: -f[0])

@@ -1,12 +1,14 @@
 """Tachometer spikes: single readings jump far from the propeller's speed (the paper's data set 4).
 
-In a recording, a spike is a reading that stands out from both its neighbours by more than half the spikes' size.
+In a recording, a spike is a reading that stands out from both its neighbours by more than 0.6 of the spikes' size.
 """
 
 from __future__ import annotations
 
 from ..compiled import law
 from .effect import Effect, Parameter
+
+SEEN = 0.6  # share of the size by which a reading must stand out: above one half, since most readings are good; a guess
 
 
 @law
@@ -19,9 +21,12 @@ def reading(n: float, p: float, size: float, uniform: float) -> float:
 
 @law
 def repaired(before: float, n_read: float, after: float, size: float) -> float:
-    """Reading with a lone spike replaced by the median of three; size = 0 repairs nothing [rev/s]."""
+    """Reading less the spike it seems to carry; size = 0 repairs nothing [rev/s]."""
     median = max(min(before, n_read), min(max(before, n_read), after))
-    return median if size > 0.0 and abs(n_read - median) > 0.5 * size else n_read
+    away = n_read - median
+    if size > 0.0 and abs(away) > SEEN * size:
+        return n_read - size if away > 0.0 else n_read + size
+    return n_read
 
 
 EFFECT = Effect(

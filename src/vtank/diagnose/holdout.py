@@ -1,0 +1,215 @@
+"""Predicting a run that was not used: its state from a start window, after that the model and the recorded input alone.
+
+Within the window an extended Kalman filter finds position, speed, lagged thrust and disturbance; at its end the gains
+become zero. What every run has for itself (a seiche's phase) is weighed over a grid by the likelihood of the window,
+and the prediction is made at its mean: where the window does not tell the phase, the wave is predicted to be small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..dynamics.parameters import slot
+from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
+from ..effects.catalogue import BY_NAME
+from ..identify.innovations import kalman, predict
+from ..identify.observed import SPEED, Observed
+from ..identify.problem import FLAGGED, Noise
+from . import outliers
+from .evidence import START_SD, Fitted, Setting
+
+START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
+WINDOW_SHARE = 1.0 / 3.0  # longest window over the run's length, for runs shorter than half a minute; a guess
+GRID = 16  # values of a run's own parameter that are weighed
+REMOTE = 1e5  # [m2 or m2/s2] variance of a measurement that steers nothing, small enough to leave P its digits
+DIVERGED = 1e6  # [m or m/s] error at which a simulation that has run away is held
+REDUCIBLE = 1.1  # refit over floor from which there is a gap left to close; a convention
+
+
+@dataclass(frozen=True)
+class Model:
+    """A simulator that predicts: parameter vector, shape (P,), and the parameters that every run has for itself."""
+
+    p: np.ndarray
+    per_run: tuple[str, ...] = ()
+
+    @cached_property
+    def grid(self) -> np.ndarray:
+        """Parameter vectors over the values of the run's own parameter, shape (G, P); one where it has none."""
+        if not self.per_run:
+            return self.p[None, :]
+        effect, name = self.per_run[0].split(".")
+        low, high = next(q.bounds for q in BY_NAME[effect].parameters if q.name == name)
+        if effect == "seiche":
+            low, high = -np.pi, np.pi
+        grid = np.tile(self.p, (GRID, 1))
+        grid[:, slot(self.per_run[0])] = low + (high - low) * (np.arange(GRID) + 0.5) / GRID
+        return grid
+
+    def mean(self, weight: np.ndarray) -> np.ndarray:
+        """Parameter vector at the mean of the grid, shape (P,); of a wave, the mean of its two quadratures."""
+        if not self.per_run:
+            return self.p
+        p = self.p.copy()
+        if self.per_run[0].startswith("seiche."):
+            wave = complex(weight @ np.exp(1j * self.grid[:, SEICHE_PHASE]))
+            p[SEICHE_U], p[SEICHE_PHASE] = p[SEICHE_U] * abs(wave), np.angle(wave)
+        else:
+            p[slot(self.per_run[0])] = weight @ self.grid[:, slot(self.per_run[0])]
+        return p
+
+
+def model_of(fit: Fitted) -> Model:
+    """The model of a fitted hypothesis, spikes of the tachometer repaired as it says."""
+    p = fit.vector()
+    for name, value in fit.extra.items():
+        p[slot(name)] = value
+    return Model(p, fit.problem.per_run)
+
+
+@dataclass(frozen=True)
+class Target:
+    """A run to be predicted.
+
+    Attributes:
+        run: the run.
+        weight: factor on each measurement's variance (FLAGGED: left out), shape (M,).
+        noise: noise level.
+    """
+
+    run: Observed
+    weight: np.ndarray
+    noise: Noise
+
+    @cached_property
+    def inside(self) -> int:
+        """Number of measurements in the start window."""
+        past = self.run.time_s - self.run.time_s[0]
+        return int(np.sum(past <= min(START_WINDOW_S, WINDOW_SHARE * past[-1])))
+
+    @cached_property
+    def scored(self) -> np.ndarray:
+        """Which measurements count: those after the window, positions where there are any, else speeds; shape (M,)."""
+        late = np.arange(self.run.time_s.size) >= self.inside
+        return late & (self.weight < FLAGGED) & ((self.run.kind != SPEED) | (not self.run.has_position))
+
+    @cached_property
+    def variance(self) -> np.ndarray:
+        """Of each measurement [m2 or m2/s2], shape (M,)."""
+        return np.array(self.noise.variance)[self.run.kind] * self.weight
+
+    @cached_property
+    def window(self) -> Target:
+        """The start window alone."""
+        m, run = self.inside, self.run
+        fed = run.input_time_s <= run.time_s[m - 1]
+        short = replace(run, time_s=run.time_s[:m], value=run.value[:m], kind=run.kind[:m],
+                        input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
+        return Target(short, self.weight[:m], self.noise)
+
+    def begin(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and deviation of the state (x, u, z, wake) at the first measurement, before any is used; shape (4,)."""
+        x, u, z = START_SD
+        sd = np.array([x * self.run.has_position, u, z * (p[TAU] > 0.0), 0.0])
+        return self.run.start(p[STANDOFF]), sd
+
+    def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Variances of the innovations, shape (M,), and gains, shape (M, 5), for measurements of given variance."""
+        run, size = self.run, self.run.time_s.size
+        e, S, gain = np.empty(size), np.empty(size), np.zeros((size, 5))
+        kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
+               run.time_s, run.value, run.kind, variance, e, S, gain)  # fmt: skip
+        return S, gain
+
+    def errors(
+        self,
+        p: np.ndarray,
+        gain: np.ndarray,
+        value: np.ndarray,
+        forcing: np.ndarray | None = None,
+        start: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Measured value less prediction with the given gains, shape (M,).
+
+        forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
+        """
+        run, out = self.run, np.empty(self.run.time_s.size)
+        predict(p, self.begin(p)[0] if start is None else start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, value,
+                run.kind, gain, out, forcing)  # fmt: skip
+        return out if np.all(np.abs(out) < DIVERGED) else np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
+
+
+def target_of(run: Observed, noise: Noise) -> Target:
+    """A run as a target, lone outliers left out."""
+    return Target(run, np.where(outliers.long_ranges(run), FLAGGED, 1.0), noise)
+
+
+def targets_of(setting: Setting) -> list[Target]:
+    """All runs of a setting."""
+    return [Target(run, weight, setting.noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
+
+
+class Prediction:
+    """A model that has entered a run: window gains for each value of the run's own parameter, kept for reuse.
+
+    Attributes:
+        model, target: what predicts what.
+        gains: of the window, shape (G, m, 5).
+    """
+
+    def __init__(self, model: Model, target: Target) -> None:
+        """Filter the start window."""
+        self.model, self.target = model, target
+        found = [target.window.filter(p, target.window.variance) for p in model.grid]
+        self.gains = np.array([gain for _, gain in found])
+        self._variance = np.array([variance for variance, _ in found])
+
+    def errors(
+        self, value: np.ndarray | None = None, model: Model | None = None, forcing: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Simulation errors at the measurements that count, shape (K,).
+
+        value: other measured values, shape (M,); model: another model of the same structure; forcing: see Target.
+        """
+        target, model = self.target, model or self.model
+        value = target.run.value if value is None else value
+        weight = self._weigh(model, value)
+        gain = np.zeros((value.size, 5))
+        gain[: target.inside] = self.gains[int(np.argmax(weight))]
+        return target.errors(model.mean(weight), gain, value, forcing)[target.scored]
+
+    def _weigh(self, model: Model, value: np.ndarray) -> np.ndarray:
+        """Posterior weight of each value of the run's own parameter, shape (G,), from the window."""
+        if len(model.grid) == 1:
+            return np.ones(1)
+        window, cost = self.target.window, np.empty(len(model.grid))
+        for i, p in enumerate(model.grid):
+            e, S = window.errors(p, self.gains[i], value[: self.target.inside]), self._variance[i]
+            cost[i] = 0.5 * float(np.sum(e**2 / S + np.log(S)))
+        weight = np.exp(np.min(cost) - cost)
+        return weight / np.sum(weight)
+
+    def floor_squares(self) -> np.ndarray:
+        """Expected square error of the right model at the measurements that count, shape (K,) [m2 or m2/s2].
+
+        Measurement noise, and what turbulence and the uncertain state at the window's end make of the prediction.
+        """
+        target = self.target
+        p = self.model.mean(self._weigh(self.model, target.run.value))
+        late = np.arange(target.run.time_s.size) >= target.inside
+        S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
+        return (np.maximum(S - REMOTE, 0.0) + target.variance)[target.scored]
+
+
+def rms(parts: Sequence[np.ndarray]) -> float:
+    """Root mean square over all runs together [m or m/s]."""
+    return float(np.sqrt(np.mean(np.concatenate(list(parts)) ** 2)))
+
+
+def fraction_closed(refit: float, diagnosed: float, floor: float) -> float | None:
+    """Share of the reducible gap, refit less floor, that the diagnosed model closes; None where nothing is reducible."""
+    return (refit - diagnosed) / (refit - floor) if refit > REDUCIBLE * floor else None

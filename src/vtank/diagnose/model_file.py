@@ -1,0 +1,193 @@
+"""The diagnosed simulator as a file, and back.
+
+The file is a truth preset: `[lumped]` and `[effects.*]` are the diagnosed simulator, so that a scenario or
+`vtank run --truth MODEL.toml` switches the diagnosed effect on in the tank. Beside them stand the nominal, the refit,
+the noise level and the verdict. Keys carry their unit; what drag and thrust are divided by is the moving mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..dynamics.parameters import null_vector, slot, vector
+from ..dynamics.quantity import Table, read_table
+from ..dynamics.surge import LINEAR_INPUT
+from ..dynamics.truth import read_effects
+from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.effect import Effect
+from ..errors import InputError
+from ..identify.observed import CHANNELS, Observed
+from ..identify.problem import Noise
+from ..record.atomic import write_text
+from .holdout import START_WINDOW_S, Model, Prediction, model_of, rms, target_of
+
+if TYPE_CHECKING:
+    from .diagnosis import Diagnosis
+
+SCHEMA = "vtank.model/1"
+BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
+PLAIN = {"alpha": "alpha_per_m", "thrust_loss.gamma": "gamma_per_rev", "thrust_lag.tau": "tau_s"}
+LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
+
+
+@dataclass(frozen=True)
+class ModelFile:
+    """What a model file holds.
+
+    Attributes:
+        input_name: the input's column.
+        nominal, refit, diagnosed: the three simulators.
+        noise: noise level.
+        verdict: kind, effects, class, channel, probability.
+    """
+
+    input_name: str
+    nominal: Model
+    refit: Model
+    diagnosed: Model
+    noise: Noise
+    verdict: dict[str, Any]
+
+
+def write_model(path: Path | str, diagnosis: Diagnosis) -> None:
+    """Write the diagnosed model; InputError where it cannot be written."""
+    write_text(path, model_text(diagnosis))
+
+
+def model_text(diagnosis: Diagnosis) -> str:
+    """The file's text."""
+    selection, v = diagnosis.selection, diagnosis.verdict
+    runs, nominal = selection.setting.runs, selection.setting.nominal
+    effects, name = v.fit.hypothesis.effects, runs[0].input_name
+    limit = max(LEAST_LIMIT_REV_S, *(float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), 0.0)
+    said = ", ".join(v.effects)
+    lines = [
+        "# A simulator found by vtank diagnose. It can be used wherever a truth preset can:",
+        "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",
+        f'schema = "{SCHEMA}"',
+        'name = "diagnosed"',
+        f'source = "vtank diagnose of {len(runs)} run{"s" * (len(runs) > 1)}: {v.kind}{": " * bool(said)}{said}"',
+        f'input = "{name}"',
+        f"n_limit_rev_s = {limit:.6g}",
+        "",
+        "[lumped]",
+        *_own(model_of(v.fit).p, name, effects),
+        *_effects(model_of(v.fit), "", effects),
+        "",
+        "[nominal]",
+        *_own(nominal, name),
+        *_effects(Model(nominal), "nominal."),
+        "",
+        "[refit]",
+        *_own(model_of(selection.refit).p, name),
+        *_effects(model_of(selection.refit), "refit."),
+        "",
+        "[noise] # standard deviations of the measurements, and of the acceleration by turbulence with its memory",
+        *_noise(selection.setting.noise, runs),
+        "",
+        "[verdict]",
+        f'kind = "{v.kind}"',
+        f"effects = {_texts(v.effects)}",
+        f"class = {_texts(v.rivals)}",
+        f'channel = "{v.channel or ""}"',
+        f"probability = {v.probability:.4f}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _own(p: np.ndarray, input_name: str, effects: Sequence[Effect] = ()) -> list[str]:
+    """Drag, thrust gain, loss and lag; the last two at zero where they are written as effects."""
+    apart = {name for effect in effects for name in effect.slots()}
+    keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
+    return [f"{key} = {0.0 if name in apart else p[slot(name)]:.9g}" for name, key in keys.items()]
+
+
+def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
+    """Tables of the effects that are not at their null values, and of those named."""
+    lines, null = [], null_vector()
+    for effect in CATALOGUE:
+        if effect in effects or (not any(s in PLAIN for s in effect.slots()) and _on(effect, model.p, null)):
+            lines += ["", f"[{prefix}effects.{effect.name}]"]
+            for q in effect.parameters:
+                own = " # of the first run; every run has its own" if q.per_run else ""
+                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.9g}{own}")
+    return lines
+
+
+def _on(effect: Effect, p: np.ndarray, null: np.ndarray) -> bool:
+    sizes = [slot(f"{effect.name}.{q.name}") for q in effect.parameters if not q.shape]
+    return any(p[i] != null[i] for i in sizes)
+
+
+def _noise(noise: Noise, runs: Sequence[Observed]) -> list[str]:
+    measured = {kind for run in runs for kind in run.first}
+    lines = [f"{key} = {np.sqrt(noise.variance[kind]):.6g}" for key, kind in CHANNELS.items() if kind in measured]
+    return [*lines, f"turbulence_m_s2 = {noise.sigma:.6g}", f"turbulence_time_s = {noise.correlation_time:.6g}"]
+
+
+def _texts(names: Sequence[str]) -> str:
+    return "[" + ", ".join(f'"{name}"' for name in names) + "]"
+
+
+def read_model(path: Path | str) -> ModelFile:
+    """The model file at `path`; InputError names file and key of what is wrong."""
+    file = read_table(Path(path))
+    if file.text("schema") != SCHEMA:
+        raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
+    name = file.text("input")
+    if name not in BETA_KEYS:
+        raise file.error("input", f"expected one of {', '.join(BETA_KEYS)}, found {name!r}")
+    return ModelFile(
+        name,
+        _model(file.table("nominal"), name),
+        _model(file.table("refit"), name),
+        _model(file.table("lumped"), name, file.table("effects")),
+        _read_noise(file.table("noise")),
+        file.table("verdict").entries,
+    )
+
+
+def predict_gaps(models: ModelFile, run: Observed) -> dict[str, Any]:
+    """How well the three simulators predict a run from its recorded input: {"unit", "rms": {...}, "floor"}.
+
+    floor: expected error of a model that knows everything but measurement noise and turbulence. InputError where the
+    run has another input or is too short.
+    """
+    if run.input_name != models.input_name:
+        raise InputError(f"run '{run.name}': input {run.input_name}, but the model was found with {models.input_name}")
+    target = target_of(run, models.noise)
+    if not np.any(target.scored):
+        raise InputError(f"run '{run.name}': no measurement after the first {START_WINDOW_S:g} s to compare with")
+    named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
+    floor = Prediction(models.diagnosed, target).floor_squares()
+    return {
+        "unit": "m" if run.has_position else "m/s",
+        "rms": {name: rms([Prediction(model, target).errors()]) for name, model in named.items()},
+        "floor": float(np.sqrt(np.mean(floor))),
+    }
+
+
+def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
+    keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
+    table.check_keys((*keys.values(), "effects"))
+    on = read_effects(table.table("effects") if effects is None else effects)
+    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
+    p[LINEAR_INPUT] = float(input_name == "thrust_N")
+    per_run = tuple(
+        s for s in on if any(q.per_run for q in BY_NAME[s.split(".")[0]].parameters if s.endswith(f".{q.name}"))
+    )
+    return Model(p, per_run)
+
+
+def _read_noise(table: Table) -> Noise:
+    table.check_keys((*CHANNELS, "turbulence_m_s2", "turbulence_time_s"))
+    known = [table.positive(key) for key in CHANNELS if key in table.entries]
+    if not known:
+        raise table.error("range_m", f"missing; expected at least one of {', '.join(CHANNELS)}")
+    a, b, c = (table.number(key, known[0]) ** 2 for key in CHANNELS)
+    return Noise((a, b, c), table.number("turbulence_m_s2"), table.positive("turbulence_time_s"))
