@@ -47,6 +47,14 @@ class Observed:
         kinds, index = np.unique(self.kind, return_index=True)
         return {int(kind): float(self.value[k]) for kind, k in zip(kinds, index, strict=True)}
 
+    @cached_property
+    def standoff(self) -> float | None:
+        """Distance from the sonar to the wall where x = 0, at the start of the run [m]; None where there is no sonar."""
+        if RANGE not in self.first:
+            return None
+        opening = self.value[self.kind == RANGE][:5]  # a median of five, since any ping may be an outlier
+        return float(np.median(opening)) + self.first.get(POSITION, 0.0)
+
     def start(self, standoff: float) -> np.ndarray:
         """First guess of the state (x, u, z, wake) at the first measurement, shape (4,), hull at rest if unknown.
 

@@ -106,12 +106,15 @@ class Problem:
         p = self.base if p is None else p
         parts = [p[self._slots]]
         for k, run in enumerate(self.runs):
-            parts += [p[self._own], run.start(p[STANDOFF])[list(self.start_states(k))]]
+            standoff = p[STANDOFF] if run.standoff is None else run.standoff
+            parts += [p[self._own], run.start(standoff)[list(self.start_states(k))]]
         return np.concatenate(parts)
 
     def model(self, theta: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
         """Parameter vector, shape (P,), and initial state (x, u, z, wake), shape (4,), of one run."""
         p, start = self.base.copy(), np.zeros(4)
+        if self.runs[run].standoff is not None:
+            p[STANDOFF] = self.runs[run].standoff
         p[self._slots] = theta[: len(self.free)]
         own = theta[self.own_slice(run)]
         p[self._own] = own[: len(self.per_run)]
