@@ -7,7 +7,7 @@ import pytest
 
 from vtank.dynamics.truth import load_truth
 from vtank.dynamics.vehicle import load_vehicle
-from vtank.pilot.hold import AXES, allocation, attitude, hold
+from vtank.pilot.hold import AS_IT_WAS, AXES, allocation, attitude, hold
 from vtank.tank import Tank, load_model
 from vtank.tank.layout import field
 
@@ -43,9 +43,10 @@ def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> 
     simulated.qpos[0, 3:7] /= np.linalg.norm(simulated.qpos[0, 3:7])
     offset = [-simulated.qpos[0, 1], -simulated.qpos[0, 2] - depth, *attitude(simulated.qpos[0, 3:7])]
     assert np.abs(offset).max() > 0.04
+    orders, forces = np.tile(AS_IT_WAS, (4, 1)), simulated.tunnel_N[0]
     with simulated:
         for _ in range(600):
-            hold(simulated.qpos[0], simulated.qvel[0], depth, 0.5, 1.0, inertia, allocate, limit, simulated.tunnel_N[0])
+            hold(simulated.qpos[0], simulated.qvel[0], depth, 0.5, 1.0, inertia, allocate, limit, orders, forces)
             assert (np.abs(simulated.tunnel_N[0]) <= limit).all()
             simulated.step(10)
     roll, pitch, yaw = attitude(simulated.qpos[0, 3:7])

@@ -7,7 +7,7 @@ import pytest
 
 from vtank.dynamics.truth import load_truth
 from vtank.dynamics.vehicle import load_vehicle
-from vtank.scenario.clearance import BOW_AHEAD_OF_SONAR_M, STERN_BEHIND_SONAR_M, TANK_LENGTH_M, clearances
+from vtank.scenario.clearance import LENGTHS_M, clearances
 from vtank.scenario.excitation import Excitation, fade_in
 from vtank.scenario.scenario import load_scenario
 from vtank.tank import Tank, load_model
@@ -68,7 +68,6 @@ def test_clearances_are_those_of_the_models() -> None:
     bow, stern, sonar = (model.site(name).pos[0] for name in ("hull_bow", "propeller_port", "sonar_st1000"))
     tank = Tank(model, load_vehicle(), load_truth("paper-ii").vector())
     to_ahead, to_astern = tank.ray(tank.qpos[:, None, :3], np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]))[0]
-    assert TANK_LENGTH_M == pytest.approx(to_ahead + to_astern)
-    assert BOW_AHEAD_OF_SONAR_M == pytest.approx(bow - sonar)
-    assert STERN_BEHIND_SONAR_M == pytest.approx(sonar - stern)
+    assert LENGTHS_M["basin"] == pytest.approx(to_ahead + to_astern)
+    assert load_vehicle().ends_m == pytest.approx((bow, stern)) and load_vehicle().sonar_x_m == pytest.approx(sonar)
     assert clearances(load_scenario("paper-ds1"), 0.0, 0.0) == pytest.approx((to_ahead - bow, to_astern + stern))

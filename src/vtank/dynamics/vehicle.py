@@ -6,7 +6,8 @@ added mass, drag, buoyancy and thrusters stand in a TOML file beside it (models/
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +52,7 @@ class Vehicle:
         propeller_sites: sites of the propellers that drive surge.
         propeller_diameter_m: [m].
         thrusters: the other thrusters, in the order of the tank's thruster inputs.
+        sites: places on the body, name of the MJCF's site -> body axes [m].
     """
 
     name: str
@@ -64,11 +66,23 @@ class Vehicle:
     propeller_sites: tuple[str, ...]
     propeller_diameter_m: float
     thrusters: tuple[Thruster, ...]
+    sites: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
 
     @property
     def moving_mass_kg(self) -> float:
         """m - X_udot: what a surge force accelerates [kg]."""
         return self.mass_kg + float(self.added_mass[0, 0])
+
+    @property
+    def sonar_x_m(self) -> float:
+        """How far the first sonar stands ahead of the body's origin [m]; 0 where the file lists none."""
+        return next((place[0] for name, place in self.sites.items() if name.startswith("sonar")), 0.0)
+
+    @property
+    def ends_m(self) -> tuple[float, float]:
+        """Foremost and hindmost of the listed places [m], body axes."""
+        along = [place[0] for place in self.sites.values()] or [0.0]
+        return max(along), min(along)
 
 
 def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
@@ -89,6 +103,7 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         )
     )
     body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
+    places = file.table("sites")
     return Vehicle(
         name=file.text("name"),
         mjcf=path.parent / file.text("mjcf"),
@@ -101,6 +116,7 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         propeller_sites=_names(propeller, "sites"),
         propeller_diameter_m=propeller.positive("diameter_m"),
         thrusters=tuple(_thruster(table) for table in file.tables("thruster")),
+        sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
 
 

@@ -12,7 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..dynamics.parameters import slot
+from ..scenario.clearance import vehicle_of
+from ..scenario.excitation import fade_in
+from ..waves import orbit
 from . import noise as streams
+from .hold import AS_IT_WAS
 from .plan import Plan
 from .sonar_filter import steady_state
 
@@ -59,6 +63,8 @@ class Flight(NamedTuple):
         record: shape (N, 3, K): range read [m], propeller speed and propeller speed read [rev/s].
         estimate, covariance: of the on-board filter, shapes (N, 3) and (N, 3, 3).
         trim: what the motor's governor adds to the wanted speed, shape (N,) [rev/s].
+        water: velocity of the water at the ticks, ahead and up, shape (N, 2, K + 1) [m/s], linear in between; shape
+            (N, 2, 0) where no run has waves.
     """
 
     setting: NDArray[np.void]
@@ -70,6 +76,7 @@ class Flight(NamedTuple):
     estimate: Array
     covariance: Array
     trim: Array
+    water: Array
 
 
 def ticks(plan: Plan) -> int:
@@ -91,20 +98,42 @@ def prepare(plans: Sequence[Plan]) -> Flight:
         estimate=np.full((count, 3), np.nan),
         covariance=np.empty((count, 3, 3)),
         trim=np.zeros(count),
+        water=np.zeros((count, 2, length + 1 if any(moves(plan) for plan in plans) else 0)),
     )
     for i, plan in enumerate(plans):
         flight.setting[i] = _setting(plan)
         flight.noise[i] = _noise(plan, length)
         flight.command[i] = _command(plan, length)
         flight.covariance[i] = _steady_covariance(plan)
+        if moves(plan):
+            flight.water[i] = _water(plan, length + 1)
     return flight
+
+
+def moves(plan: Plan) -> bool:
+    """Whether there are waves."""
+    return plan.scenario.waves.kind != "none"
+
+
+def orders(plan: Plan, length: int) -> Array:
+    """Orders to the excited axis, other than surge, at the ticks, shape (length, 3) as those of `hold`."""
+    excitation = plan.scenario.excitation
+    value, rate = excitation.command(
+        np.arange(length, dtype=np.float64) * plan.scenario.period_s, plan.scenario.duration_s
+    )
+    ordered = np.tile(AS_IT_WAS, (length, 1))
+    if excitation.loop == "force":
+        ordered[:, 2] = value
+    else:
+        ordered[:, :2] = np.transpose([value, rate])
+    return ordered
 
 
 def _setting(plan: Plan) -> tuple[float, ...]:
     s = plan.scenario
     return (
         s.period_s,
-        s.excitation.loop == "position",
+        s.excitation.loop != "speed",
         s.standoff_m,
         plan.n_limit_rev_s,
         s.control.position_per_s2,
@@ -136,6 +165,8 @@ def _noise(plan: Plan, length: int) -> Array:
 
 def _command(plan: Plan, length: int) -> Array:
     s = plan.scenario
+    if s.excitation.axis != "surge":
+        return np.array([np.full(length, s.standoff_m), np.zeros(length)])
     value, rate = s.excitation.command(np.arange(length, dtype=np.float64) * s.period_s, s.duration_s)
     return np.array([s.standoff_m - value, -rate] if s.excitation.loop == "position" else [value, rate])
 
@@ -143,3 +174,11 @@ def _command(plan: Plan, length: int) -> Array:
 def _steady_covariance(plan: Plan) -> Array:
     s = plan.scenario
     return steady_state(s.period_s, s.filter.q_m2_per_s5, s.filter.r_m2)[1]
+
+
+def _water(plan: Plan, length: int) -> Array:
+    s = plan.scenario
+    to_wall = s.standoff_m + vehicle_of(s.vehicle).sonar_x_m
+    sea = orbit(s.waves, s.depth_m, to_wall, streams.stream(plan.seed, plan.run, streams.WAVES))
+    fade, _ = fade_in(np.arange(length, dtype=np.float64) * s.period_s, s.waves.ramp_s)
+    return np.asarray((fade[:, None] * sea.ticks(s.period_s, length)).T)

@@ -1,7 +1,8 @@
-"""Depth, heading, pitch and sway held by the tunnel thrusters, on the true pose: a perfect gyro and depth cell.
+"""Sway, depth, pitch and heading held or moved by the thrusters, on the true pose: a perfect gyro and depth cell.
 
 Proportional and damping gains are natural frequency and damping ratio of each axis by itself; they are guesses, as the
-paper only says that these thrusters "were under active control".
+paper only says that these thrusters "were under active control". An order to one of the axes moves the place where it
+is held, or replaces its controller by a force.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ from .beam import rotation
 
 Array = NDArray[np.float64]
 AXES = (1, 2, 4, 5)  # sway, heave, pitch, yaw of (u, v, w, p, q, r)
+NAMES = ("sway", "heave", "pitch", "yaw")
+PLACE, RATE, FORCE = range(3)  # columns of orders: [m or rad], [m/s or rad/s], [N or N m]
+AS_IT_WAS = (0.0, 0.0, math.nan)  # hold the axis where it started
 
 
 def allocation(wrenches: Array) -> Array:
@@ -34,6 +38,14 @@ def attitude(quaternion: Array) -> tuple[float, float, float]:
 
 
 @law
+def places(qpos: Array, qvel: Array, depth_m: float, place: Array, rate: Array) -> None:
+    """Fill where the hull is along AXES, from the start on [m, rad], and its rates, shapes (4,), body's senses."""
+    _, pitch, yaw = attitude(qpos[3:7])
+    place[0], place[1], place[2], place[3] = -qpos[1], -qpos[2] - depth_m, pitch, yaw
+    rate[0], rate[1], rate[2], rate[3] = -qvel[1], -qvel[2], qvel[4], qvel[5]
+
+
+@law
 def hold(
     qpos: Array,
     qvel: Array,
@@ -43,19 +55,23 @@ def hold(
     inertia: Array,
     allocation: Array,
     limit_N: Array,
+    orders: Array,
     thruster_N: Array,
 ) -> None:
     """Set the thrusters' forces (K,) [N].
 
     qpos (7,) and qvel (6,) as MuJoCo's; inertia (4,): mass or moment of inertia of AXES with added mass [kg, kg m2];
-    allocation (K, 4); limit_N (K,).
+    allocation (K, 4); limit_N (K,); orders (4, 3): PLACE, RATE and FORCE of AXES, FORCE NaN where the axis is held.
     """
-    _, pitch, yaw = attitude(qpos[3:7])
     stiffness, damper = rad_s * rad_s, 2.0 * damping * rad_s
-    sway = -inertia[0] * (stiffness * -qpos[1] + damper * -qvel[1])
-    heave = -inertia[1] * (stiffness * (-qpos[2] - depth_m) + damper * -qvel[2])
-    trim = -inertia[2] * (stiffness * pitch + damper * qvel[4])
-    turn = -inertia[3] * (stiffness * yaw + damper * qvel[5])
+    wanted = np.empty((3, 4))
+    place, rate, force = wanted[0], wanted[1], wanted[2]
+    places(qpos, qvel, depth_m, place, rate)
+    for axis in range(4):
+        lag, slip = place[axis] - orders[axis, PLACE], rate[axis] - orders[axis, RATE]
+        held = -inertia[axis] * (stiffness * lag + damper * slip)
+        force[axis] = held if math.isnan(orders[axis, FORCE]) else orders[axis, FORCE]
     for j in range(thruster_N.size):
-        force = allocation[j, 0] * sway + allocation[j, 1] * heave + allocation[j, 2] * trim + allocation[j, 3] * turn
-        thruster_N[j] = min(max(force, -limit_N[j]), limit_N[j])
+        share = allocation[j, 0] * force[0] + allocation[j, 1] * force[1]
+        share = share + allocation[j, 2] * force[2] + allocation[j, 3] * force[3]
+        thruster_N[j] = min(max(share, -limit_N[j]), limit_N[j])

@@ -17,7 +17,8 @@ Array = NDArray[np.float64]
 
 # Stream numbers: part of what a seed means, never to be renumbered. Further sources take further numbers.
 SONAR, DROPOUT, MULTIPATH, TACHOMETER, SPIKE, TURBULENCE = range(6)
-STREAMS = 6
+STREAMS = 6  # of those above, with a number for every tick
+WAVES, AXIS = 6, 7  # components of the sea; readings of another axis than surge
 
 
 def stream(seed: int, run: int, source: int) -> np.random.Generator:

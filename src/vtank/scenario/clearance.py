@@ -1,23 +1,41 @@
-"""Clearance between the hull and the tank's walls, before a run and after it."""
+"""Clearance between the hull and the walls ahead and astern, before a run and after it."""
 
 from __future__ import annotations
 
+import functools
+from pathlib import Path
+
 import numpy as np
 
+from ..dynamics.vehicle import Vehicle, load_vehicle
 from ..errors import InputError
+from ..resources import models_dir
 from .scenario import Scenario
 
-# Lengths along x, from models/phoenix.toml and models/tank.xml
-BOW_AHEAD_OF_SONAR_M = 0.04318  # [m] hull's nose, 1.10998 m, less the sonar, 1.0668 m
-STERN_BEHIND_SONAR_M = 2.2225  # [m] sonar less the propeller plane, -1.1557 m
-TANK_LENGTH_M = 6.096  # [m] 20 ft, a guess (models/README.md)
+LENGTHS_M = {"basin": 6.096}  # [m] wall ahead to wall astern: 20 ft, a guess (models/README.md); others are not known
 MARGIN_M = 0.1  # [m] clearance that a command must leave for overshoot; a choice
+
+vehicle_of = functools.cache(load_vehicle)
+
+
+def walls_path(scenario: Scenario) -> Path:
+    """The MJCF of the walls; InputError where there is none."""
+    path = Path(scenario.walls) if scenario.walls.endswith(".xml") else models_dir() / f"{scenario.walls}.xml"
+    if not path.is_file():
+        raise InputError(f"{scenario.path}: walls: no file {path}; expected basin, sea or the path of an MJCF")
+    return path
 
 
 def clearances(scenario: Scenario, furthest_m: float, nearest_m: float) -> tuple[float, float]:
-    """Water left before the bow and behind the stern [m] when x ranges from nearest_m to furthest_m."""
-    ahead = scenario.standoff_m - furthest_m - BOW_AHEAD_OF_SONAR_M
-    astern = TANK_LENGTH_M - scenario.standoff_m - STERN_BEHIND_SONAR_M + nearest_m
+    """Water left before the bow and behind the stern [m] when x ranges from nearest_m to furthest_m.
+
+    Infinite astern where the walls' distance is not known.
+    """
+    vehicle: Vehicle = vehicle_of(scenario.vehicle)
+    bow, stern = vehicle.ends_m
+    ahead = scenario.standoff_m - furthest_m - (bow - vehicle.sonar_x_m)
+    length = LENGTHS_M.get(scenario.walls, np.inf)
+    astern = length - scenario.standoff_m - (vehicle.sonar_x_m - stern) + nearest_m
     return ahead, astern
 
 
@@ -25,7 +43,7 @@ def check_command(scenario: Scenario) -> None:
     """InputError where the commanded motion itself, or the start, leaves too little water."""
     position = np.zeros(1)
     key = "standoff_m"
-    if scenario.excitation.loop == "position":
+    if scenario.excitation.loop == "position" and scenario.excitation.axis == "surge":
         fine = np.arange(0.0, scenario.duration_s, 0.02)
         position, key = np.append(position, scenario.excitation.command(fine, scenario.duration_s)[0]), "excitation"
     _check(scenario, position, MARGIN_M, f"{key}: the commanded motion")

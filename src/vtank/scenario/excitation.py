@@ -1,7 +1,8 @@
-"""Excitations: the sinusoids, steps and sweeps commanded to the vehicle.
+"""Excitations: the sinusoids, steps and sweeps commanded to the vehicle, along one of its axes.
 
-A position excitation [m] is a distance ahead of the start, commanded as a range to the wall and followed in closed
-loop. A speed excitation [rev/s] is sent to the propellers as it is. The unit of the amplitude's key tells which.
+A position excitation [m or rad] is a distance from the start, followed in closed loop; that of surge is commanded as a
+range to the wall. In open loop surge takes a propeller speed [rev/s], which is sent to the propellers as it is, and
+another axis a force [N] or a moment [N m], which is sent to the thrusters. The unit of the amplitude's key tells which.
 """
 
 from __future__ import annotations
@@ -18,6 +19,15 @@ from .section import LARGEST, Section
 Array = NDArray[np.float64]
 Signal = tuple[Array, Array]  # value and its rate
 
+# Axis -> units of a position and of an open-loop input, as suffixes of keys
+SUFFIXES = {
+    "surge": ("_m", "_rev_s"),
+    "sway": ("_m", "_N"),
+    "heave": ("_m", "_N"),
+    "pitch": ("_rad", "_N_m"),
+    "yaw": ("_rad", "_N_m"),
+}
+
 
 @dataclass(frozen=True)
 class Excitation:
@@ -25,13 +35,14 @@ class Excitation:
 
     Attributes:
         kind: one of KINDS.
-        loop: "position" (amplitudes in m, closed loop) or "speed" (rev/s, open loop).
-        amplitudes: of each component [m or rev/s].
+        loop: "position" (closed loop), or in open loop "speed" (of the propellers) or "force" (of the thrusters).
+        amplitudes: of each component [m or rad, rev/s, N or N m].
         frequencies_rad_s: of each component; of a chirp, where it starts and ends [rad/s].
-        offset: mean of the command [m or rev/s].
+        offset: mean of the command, in the amplitudes' unit.
         ramp_s: time over which the whole command is faded in, (1 - cos)/2 [s].
         phase_rad: of a single sinusoid at t = 0 [rad].
         push_s, coast_s: of step and coast-down, repeated ahead, astern, astern, ahead [s].
+        axis: one of SUFFIXES; the others are held where they are.
     """
 
     kind: str
@@ -43,9 +54,10 @@ class Excitation:
     phase_rad: float = 0.0
     push_s: float = 0.0
     coast_s: float = 0.0
+    axis: str = "surge"
 
     def command(self, time_s: Array, duration_s: float) -> Signal:
-        """Command [m or rev/s] and its rate [per s] at these times, both of the shape of time_s."""
+        """Command, in the amplitudes' unit, and its rate [per s] at these times, both of the shape of time_s."""
         value, rate = KINDS[self.kind](self, time_s, duration_s)
         value = value + self.offset
         fade, fade_rate = fade_in(time_s, self.ramp_s)
@@ -103,21 +115,32 @@ def step_coast(e: Excitation, t: Array, duration_s: float) -> Signal:
     return e.amplitudes[0] * sign * pushing, np.zeros_like(t)
 
 
+def still(e: Excitation, t: Array, duration_s: float) -> Signal:
+    """Nothing: the vehicle is to stay where it is."""
+    return np.zeros_like(t), np.zeros_like(t)
+
+
 KINDS: dict[str, Callable[[Excitation, Array, float], Signal]] = {
     "position_sine": sine,
     "speed_sine": sine,
+    "force_sine": sine,
     "multisine": multisine,
     "chirp": chirp,
     "square": square,
     "step_coast": step_coast,
+    "station": still,
 }
+CLOSED, OPEN = ("position_sine", "station"), ("speed_sine", "force_sine", "step_coast")  # the others: either loop
 
 
 def read_excitation(section: Section) -> Excitation:
     """The [excitation] of a scenario; InputError names file and key."""
     kind = section.choice("kind", tuple(KINDS))
-    loop, amplitudes, suffix = _amplitudes(section, kind)
-    pulsed, phased = kind == "step_coast", kind not in ("multisine", "step_coast")
+    axis = section.choice("axis", tuple(SUFFIXES), "surge")
+    if kind == ("force_sine" if axis == "surge" else "speed_sine"):
+        raise section.error("kind", f"found {kind} along {axis}: surge has a propeller speed, every other axis a force")
+    loop, amplitudes, suffix = _amplitudes(section, kind, axis)
+    pulsed, phased = kind == "step_coast", kind not in ("multisine", "step_coast", "station")
     excitation = Excitation(
         kind=kind,
         loop=loop,
@@ -128,22 +151,26 @@ def read_excitation(section: Section) -> Excitation:
         phase_rad=section.number("phase_rad", 0.0, -100.0, 100.0) if phased else 0.0,
         push_s=section.positive("push_s") if pulsed else 0.0,
         coast_s=section.number("coast_s", None, 0.0) if pulsed else 0.0,
+        axis=axis,
     )
     section.close()
     return excitation
 
 
-def _amplitudes(section: Section, kind: str) -> tuple[str, tuple[float, ...], str]:
+def _amplitudes(section: Section, kind: str, axis: str) -> tuple[str, tuple[float, ...], str]:
+    """Loop, amplitudes and the unit's suffix."""
+    place, drive = SUFFIXES[axis]
+    if kind == "station":
+        return "position", (), place
     word = "amplitudes" if kind == "multisine" else "amplitude"
-    if kind == "position_sine":
-        key = f"{word}_m"
-    elif kind in ("speed_sine", "step_coast"):
-        key = f"{word}_rev_s"
+    if kind in CLOSED:
+        key = word + place
     else:
-        key = section.either(f"{word}_m", f"{word}_rev_s")
+        key = word + drive if kind in OPEN else section.either(word + place, word + drive)
     values = section.numbers(key) if kind == "multisine" else (section.number(key, None, -LARGEST, LARGEST),)
-    suffix = "_m" if key.endswith("_m") else "_rev_s"
-    return "position" if suffix == "_m" else "speed", values, suffix
+    if key == word + place:
+        return "position", values, place
+    return "speed" if axis == "surge" else "force", values, drive
 
 
 def _frequencies(section: Section, kind: str, count: int) -> tuple[float, ...]:
@@ -155,4 +182,4 @@ def _frequencies(section: Section, kind: str, count: int) -> tuple[float, ...]:
         return values
     if kind == "chirp":
         return section.positive("from_rad_s", None, LARGEST), section.positive("to_rad_s", None, LARGEST)
-    return () if kind == "step_coast" else (section.positive("frequency_rad_s", None, LARGEST),)
+    return () if kind in ("step_coast", "station") else (section.positive("frequency_rad_s", None, LARGEST),)

@@ -17,7 +17,9 @@ from ..dynamics.quantity import find_file
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..resources import scenarios_dir
 from ..units import FOOT_M
+from ..waves import Waves
 from .excitation import Excitation, read_excitation
+from .sea import read_waves
 from .section import Section, meant, open_section
 
 STEP_S = 0.01  # [s] step of the tank's integrator, of which the tick is a multiple (models/phoenix.xml)
@@ -105,8 +107,10 @@ class Scenario:
         standoff_m: distance from sonar to wall at the start [m].
         depth_m: of the hull's centre [m].
         n_limit_rev_s: largest commanded propeller speed either way, None for the truth's [rev/s].
-        hold: "thrusters" holds the other axes with the tunnel thrusters, "rigid" holds them exactly.
+        hold: "thrusters" holds the other axes with their thrusters, "rigid" holds them exactly.
         seed: of all noise.
+        vehicle: vehicle file, name or path.
+        walls: MJCF of the walls around it, name in models/ or path.
         effects: slot of the parameter vector -> value, of the effects that are switched on.
     """
 
@@ -128,6 +132,9 @@ class Scenario:
     filter: SonarFilter = SonarFilter()
     control: Control = Control()
     effects: Mapping[str, float] = field(default_factory=dict)
+    vehicle: str = "phoenix"
+    walls: str = "basin"
+    waves: Waves = Waves()
 
     @property
     def samples(self) -> int:
@@ -170,6 +177,9 @@ def read_scenario(section: Section) -> Scenario:
         filter=_filter(section.section("filter")),
         control=_control(section.section("control")),
         effects=_effects(section.section("effects")),
+        vehicle=section.text("vehicle", "phoenix"),
+        walls=section.text("walls", "basin"),
+        waves=read_waves(section.section("waves"), section.number("depth_m", 3.0 * FOOT_M)),
     )
     section.known.add("n_limit_rev_s")
     section.close()

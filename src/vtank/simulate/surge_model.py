@@ -11,14 +11,15 @@ from numpy.typing import NDArray
 from ..compiled import law
 from ..dynamics.parameters import slot
 from ..dynamics.surge import advance
-from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare, ticks
+from ..errors import InputError
+from ..pilot.flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
 from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import acting_speed, stamp, switch_time, tick
 from .result import Result, result
 
 Array = NDArray[np.float64]
-STANDOFF = slot("standoff")
+STANDOFF, CURRENT = slot("standoff"), slot("ambient_current.U")
 STEP_S = 0.05  # [s] longest step: errors up to 4e-7 m in 120 s (tests/test_simulate_surge.py)
 CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
 POSITION, SURGE = range(2)
@@ -29,6 +30,9 @@ def drive(f: Flight, i: int, k: int, steps: int, state: Array) -> None:
     """Advance run i from tick k to tick k + 1; state is (x, u, z, wake), in place."""
     h, t = f.setting[i].period_s, k * f.setting[i].period_s
     switch = switch_time(f, i)
+    p, drift, gain = f.p[i], f.p[i, CURRENT], 0.0
+    if f.water.shape[2] > 0:
+        gain = (f.water[i, 0, k + 1] - f.water[i, 0, k]) / h
     x, u, z, wake = state[0], state[1], state[2], state[3]
     for start, end in ((0.0, switch), (switch, h)):
         if end > start:
@@ -36,8 +40,11 @@ def drive(f: Flight, i: int, k: int, steps: int, state: Array) -> None:
             count = int(np.ceil((end - start) / h * steps))
             step = (end - start) / count
             for j in range(count):
-                disturbance = f.noise[i, TURBULENCE, k]
-                x, u, z, wake = advance(t + start + j * step, step, x, u, z, wake, n, disturbance, f.p[i])
+                if f.water.shape[2] > 0:  # waves: the water's mean velocity over the step, and its acceleration
+                    p[CURRENT] = drift + f.water[i, 0, k] + gain * (start + (j + 0.5) * step)
+                disturbance = f.noise[i, TURBULENCE, k] + gain
+                x, u, z, wake = advance(t + start + j * step, step, x, u, z, wake, n, disturbance, p)
+    p[CURRENT] = drift
     state[0], state[1], state[2], state[3] = x, u, z, wake
 
 
@@ -64,6 +71,10 @@ def simulate_surge(
 
     progress: called now and then with the share of the work that is done, 0 to 1.
     """
+    for plan in plans:
+        if plan.scenario.excitation.axis != "surge":
+            axis = plan.scenario.excitation.axis
+            raise InputError(f"{plan.scenario.path}: excitation.axis: the surge model has no {axis}; use the tank")
     chunks = [plans[start : start + CHUNK] for start in range(0, len(plans), CHUNK)]
 
     results: list[Result] = []
@@ -83,5 +94,6 @@ def _chunk(plans: Sequence[Plan], step_s: float) -> list[Result]:
         steps = int(np.ceil(plan.scenario.period_s / step_s - 1e-9))
         fly(flight, i, steps, motion)
         stamp(flight, i, plan.scenario.samples)
-        results.append(result(plan, flight, i, {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}))
+        true = {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}
+        results.append(result(plan, flight, i, true | ({"water_m_s": flight.water[i, 0]} if moves(plan) else {})))
     return results

@@ -10,25 +10,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from ..dynamics.vehicle import AXES, load_vehicle
+from ..dynamics.vehicle import AXES
 from ..errors import InputError
 from ..pilot.beam import TARGETS, aim, rotation
-from ..pilot.flight import RANGE, RANGE_RATE, Flight, prepare, ticks
+from ..pilot.flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
 from ..pilot.hold import AXES as HELD
 from ..pilot.hold import allocation, attitude, hold
 from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import acting_speed, stamp, switch_time, tick
-from ..scenario.clearance import MARGIN_M
+from ..scenario.clearance import MARGIN_M, vehicle_of, walls_path
 from ..tank.layout import field
-from ..tank.model import load_model
+from ..tank.model import load_world, sonars
 from ..tank.tank import Tank
+from .excited import Excited, no_orders
 from .result import Result, result
 
 Array = NDArray[np.float64]
 CHUNK = 64  # runs stepped together, for memory and the processor's cache; the results do not depend on it
-SITES = {"pencil": "sonar_st1000", "sector": "sonar_st725"}
+SONAR = {"pencil": 0, "sector": -1}  # which of the vehicle's sonars: the first or the last
 CHANNELS = ("position_m", "surge_m_s", "sway_m", "depth_m", "roll_rad", "pitch_rad", "heading_rad")
+WATER = ("water_m_s", "water_up_m_s")
 
 
 def simulate_tank(
@@ -59,14 +61,21 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, plan in enumerate(plans):
         scenario = plan.scenario
-        alike = (ticks(plan), scenario.period_s, scenario.hold, scenario.sonar.beam, scenario.sonar.width_deg)
+        alike: tuple[object, ...] = (
+            ticks(plan),
+            scenario.period_s,
+            scenario.hold,
+            scenario.sonar.beam,
+            scenario.sonar.width_deg,
+        )
+        alike = (*alike, scenario.vehicle, scenario.walls, scenario.excitation.axis)
         groups.setdefault(alike, []).append(i)
     for group in groups.values():
         for start in range(0, len(group), CHUNK):
             yield group[start : start + CHUNK]
 
 
-tank_model, vehicle_model = functools.cache(load_model), functools.cache(load_vehicle)
+world = functools.cache(lambda vehicle, walls: load_world(vehicle_of(vehicle), walls))
 
 
 class Chunk:
@@ -74,28 +83,36 @@ class Chunk:
 
     def __init__(self, plans: Sequence[Plan], nthread: int) -> None:
         self.plans, self.flight = plans, prepare(plans)
-        scenario = plans[0].scenario
-        held = [axis for axis in AXES if axis != "surge"] if scenario.hold == "rigid" else []
-        self.tank = Tank(tank_model(), vehicle_model(), self.flight.p, nthread, held)
+        scenario, axis = plans[0].scenario, plans[0].scenario.excitation.axis
+        held = [other for other in AXES if other != axis] if scenario.hold == "rigid" else []
+        model = world(scenario.vehicle, walls_path(scenario))
+        self.tank = Tank(model, vehicle_of(scenario.vehicle), self.flight.p, nthread, held)
         self.steps = round(scenario.period_s / self.tank.model.opt.timestep)
         self.delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
         self.fan, self.half = scenario.sonar.beam == "sector", math.radians(scenario.sonar.width_deg) / 2.0
         self.points = np.zeros((len(plans), 1, 3))
         self.directions = np.zeros((len(plans), TARGETS if self.half > 0.0 else 1, 3))
-        self.true = np.empty((len(plans), len(CHANNELS), self.flight.history.shape[2]))
+        length = self.flight.history.shape[2]
+        self.true = np.empty((len(plans), len(CHANNELS), length))
+        self.orders, wrenches = no_orders(len(plans)), field(self.tank.userdata[0], "thruster_wrench")
+        self.excited = Excited(plans, length, wrenches[: len(self.tank.vehicle.thrusters)]) if axis != "surge" else None
         self._place(scenario.sonar.beam)
-        self._hold(scenario.hold == "thrusters")
+        self._hold(scenario.hold == "thrusters" or self.excited is not None)
 
     def _place(self, beam: str) -> None:
         """Put the vehicles at depth, and the tank around them so that the sonar is at stand-off from the wall ahead."""
         tank, model = self.tank, self.tank.model
-        self.sonar = model.site(SITES[beam]).pos.copy()
+        if not (names := sonars(model)):
+            raise InputError(f"{tank.vehicle.mjcf}: no sonar: expected a site whose name begins with 'sonar'")
+        self.sonar = model.site(names[SONAR[beam]]).pos.copy()
         tank.qpos[:, 2] = [-plan.scenario.depth_m for plan in self.plans]
         standoff = np.array([plan.scenario.standoff_m for plan in self.plans])
         self.shift = np.zeros(len(self.plans))
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         ahead, down = tank.ray(self.points, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])).T
         self.shift = ahead - standoff
+        if self.excited:
+            self.excited.look_around(tank, self.points)
         for plan, water in zip(self.plans, down, strict=True):
             if not MARGIN_M <= water < np.inf:
                 raise InputError(f"{plan.scenario.path}: depth_m: expected a depth above the tank's floor")
@@ -103,7 +120,7 @@ class Chunk:
         field(tank.userdata, "wall_m")[:] = self.points[:, 0, 0] + standoff
 
     def _hold(self, active: bool) -> None:
-        """Gains and allocation of the controllers of the other axes."""
+        """Gains and allocation of the controllers of the axes but surge."""
         user, vehicle = self.tank.userdata[0], self.tank.vehicle
         total = field(user, "rigid_mass") + field(user, "added_mass")
         self.inertia = np.diagonal(total)[list(HELD)].copy()
@@ -135,13 +152,30 @@ class Chunk:
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         echoes = tank.ray(self.points, self.directions)
         on_board(self.flight, k, tank.qpos, tank.qvel, self.sonar, echoes, self.true)
-        hold_all(tank.qpos, tank.qvel, self.hold, self.inertia, self.allocation, self.limit, tank.tunnel_N)
+        if self.excited:
+            self.excited.order(k, self.orders)
+        hold_all(tank.qpos, tank.qvel, self.hold, self.inertia, self.allocation, self.limit, self.orders, tank.tunnel_N)
+        if self.excited:
+            self.excited.note(k, tank.tunnel_N)
         tank.disturbance_m_s2[:] = self.flight.noise[:, TURBULENCE, k]
+        self._move_water(k)
+
+    def _move_water(self, k: int) -> None:
+        """The water's velocity from this tick to the next, linear in time."""
+        water = self.flight.water
+        if water.shape[2]:
+            now, then = (np.insert(water[:, :, at], 1, 0.0, axis=1) for at in (k, k + 1))
+            self.tank.set_water(now, (then - now) / self.plans[0].scenario.period_s)
 
     def _result(self, i: int) -> Result:
-        plan = self.plans[i]
+        plan, true = self.plans[i], dict(zip(CHANNELS, self.true[i], strict=True))
         stamp(self.flight, i, plan.scenario.samples)
-        return result(plan, self.flight, i, dict(zip(CHANNELS, self.true[i], strict=True)))
+        if moves(plan):
+            true |= dict(zip(WATER, self.flight.water[i], strict=True))
+        if self.excited:
+            true["thrust_N"] = self.excited.effort[i]
+        room = self.excited.room[i] if self.excited else (-np.inf, np.inf)
+        return result(plan, self.flight, i, true, (float(room[0]), float(room[1])))
 
 
 @law
@@ -174,12 +208,19 @@ def on_board(flight: Flight, k: int, qpos: Array, qvel: Array, sonar: Array, ech
 
 @law
 def hold_all(
-    qpos: Array, qvel: Array, gains: Array, inertia: Array, allocation: Array, limit_N: Array, thruster_N: Array
+    qpos: Array,
+    qvel: Array,
+    gains: Array,
+    inertia: Array,
+    allocation: Array,
+    limit_N: Array,
+    orders: Array,
+    thruster_N: Array,
 ) -> None:
-    """The other axes of N runs; gains (N, 3): depth [m], natural frequency [rad/s], damping ratio."""
+    """The axes but surge of N runs; gains (N, 3): depth [m], natural frequency [rad/s], damping; orders (N, 4, 3)."""
     for i in range(qpos.shape[0]):
         depth, rad_s, damping = gains[i, 0], gains[i, 1], gains[i, 2]
-        hold(qpos[i], qvel[i], depth, rad_s, damping, inertia, allocation, limit_N, thruster_N[i])
+        hold(qpos[i], qvel[i], depth, rad_s, damping, inertia, allocation, limit_N, orders[i], thruster_N[i])
 
 
 @law

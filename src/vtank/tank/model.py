@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from xml.sax.saxutils import quoteattr
 
 import mujoco
 import numpy as np
 
+from ..dynamics.vehicle import Vehicle
 from ..errors import InputError
 from ..resources import models_dir
 from .layout import SIZE
@@ -19,10 +22,31 @@ INTEGRATORS = (mujoco.mjtIntegrator.mjINT_RK4, mujoco.mjtIntegrator.mjINT_EULER)
 def load_model(path: str | Path | None = None) -> mujoco.MjModel:
     """The compiled MJCF, by default models/tank.xml; InputError names the file and what is wrong with it."""
     path = models_dir() / "tank.xml" if path is None else Path(path)
+    _check_file(path)
+    return _checked(lambda: mujoco.MjModel.from_xml_path(str(path)), str(path))
+
+
+def load_world(vehicle: Vehicle, walls: Path) -> mujoco.MjModel:
+    """The vehicle's MJCF within the walls of another; InputError names the files and what is wrong with them."""
+    for path in (vehicle.mjcf, walls):
+        _check_file(path)
+    includes = "".join(f"<include file={quoteattr(str(path.resolve()))}/>" for path in (vehicle.mjcf, walls))
+    text = f'<mujoco model="{vehicle.name}">{includes}</mujoco>'
+    model = _checked(lambda: mujoco.MjModel.from_xml_string(text), f"{vehicle.mjcf} in {walls}")
+    mass = float(model.body(vehicle_body(model)).mass[0])
+    if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
+        raise InputError(f"{vehicle.mjcf}: mass {mass:g} kg, but the vehicle file says mass_kg {vehicle.mass_kg:g}")
+    return model
+
+
+def _check_file(path: Path) -> None:
     if not path.is_file():
         raise InputError(f"{path}: no such MJCF file")
+
+
+def _checked(compile: Callable[[], mujoco.MjModel], path: str) -> mujoco.MjModel:
     try:
-        model = mujoco.MjModel.from_xml_path(str(path))
+        model = compile()
     except ValueError as reason:
         raise InputError(f"{path}: MuJoCo cannot read it: {' '.join(str(reason).split())}") from None
     try:
@@ -99,11 +123,16 @@ def site(model: mujoco.MjModel, name: str) -> np.ndarray:
     return model.site_pos[index]
 
 
+def sonars(model: mujoco.MjModel) -> list[str]:
+    """Names of the sonars' sites, in the order of the MJCF."""
+    names = [model.site(i).name for i in np.flatnonzero(model.site_bodyid == vehicle_body(model))]
+    return [name for name in names if name.startswith("sonar")]
+
+
 def sonar_and_wall(model: mujoco.MjModel, body: int) -> tuple[np.ndarray, float]:
     """Position of the first sonar in body axes [m], and world x of the wall ahead of the start pose (inf: none) [m]."""
-    names = [model.site(i).name for i in np.flatnonzero(model.site_bodyid == body)]
-    sonars = [name for name in names if name.startswith("sonar")]
-    position = site(model, sonars[0]) if sonars else np.zeros(3)
+    names = sonars(model)
+    position = site(model, names[0]) if names else np.zeros(3)
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     origin = data.xpos[body] + data.xmat[body].reshape(3, 3) @ position
