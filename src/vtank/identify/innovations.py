@@ -19,7 +19,7 @@ import numpy as np
 
 from ..compiled import law
 from ..dynamics.parameters import slot
-from ..dynamics.surge import STANDOFF, advance
+from ..dynamics.surge import STANDOFF, TETHER, WALL_DRAG, WALL_MASS, advance
 from ..effects import clock_skew, command_delay, sonar_latency, sonar_offset, sonar_scale, tachometer_bias
 from ..effects import tachometer_spikes as spikes
 
@@ -139,12 +139,22 @@ def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain
 
 
 @law
+def same_everywhere(p):
+    """Whether the motion does not depend on where the hull is."""
+    return p[TETHER] == 0.0 and p[WALL_DRAG] == 0.0 and p[WALL_MASS] == 0.0
+
+
+@law
 def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
     """State after a step, and its covariance P -> F P F' + Q in place; F and A are scratch, shape (5, 5)."""
     ahead = step(now, stop, s, n, push, correlation_time, p)
     for i in range(STATES):
         if P[i, i] == 0.0:  # known exactly: its column meets only zeros
             F[:, i] = 0.0
+            continue
+        if i == 0 and same_everywhere(p):
+            F[:, i] = 0.0
+            F[i, i] = 1.0
             continue
         nudged = (s[0] + NUDGE * (i == 0), s[1] + NUDGE * (i == 1), s[2] + NUDGE * (i == 2),
                   s[3] + NUDGE * (i == 3), s[4] + NUDGE * (i == 4))  # fmt: skip

@@ -38,6 +38,7 @@ LOOSE = 0.05  # relative deviation that one of them must have besides; conventio
 UNDETERMINED = 0.5  # relative standard deviation from which a parameter is reported as undetermined; a convention
 FORGIVING = 0.3  # [-] disturbance that is forgiven at first, over the runs' own accelerations; a choice
 WARM_UP = 2  # iterations beside the forgiving filter; a choice
+AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
 SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
 
@@ -127,14 +128,17 @@ def _common_input(runs: Sequence[Observed]) -> str:
 
 
 def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | None = None) -> Estimate:
-    """The optimum from the first guess of theta or, unless it leaves white residuals, the best one from all guesses."""
+    """The optimum, from as many of the first guesses of theta as it takes until one is beyond doubt."""
     prior = _prior(problem, guesses[0])
-    ends = []
-    for guess in guesses:
-        ends.append(_output_error(problem, guess, prior))
-        if colour(problem.filter(ends[-1].theta)) < SUSPICIOUS:
-            break
-    end = min(ends, key=lambda end: end.cost)
+    end = _output_error(problem, guesses[0], prior)
+    for guess in guesses[1:]:
+        if colour(problem.filter(end.theta)) < SUSPICIOUS:
+            break  # nothing is left to explain
+        other = _output_error(problem, guess, prior)
+        agree = abs(other.cost - end.cost) < AGREED * end.cost
+        end = min(end, other, key=lambda descent: descent.cost)
+        if agree:
+            break  # the rest is not for want of a better start
     problem, end = _weighted(problem.with_noise(replace(problem.noise, sigma=0.0)), end, prior)
     if process_noise or (process_noise is None and colour(problem.filter(end.theta)) > SUSPICIOUS):
         turbulent, other = _with_process_noise(problem, end, prior)

@@ -18,8 +18,9 @@ from .problem import Filtered, Noise, Problem
 
 SPANS = (1, 4, 16, 64)  # samples over which successive residuals are added up to see whether they go together
 SUSPICIOUS = 4.0  # deviations of a white sequence from which process noise is looked for; one chance in 10^4
-SIMPLEX = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # first steps of the search, in powers of e
 MEMORY_S = (0.05, 60.0)  # [s] shortest and longest memory of a disturbance that are told from noise and from drift
+USUAL_MEMORY_S, SPREAD = 1.0, 1.5  # [s, powers of e] prior of the memory: a weak disturbance does not tell it; a guess
+SIMPLEX = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # first steps of the search, in powers of e
 
 
 def colour(filtered: Sequence[Filtered]) -> float:
@@ -57,7 +58,8 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
     disturbance to measurement noise the innovations do not depend on it, and the likeliest scale is their mean square.
     """
     noise = problem.noise
-    start = np.log([max(noise.sigma, 0.1 * typical_acceleration(problem.runs)), noise.correlation_time])
+    first = noise.sigma == 0.0
+    start = np.log([0.03 * typical_acceleration(problem.runs) if first else noise.sigma, noise.correlation_time])
 
     def level(q: np.ndarray) -> tuple[Noise, float]:
         memory = float(np.clip(np.exp(q[1]), *MEMORY_S))
@@ -67,8 +69,9 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
         e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
         scale = float(np.mean(e**2 / S))
         a, b, c = (scale * v for v in noise.variance)
-        cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)))
+        cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)) + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
         return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
 
-    options = {"maxfev": 60, "xatol": 0.02, "fatol": 0.05, "initial_simplex": start + SIMPLEX}
+    simplex = start + (1.0 if first else 0.3) * SIMPLEX
+    options = {"maxfev": 60 if first else 15, "xatol": 0.1, "fatol": 0.05, "initial_simplex": simplex}
     return level(minimize(lambda q: level(q)[1], start, method="Nelder-Mead", options=options).x)[0]
