@@ -136,9 +136,9 @@ def _names(random: np.random.Generator, kind: str, frequencies: Frequencies) -> 
     return first, _choose(random, rest)
 
 
-def _withheld(random: np.random.Generator, kind: str, names: tuple[str, ...], frequencies: Frequencies) -> tuple[str, ...]:
+def _withheld(random: np.random.Generator, kind: str, names: tuple[str, ...], f: Frequencies) -> tuple[str, ...]:
     """The cause and all that is tied to it where it is left out; in some other cases an effect that is no cause."""
-    draw, decoy = random.random(), _choose(random, {n: f for n, f in frequencies.effects.items()})
+    draw, decoy = random.random(), _choose(random, f.effects)
     if kind == "left_out":
         return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(names[0]))
     if draw < DECOYS and tied(decoy) not in map(tied, names) and kind != "outside":

@@ -11,7 +11,7 @@ import numpy as np
 from ..dynamics.truth import Truth
 from ..scenario.excitation import Excitation
 from ..scenario.scenario import Scenario, Sonar, Tachometer, Turbulence
-from .cause import HOLDOUTS, RUNS, log_uniform
+from .cause import RUNS, log_uniform
 
 DURATION_S, PERIOD_S = 120.0, 0.1
 DEPTH_M = 0.9144  # [m] 3 ft, the paper's
@@ -32,7 +32,8 @@ class Experiment:
 
     Attributes:
         family: kind of excitation of the given runs.
-        scenarios: RUNS + HOLDOUTS of them; of the held-out runs the first is of the same family, the last is not.
+        scenarios: RUNS + HOLDOUTS of them; the held-out ones repeat the given ones with noise of their own, and the
+            last is of another family.
         sonar_memory_s: correlation time of the sonar's noise, 0 for white [s].
     """
 
@@ -42,7 +43,7 @@ class Experiment:
 
     @property
     def turbulence(self) -> str:
-        """"still", "white" or "coloured"."""
+        """One of still, white, coloured."""
         turbulence = self.scenarios[0].turbulence
         if turbulence.acceleration_m_s2 == 0.0:
             return "still"
@@ -54,7 +55,7 @@ def draw_experiment(random: np.random.Generator, truth: Truth, familiar: bool) -
     unseen = bool(random.random() < UNSEEN_SHARE) and not familiar
     family = str(random.choice(UNSEEN)) if unseen else "position_sine"
     others = [name for name in ("position_sine", *UNSEEN) if name != family]
-    families = [family] * (RUNS + 1) + [str(random.choice(others))] * (HOLDOUTS - 1)
+    families = [family] * RUNS + [str(random.choice(others))]
     top = random.uniform(*TOP_REV_S)
     bands = _bands(random, len(families))
     parts = (_sonar(random), Tachometer(log_uniform(random, *TACHOMETER_REV_S), float(random.choice([0.0, 1.0]))))
@@ -72,7 +73,7 @@ def draw_experiment(random: np.random.Generator, truth: Truth, familiar: bool) -
                 sonar=parts[0], tachometer=parts[1], turbulence=turbulence,
             )
         )  # fmt: skip
-    return Experiment(family, tuple(scenarios), memory)
+    return Experiment(family, (*scenarios[:RUNS], *scenarios), memory)
 
 
 def amplitude_m(rad_s: float, top_rev_s: float, truth: Truth) -> float:

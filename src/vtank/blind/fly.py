@@ -1,4 +1,4 @@
-"""Flights of blind cases: in the MuJoCo tank with the outside laws on board, and without any noise on the surge axis."""
+"""Flights of blind cases in the MuJoCo tank, with the outside laws on board, and the same plans without noise."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Passenger:
     before: float = 0.0
 
     def push(self, x: float, u: float, n: float) -> float:
-        """Acceleration to be held over the coming tick [m/s2], from place [m] and speed [m/s] now and propeller speed."""
+        """Acceleration to be held over the coming tick [m/s2], from place [m], speed [m/s] and propeller speed now."""
         if self.law.push is None:
             return 0.0
         h, truth = self.plan.scenario.period_s, self.plan.truth
@@ -78,10 +78,10 @@ def fly_tank(
         done += piece
         progress(done / total)
 
-    late = [trip.plan.p[DELAY] > 0.0 for trip in trips]  # stepped more finely, which the others need not be
-    for group in (np.flatnonzero(np.logical_not(late)), np.flatnonzero(late)):
+    for late in (False, True):  # delayed commands are stepped more finely, which the others need not be
+        group = [i for i, trip in enumerate(trips) if (trip.plan.p[DELAY] > 0.0) == late]
         for some in chunks([trips[i].plan for i in group]):
-            chosen = [int(group[i]) for i in some]
+            chosen = [group[i] for i in some]
             chunk = TripChunk([trips[i] for i in chosen], nthread)
             results.update(zip(chosen, chunk.run(report), strict=True))
     return [results[i] for i in range(len(trips))]

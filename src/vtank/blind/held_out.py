@@ -28,12 +28,13 @@ from .whitening import Whitener
 Array = NDArray[np.float64]
 WATCHED_S = 10.0  # [s] of the run from which the initial state, and phases, are found
 TYPICAL_M = 0.006  # [m] sonar noise that weights those seconds; any value gives the same fit
+PHASES = (0.0, 2.1, 4.2)  # [rad] where the search for a phase begins
 MULTIPATH = slot("sonar_multipath.p")
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """A run held back: a replay of it, recorded propeller speed [rev/s], ranges and noise-free ranges [m], (T,) each."""
+    """A run held back: a replay of it, recorded propeller speed [rev/s], ranges and noise-free ones [m], (T,) each."""
 
     replay: Replay
     n_read: Array
@@ -61,7 +62,8 @@ class HeldOut:
         p = p.copy()
         p[slot("standoff")] = self.replay.plan.scenario.standoff_m
         start = Recording(self.replay, self.n_read, watched, _equal(self.n_read.size))
-        fits = [refit([start], _with(p, own, phase), free=tuple(own)) for phase in ((0.0,) if not own else (0.0, 2.1, 4.2))]
+        phases = PHASES if own else PHASES[:1]
+        fits = [refit([start], _with(p, own, phase), free=tuple(own)) for phase in phases]
         fit = min(fits, key=lambda fit: fit.size)
         foretold = self.replay.model(fit.p[0], self.n_read, fit.start[0])
         late = self.time_s > WATCHED_S

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -23,13 +20,13 @@ from ..simulate.result import Result
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import RUNS
 from .fly import Trip, fly_tank
+from .processes import processes
 from .seal import (
     INDEX,
     SEAL,
     SEAL_SCHEMA,
     Entry,
     as_written,
-    canonical,
     case_name,
     commitment,
     digest,
@@ -43,7 +40,7 @@ from .sizing import ready_case
 from .truth import truth_of
 
 Array = NDArray[np.float64]
-T, U = TypeVar("T"), TypeVar("U")
+T = TypeVar("T")
 Stage = Callable[[str, int], Callable[[str], None]]  # label and total -> to be called after each piece
 ROUNDS = 10  # times that cases which hit a wall in the tank are drawn anew
 
@@ -89,7 +86,8 @@ def make(order: Order, out: Path, truth_out: Path, stage: Stage = lambda label, 
         truths = [_tell(pair, said) for pair in work(partial(_truth, order.separations), made)]
     with ExitStack() as stack:
         cases, sealed = stack.enter_context(new_folder(out)), stack.enter_context(new_folder(truth_out))
-        entries = [_write(cases, sealed, k, m, *truth) for k, (m, truth) in enumerate(zip(made, truths, strict=True), 1)]
+        pairs = zip(made, truths, strict=True)
+        entries = [_write(cases, sealed, number, one, *truth) for number, (one, truth) in enumerate(pairs, 1)]
         index = index_bytes(NOMINAL, entries)
         (cases / INDEX).write_bytes(index)
         seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order.seed, "order": _plain(order),
@@ -107,7 +105,8 @@ def fly_all(order: Order, work: Callable[..., Iterator[Any]], stage: Stage) -> l
     for _ in range(ROUNDS):
         missing = [number for number in first if number not in made]
         said = stage("drawing cases", len(missing))
-        drawn = [_tell(pair, said) for pair in work(partial(_ready, order, frequencies), [(n, first[n]) for n in missing])]
+        jobs = [(number, first[number]) for number in missing]
+        drawn = [_tell(pair, said) for pair in work(partial(_ready, order, frequencies), jobs)]
         trips = [trip for case, _ in drawn for trip in trips_of(case)]
         results = _fly(trips, order.threads, stage)
         each = len(results) // len(drawn)
@@ -164,12 +163,12 @@ def _truth(separations: bool, made: Made) -> tuple[dict[str, Any], list[Array]]:
 
 
 def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], clean: list[Array]) -> Entry:
-    name, hashes, held = case_name(number), {}, {}
+    name, hashes, held = case_name(number), dict[str, str](), dict[str, str]()
     (cases / name).mkdir()
     (sealed / "held_out" / name).mkdir(parents=True)
     for k, result in enumerate(made.results):
         given = k < RUNS
-        file = f"run_{k % RUNS + 1}.csv"
+        file = f"run_{k + 1 if given else k - RUNS + 1}.csv"
         run = result.run if given else replace(result.run, columns=result.run.columns | {"clean_m": clean[k - RUNS]})
         data = fixed_csv(run)
         ((cases if given else sealed / "held_out") / name / file).write_bytes(data)
@@ -181,23 +180,9 @@ def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, 
 
 
 def _plain(order: Order) -> dict[str, Any]:
-    return {**vars(order), "kinds": list(order.kinds), "effects": None if order.effects is None else list(order.effects)}
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in vars(order).items()}
 
 
 def _tell(result: T, said: Callable[[str], None]) -> T:
     said("")
     return result
-
-
-@contextmanager
-def processes(count: int) -> Iterator[Callable[..., Iterator[Any]]]:
-    """A `map` over that many processes, in order; over none but this one where one is enough."""
-    if count <= 1:
-        yield map
-        return
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
-        yield pool.map
-
-
-__all__ = ["Made", "Order", "canonical", "make"]

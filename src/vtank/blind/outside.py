@@ -121,7 +121,7 @@ OUTSIDE: dict[str, OutsideLaw] = {
         OutsideLaw("cubic_drag", "hydrodynamics", "du/dt += -c u^3", 4.0, push=cubic_drag),
         OutsideLaw("drag_crisis", "hydrodynamics", "alpha falls above 0.15 m/s", 2.5, push=drag_crisis),
         OutsideLaw("speed_inertia", "hydrodynamics", "(1 + m u^2) du/dt = ...", 2.0, push=speed_inertia),
-        OutsideLaw("thrust_hysteresis", "actuator", "more thrust speeding up than slowing down", 4.0, thrust_hysteresis),
+        OutsideLaw("thrust_hysteresis", "actuator", "more thrust when speeding up", 4.0, thrust_hysteresis),
         OutsideLaw("propeller_beat", "actuator", "beta (1 + r sin(2 pi revs/60))", 4.0, push=propeller_beat),
         OutsideLaw("returning_wash", "actuator", "the slipstream returns after 10 s", 2.0, push=returning_wash),
         OutsideLaw("sonar_bend", "sensor", "range += b (range - first)^3", 6.0, distort=sonar_bend),

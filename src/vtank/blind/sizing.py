@@ -42,7 +42,9 @@ def post_refit(case: Case, recordings: Sequence[Recording]) -> Fit:
     return refit(recordings, case.truth.vector())
 
 
-def ready_case(seed: int, number: int, frequencies: Frequencies, familiar: bool = False, first: int = 0) -> tuple[Case, int]:
+def ready_case(
+    seed: int, number: int, frequencies: Frequencies, familiar: bool = False, first: int = 0
+) -> tuple[Case, int]:
     """Case `number` with its sizes, and the attempt that gave it; attempts before `first` are known to fail."""
     for attempt in range(first, first + ATTEMPTS):
         case = draw_case(seed, number, attempt, frequencies, familiar)
