@@ -17,7 +17,7 @@ from vtank.diagnose.selection import Selection, prepare
 from vtank.diagnose.verdict import Verdict, decide, probabilities
 from vtank.diagnose.where import WhereData, locate, where
 from vtank.diagnose.where_gap import noise_floors, run_gaps
-from vtank.diagnose.where_region import bin_edges, binned_force, motion
+from vtank.diagnose.where_region import bin_edges, missing_force, motion
 from vtank.diagnose.where_time import pointwise, with_discrepancy
 from vtank.dynamics.parameters import vector
 from vtank.effects.catalogue import BY_NAME
@@ -167,32 +167,52 @@ def test_nothing_is_found_where_nothing_is(nothing: Found) -> None:
     document = nothing.place.document()
     assert nothing.verdict.kind == "none"
     assert document["time_s"] == [] and document["frequency_rad_s"] == []
-    assert all(bins == [] for bins in document["region"].values())
+    assert all(over["bins"] == [] for over in document["region"].values())
     assert all(run["share"] == 0.0 for run in document["runs"])
     assert document["channel"]["probability"]["none"] > 0.8
 
 
-def test_a_force_is_recovered_bin_by_bin() -> None:
-    """Dry friction that the simulator does not have: against the motion, and of one size at every speed."""
-    selection = select(recordings({"coulomb_friction.f": 0.001}, seed=20), ("coulomb_friction",))
-    edges = np.array([-0.3, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.3])
-    force, sd = binned_force(selection.nominal, motion(selection.named[0])["surge_m_s"], edges)
-    assert np.all(np.abs(force - np.repeat([0.001, -0.001], 4)) < 4.0 * sd + 5e-5)
-    assert np.median(sd) < 3e-4
+def test_a_force_is_recovered_bin_by_bin_and_under_its_own_variable() -> None:
+    """Dry friction that the simulator does not have: of one size at every speed, and nothing over the others."""
+    selection = select(recordings({"coulomb_friction.f": 0.002}, seed=20), ("coulomb_friction",))
+    moved = motion(selection.named[0])
+    edges = {name: bin_edges(np.concatenate(values)) for name, values in moved.items()}
+    edges["surge_m_s"] = np.array([-0.3, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.3])
+    force = missing_force(selection.nominal, moved, edges)
+    error = force.mean["surge_m_s"] - np.repeat([0.002, -0.002], 4)
+    assert np.all(np.abs(error) < 4.0 * force.sd["surge_m_s"] + 5e-5)
+    assert np.all(force.sd["surge_m_s"][[1, 6]] < 3e-4)
+    assert force.gain["surge_m_s"] > 10.0 * max(force.gain["n_rev_s"], force.gain["distance_m"])
+    for other in ("n_rev_s", "distance_m"):
+        assert np.all(np.abs(force.mean[other]) < 4.0 * force.sd[other] + 5e-5)
 
 
 def test_bands_cover_a_known_force_of_each_bin() -> None:
-    """Bins of propeller speed, a constant force in each: errors over deviations are standard normal."""
-    edges = np.array([-14.0, -7.0, 0.0, 7.0, 14.0])
+    """Bins of propeller speed, a constant force in each: errors over deviations are at most standard normal."""
+    edges = {"n_rev_s": np.array([-14.0, -7.0, 0.0, 7.0, 14.0])}
     truth = np.array([2e-4, -1e-4, 3e-4, -2e-4])
     deviations = []
     for seed in range(8):
         runs = recordings(seed=100 + 10 * seed, force=lambda t, u, n: truth[np.clip(int(n // 7.0) + 2, 0, 3)])
-        setting = prepare(runs, NOMINAL).with_noise(NOISE)
-        force, sd = binned_force(evaluate(setting, Hypothesis(refit=False)), [run.input for run in runs], edges)
-        deviations.append((force - truth) / sd)
+        fit = evaluate(prepare(runs, NOMINAL).with_noise(NOISE), Hypothesis(refit=False))
+        force = missing_force(fit, {"n_rev_s": [run.input for run in runs]}, edges)
+        deviations.append((force.mean["n_rev_s"] - truth) / force.sd["n_rev_s"])
     assert np.abs(np.mean(deviations)) < 0.6
-    assert 0.5 < np.std(deviations) < 1.5
+    assert 0.4 < np.std(deviations) < 1.4
+
+
+def test_the_profile_of_the_diagnosed_simulator_is_flat(friction: Found) -> None:
+    speed, *others = friction.place.profiles
+    assert speed.significant.sum() >= 5
+    assert speed.gain > 2.0 * max(other.gain for other in others)
+    assert np.all(np.abs(speed.left) < speed.half_width)
+
+
+def test_a_wave_does_not_pass_for_many_forces() -> None:
+    """A water motion of its own rhythm is no function of speed, input or place: blocks differ, bands are wide."""
+    runs = recordings({"seiche.amplitude": 0.01, "seiche.frequency": 0.9})
+    profiles = find(runs, "seiche").place.profiles
+    assert sum(int(p.significant.sum()) for p in profiles) <= 0.15 * sum(p.force.size for p in profiles)
 
 
 def test_bins_have_zero_between_them_and_are_well_filled() -> None:
