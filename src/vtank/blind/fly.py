@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..dynamics.parameters import slot
 from ..pilot import noise
-from ..pilot.flight import SPEED, Flight, prepare, ticks
+from ..pilot.flight import SPEED, Flight, ticks
 from ..pilot.plan import Plan
 from ..record import Run
 from ..scenario.scenario import Tachometer, Turbulence
@@ -125,8 +125,3 @@ def quiet(plan: Plan) -> Plan:
     sonar = replace(s.sonar, noise_m=0.0, resolution_m=0.0, dropout=0.0)
     tachometer = Tachometer(0.0, s.tachometer.governor_per_s)
     return replace(plan, scenario=replace(s, sonar=sonar, tachometer=tachometer, turbulence=Turbulence()))
-
-
-def quiet_flight(plan: Plan) -> Flight:
-    """A noise-free flight of one run, ready for its first tick."""
-    return prepare([quiet(plan)])

@@ -14,6 +14,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser = subparsers.add_parser("blind", help=text, description=text)
     commands = parser.add_subparsers(dest="blind", metavar="COMMAND", required=True)
     _make_parser(commands)
+    _answer_parser(commands)
+    _score_parser(commands)
 
 
 def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -29,6 +31,27 @@ def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--effects", nargs="+", metavar="NAME", help="effects and outside laws that may come up")
     parser.add_argument("--familiar", action="store_true", help="closed-loop sinusoids and white sonar noise only")
     parser.add_argument("--no-separations", action="store_true", help="leave out the fits of all rivals (no ceiling)")
+
+
+def _answer_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    text = "diagnose every case from its runs alone and commit to the answers by hash"
+    parser = commands.add_parser("answer", help=text, description=text)
+    parser.set_defaults(work=_answer)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of the cases")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="answers (default: DIR/answers.json)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the diagnosis (default 0)")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="cases at a time (default 2)")
+
+
+def _score_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    text = "verify every hash and score the answers"
+    parser = commands.add_parser("score", help=text, description=text)
+    parser.set_defaults(work=_score)
+    parser.add_argument("folder", type=Path, metavar="DIR", help="folder of the cases")
+    parser.add_argument("--truth", type=Path, required=True, metavar="DIR", help="folder of the truth")
+    parser.add_argument("--answers", type=Path, metavar="FILE", help="answers (default: DIR/answers.json)")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables and figures (default: DIR-score)")
+    parser.add_argument("--processes", type=int, default=2, metavar="N", help="cases at a time (default 2)")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -53,6 +76,38 @@ def _make(args: argparse.Namespace) -> int:
         make(order, args.out, truth_out, stage)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
+
+
+def _answer(args: argparse.Namespace) -> int:
+    from ..blind.answer import answer
+
+    out = args.out or args.folder / "answers.json"
+    with _stages() as stage:
+        total = answer(args.folder, out, args.seed, _at_least_one(args.processes), stage)
+    print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
+    return 0
+
+
+def _score(args: argparse.Namespace) -> int:
+    from ..blind.score import score, write_score
+    from ..blind.tables import tables
+
+    answers = args.answers or args.folder / "answers.json"
+    out = args.out or args.folder.with_name(args.folder.name + "-score")
+    with _stages() as stage:
+        scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), stage)
+    write_score(out, scored)
+    print(tables(scored["measures"])[0].markdown())
+    print(f"wrote {out}")
+    return 0
+
+
+def _at_least_one(processes: int) -> int:
+    from ..errors import InputError
+
+    if processes < 1:
+        raise InputError(f"--processes {processes}: expected at least 1")
+    return processes
 
 
 @contextmanager
