@@ -30,6 +30,7 @@ LAYERS = (
     "pilot",
     "tank",
     "simulate",
+    "campaign",
     "bandwidth",
     "identify",
     "reproduce",
