@@ -1,0 +1,73 @@
+"""The one module of this package that loads matplotlib: paper, pens and the way to a PNG."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
+
+# Okabe and Ito's colours, told apart by the colour-blind (jfly.uni-koeln.de/color)
+BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#56B4E9", "#CC79A7"
+CRIMSON = "#b2182b"
+INK, GREY, PALE = "#1c2529", "#7d8a91", "#c9d1d5"
+
+TRUTH: dict[str, Any] = {"color": INK, "lw": 1.3, "ls": (0, (5, 2)), "label": "truth"}
+PUBLISHED: dict[str, Any] = {"color": VERMILION, "lw": 1.2, "ls": (0, (1, 1.5)), "label": "published"}
+TRUTH_COLOURS = {"physical": GREEN, "paper-ii": BLUE, "paper-iii": PURPLE}
+
+STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.labelcolor": INK,
+    "axes.edgecolor": GREY,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e6eaec",
+    "grid.linewidth": 0.7,
+    "axes.axisbelow": True,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "legend.frameon": False,
+    "legend.fontsize": 8.5,
+    "lines.linewidth": 1.2,
+    "figure.titlesize": 11.0,
+    "figure.titleweight": "bold",
+}
+DPI = 120
+
+
+def drawn(draw: Callable[..., Any]) -> Callable[..., bytes]:
+    """Turn a function that returns a figure into one that returns a PNG in the house style."""
+
+    @wraps(draw)
+    def png(*args: Any, **keywords: Any) -> bytes:
+        from matplotlib import rc_context
+
+        with rc_context(STYLE):
+            file = io.BytesIO()
+            draw(*args, **keywords).savefig(file, format="png", dpi=DPI, metadata={"Software": None})
+        return file.getvalue()
+
+    return png
+
+
+def page(title: str, width_in: float, height_in: float) -> Any:
+    """An empty figure with a title."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width_in, height_in), layout="constrained")
+    figure.suptitle(title, x=0.01, ha="left", color=INK)
+    return figure
+
+
+def legend_below(figure: Any, axes: Any, columns: int = 6) -> None:
+    """One legend for all axes below them, each label once."""
+    found: dict[str, Any] = {}
+    for ax in axes:
+        handles, labels = ax.get_legend_handles_labels()
+        found |= {label: handle for handle, label in zip(handles, labels, strict=True) if label not in found}
+    figure.legend(found.values(), found.keys(), loc="outside lower left", ncols=columns)
