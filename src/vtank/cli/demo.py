@@ -1,0 +1,128 @@
+"""`vtank demo`: the four experiments, their identification and the paper's tables and figures, end to end."""
+
+from __future__ import annotations
+
+import argparse
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..reproduce.document import Block, Table
+    from ..simulate import Result
+
+TRUTHS = ("paper-ii", "paper-iii", "physical")
+DEFAULT_SEED = 1996
+
+
+@dataclass
+class Demo:
+    """What the steps share and leave: where to write, what was flown, and what the last page and lines will say."""
+
+    out: Path
+    seed: int
+    flights: dict[str, list[Result]] = field(default_factory=dict)
+    page: list[Block] = field(default_factory=list)
+    links: list[tuple[str, str]] = field(default_factory=list)
+    lines: list[str] = field(default_factory=list)
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `demo [--out DIR] [--seed N]`."""
+    text = "simulate the paper's experiments, identify Models I to III and compare with the truth (about two minutes)"
+    parser = subparsers.add_parser("demo", help=text, description=text)
+    parser.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="folder to write (default: out)")
+    parser.add_argument("--seed", type=int, default=DEFAULT_SEED, metavar="N", help="seed of all noise")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Take the steps, then say what was made, what it says and where to look."""
+    from ..errors import InputError
+
+    if args.seed < 0:
+        raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
+    start, demo = time.monotonic(), Demo(args.out, args.seed)
+    for step in STEPS:
+        step(demo)
+    write_index(demo)
+    print("\n".join(["", *demo.lines, f"Made in {time.monotonic() - start:.0f} s:"]))
+    width = max(len(path) for path, _ in demo.links)
+    print("\n".join(f"  {demo.out / path!s:<{width + len(str(demo.out)) + 1}}  {text}" for path, text in demo.links))
+    return 0
+
+
+# --- the steps, in order -------------------------------------------------------------------------------------------
+
+
+def fly_experiments(demo: Demo) -> None:
+    """Data sets of the four experiments with each truth, through the tank."""
+    from ..record.dataset import refuse_strangers
+    from ..reproduce.folder import refuse_others
+    from ..reproduce.run import write_flights
+    from .reproduce import fly
+
+    refuse_others(demo.out / "reproduction")  # before the work, not after it
+    for truth in TRUTHS:
+        refuse_strangers(demo.out / "data" / truth)
+    demo.flights = fly(TRUTHS, demo.seed)
+    write_flights(demo.out / "data", demo.flights)
+    for truth in TRUTHS:
+        demo.links.append(
+            (f"data/{truth}", f"data set of the four experiments, truth {truth} (withheld in truth.json)")
+        )
+
+
+def picture_tank(demo: Demo) -> None:
+    """A picture of vehicle and tank."""
+    from ..record.atomic import write_bytes
+    from ..reproduce.document import Picture
+    from ..tank.model import load_model
+    from ..tank.render import picture
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "tank.png"
+        how = picture(file, load_model())
+        write_bytes(demo.out / "tank.png", file.read_bytes())
+    demo.page.append(Picture("tank.png", "The Phoenix in the virtual tank, ten feet from the wall ahead."))
+    demo.links.append(("tank.png", f"the Phoenix in the tank, {how}"))
+
+
+def identify_and_reproduce(demo: Demo) -> None:
+    """Models I to III identified and compared with the truth; the paper's tables and figures; a brief study."""
+    from ..reproduce.document import Heading, Paragraph, plain
+    from ..reproduce.findings import summary
+    from ..reproduce.folder import results_folder
+    from ..reproduce.overview import overview
+    from ..reproduce.run import BRIEF, FULL, reproduce
+    from .progress import progress
+    from .reproduce import answer
+
+    about = {"seed": demo.seed, "truths": list(TRUTHS), "quick": True}
+    with results_folder(demo.out / "reproduction", about) as folder:
+        results = reproduce(folder, demo.flights, demo.seed, BRIEF, progress)
+    table: Table = overview(results.campaigns)
+    brief = f"From a brief study, on {BRIEF.study} seeds; `vtank reproduce` takes {FULL.study}."
+    demo.page += [Heading("Identified and true"), table]
+    demo.page += [Heading("The paper's estimator"), Paragraph(f"{summary(results)} {brief}")]
+    demo.lines += ["Identified and true (feet, as in the paper)", "", plain(table), "", *answer(results), brief, ""]
+    demo.links.append(
+        ("reproduction/index.html", "findings, study, and Tables 1 to 4 and Figures 1 to 12 of each truth")
+    )
+
+
+# The diagnosis of a blind case, with its report, is a further step at the end of this list.
+STEPS: tuple[Callable[[Demo], None], ...] = (fly_experiments, picture_tank, identify_and_reproduce)
+
+
+def write_index(demo: Demo) -> None:
+    """The page that leads to everything, as HTML and as Markdown."""
+    from ..record.atomic import write_text
+    from ..reproduce.document import Heading, Links, html, markdown
+
+    page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
+    write_text(demo.out / "index.html", html("vtank demo", page))
+    write_text(demo.out / "index.md", markdown(page))
+    demo.links.insert(0, ("index.html", "start here"))

@@ -1,0 +1,76 @@
+"""`vtank reproduce`: the paper's tables and figures on simulated data, and how far its estimator makes its drag."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ..reproduce.evidence import Results
+    from ..simulate import Result
+
+TRUTHS = ("paper-ii", "paper-iii", "physical")
+DEFAULT_SEED = 1996
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `reproduce [--out DIR] [--seed N] [--truth NAME] [--quick]`."""
+    text = "reproduce the paper's Tables 1 to 4 and Figures 1 to 12 on simulated data, and study its estimator's bias"
+    parser = subparsers.add_parser("reproduce", help=text, description=text)
+    out = Path("out") / "reproduction"
+    parser.add_argument("--out", type=Path, default=out, metavar="DIR", help=f"folder to write (default: {out})")
+    parser.add_argument(
+        "--seed", type=int, default=DEFAULT_SEED, metavar="N", help="seed of all noise (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--truth",
+        choices=(*TRUTHS, "all"),
+        default="all",
+        help="truth of the tables and figures; the study has all three",
+    )
+    parser.add_argument("--quick", action="store_true", help="a study on few seeds, for a first look")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, identify, study, write."""
+    from ..errors import InputError
+    from ..reproduce.folder import refuse_others, results_folder
+    from ..reproduce.run import FULL, QUICK, reproduce, write_flights
+    from .progress import progress
+
+    if args.seed < 0:
+        raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
+    refuse_others(args.out)
+    truths = TRUTHS if args.truth == "all" else (args.truth,)
+    flights = fly(truths, args.seed)
+    about = {"seed": args.seed, "truths": list(truths), "quick": args.quick}
+    with results_folder(args.out, about) as folder:
+        write_flights(folder / "data", flights)
+        results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)
+    print("\n".join(answer(results)))
+    print(f"wrote {args.out}: start at {args.out / 'index.html'}")
+    return 0
+
+
+def fly(truths: Sequence[str], seed: int) -> dict[str, list[Result]]:
+    """The four experiments in the tank with each truth."""
+    from ..reproduce.campaign import SCENARIOS
+    from .run import plan_all, simulate
+
+    plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
+    results = simulate(plans, "tank", threads=2)
+    for result in results:
+        result.check_clearance()
+    return {truth: results[i * len(SCENARIOS) : (i + 1) * len(SCENARIOS)] for i, truth in enumerate(truths)}
+
+
+def answer(results: Results) -> list[str]:
+    """The central finding in lines for a terminal."""
+    import textwrap
+
+    from ..reproduce.findings import summary
+
+    return textwrap.wrap(summary(results), 110)
