@@ -24,7 +24,7 @@ from .evidence import START_SD, Fitted, Setting
 
 START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
 WINDOW_SHARE = 1.0 / 3.0  # longest window over the run's length, for runs shorter than half a minute; a guess
-GRID = 16  # values of a run's own parameter that are weighed
+GRID = 12  # values of a run's own parameter that are weighed
 REMOTE = 1e5  # [m2 or m2/s2] variance of a measurement that steers nothing, small enough to leave P its digits
 DIVERGED = 1e6  # [m or m/s] error at which a simulation that has run away is held
 REDUCIBLE = 1.1  # refit over floor from which there is a gap left to close; a convention
@@ -111,6 +111,14 @@ class Target:
                         input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
         return Target(short, self.weight[:m], self.noise)
 
+    def here(self, p: np.ndarray) -> np.ndarray:
+        """The parameter vector with the run's own stand-off, shape (P,)."""
+        if self.run.standoff is None or p[STANDOFF] == self.run.standoff:
+            return p
+        p = p.copy()
+        p[STANDOFF] = self.run.standoff
+        return p
+
     def begin(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of the state (x, u, z, wake) at the first measurement, before any is used; shape (4,)."""
         x, u, z = START_SD
@@ -119,7 +127,7 @@ class Target:
 
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Variances of the innovations, shape (M,), and gains, shape (M, 5), for measurements of given variance."""
-        run, size = self.run, self.run.time_s.size
+        run, size, p = self.run, self.run.time_s.size, self.here(p)
         e, S, gain = np.empty(size), np.empty(size), np.zeros((size, 5))
         kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
                run.time_s, run.value, run.kind, variance, e, S, gain)  # fmt: skip
@@ -137,10 +145,13 @@ class Target:
 
         forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
         """
-        run, out = self.run, np.empty(self.run.time_s.size)
-        predict(p, self.begin(p)[0] if start is None else start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, value,
-                run.kind, gain, out, forcing)  # fmt: skip
-        return out if np.all(np.abs(out) < DIVERGED) else np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
+        run, out, p = self.run, np.empty(self.run.time_s.size), self.here(p)
+        start = self.begin(p)[0] if start is None else start
+        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, value, run.kind, gain,
+                out, forcing)  # fmt: skip
+        if np.all(np.abs(out) < DIVERGED):
+            return out
+        return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
 
 
 def target_of(run: Observed, noise: Noise) -> Target:
@@ -193,16 +204,16 @@ class Prediction:
         weight = np.exp(np.min(cost) - cost)
         return weight / np.sum(weight)
 
-    def floor_squares(self) -> np.ndarray:
-        """Expected square error of the right model at the measurements that count, shape (K,) [m2 or m2/s2].
+    def floor_squares(self) -> tuple[np.ndarray, np.ndarray]:
+        """Expected square error of the right model at the measurements that count, shapes (K,) [m2 or m2/s2].
 
-        Measurement noise, and what turbulence and the uncertain state at the window's end make of the prediction.
+        By measurement noise; and by turbulence and the uncertain state at the window's end.
         """
         target = self.target
         p = self.model.mean(self._weigh(self.model, target.run.value))
         late = np.arange(target.run.time_s.size) >= target.inside
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
-        return (np.maximum(S - REMOTE, 0.0) + target.variance)[target.scored]
+        return target.variance[target.scored], np.maximum(S - REMOTE, 0.0)[target.scored]
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:
@@ -211,5 +222,5 @@ def rms(parts: Sequence[np.ndarray]) -> float:
 
 
 def fraction_closed(refit: float, diagnosed: float, floor: float) -> float | None:
-    """Share of the reducible gap, refit less floor, that the diagnosed model closes; None where nothing is reducible."""
+    """Share of the reducible gap, refit less floor, that the diagnosed model closes; None where there is none."""
     return (refit - diagnosed) / (refit - floor) if refit > REDUCIBLE * floor else None

@@ -73,7 +73,7 @@ def model_text(diagnosis: Diagnosis) -> str:
         'name = "diagnosed"',
         f'source = "vtank diagnose of {len(runs)} run{"s" * (len(runs) > 1)}: {v.kind}{": " * bool(said)}{said}"',
         f'input = "{name}"',
-        f"n_limit_rev_s = {limit:.6g}",
+        f"n_limit_rev_s = {np.ceil(limit):g}",
         "",
         "[lumped]",
         *_own(model_of(v.fit).p, name, effects),
@@ -104,7 +104,7 @@ def _own(p: np.ndarray, input_name: str, effects: Sequence[Effect] = ()) -> list
     """Drag, thrust gain, loss and lag; the last two at zero where they are written as effects."""
     apart = {name for effect in effects for name in effect.slots()}
     keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
-    return [f"{key} = {0.0 if name in apart else p[slot(name)]:.9g}" for name, key in keys.items()]
+    return [f"{key} = {0.0 if name in apart else p[slot(name)]:.12g}" for name, key in keys.items()]
 
 
 def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
@@ -115,7 +115,7 @@ def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[
             lines += ["", f"[{prefix}effects.{effect.name}]"]
             for q in effect.parameters:
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.9g}{own}")
+                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.12g}{own}")
     return lines
 
 
@@ -164,11 +164,11 @@ def predict_gaps(models: ModelFile, run: Observed) -> dict[str, Any]:
     if not np.any(target.scored):
         raise InputError(f"run '{run.name}': no measurement after the first {START_WINDOW_S:g} s to compare with")
     named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
-    floor = Prediction(models.diagnosed, target).floor_squares()
+    noise, turbulence = Prediction(models.diagnosed, target).floor_squares()
     return {
         "unit": "m" if run.has_position else "m/s",
         "rms": {name: rms([Prediction(model, target).errors()]) for name, model in named.items()},
-        "floor": float(np.sqrt(np.mean(floor))),
+        "floor": float(np.sqrt(np.mean(noise + turbulence))),
     }
 
 

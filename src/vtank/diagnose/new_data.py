@@ -1,8 +1,8 @@
 """New runs of the same experiments, made by whatever could have made the recorded ones.
 
 A cause is a hypothesis with its parameters, or the best of them with a discrepancy that has no name. Causes are drawn
-by their probability, parameters by their covariance, turbulence and noise anew; the models found then predict the new
-runs from their start windows, and so does the cause itself, which knows everything but the future turbulence.
+by their probability, parameters by their covariance, turbulence and noise anew. The models found then predict the new
+runs, and so does the cause itself, which knows everything but the turbulence to come: its error is the floor there.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from .selection import Selection
 from .verdict import Verdict, probabilities
 
 UNLIKELY = 0.02  # probability over the largest below which a cause is left out
+CHANCE = 2.0  # [-] mean square over its expectation that turbulence may reach by chance in a few runs; a guess
 Gaps = tuple[float, float, float]  # root mean square errors of refit, diagnosed model and cause [m or m/s]
 
 
@@ -49,6 +50,17 @@ class Cause:
             model = Model(fit.problem.model(self.theta, k)[0], fit.problem.per_run)
             parts.append(prediction.errors(prediction.target.run.value - self.error[k], model, self.force[k]))
         return rms(parts)
+
+    def new_run(self, theta: np.ndarray, k: int, rng: np.random.Generator) -> tuple[Model, np.ndarray]:
+        """The cause at theta, and what it would let run k read with new turbulence and noise, shape (M,)."""
+        p, start = self.fit.problem.model(theta, k)
+        truth, target = Model(p, self.fit.problem.per_run), self.entered[k].target
+        size, push = target.run.time_s.size, turbulence(target, rng)
+        if (force := self.force[k]) is not None:
+            push += force
+        p = truth.grid[int(rng.integers(len(truth.grid)))]
+        quiet = self.error[k] - target.errors(p, np.zeros((size, 5)), np.zeros(size), push, start)
+        return truth, quiet + rng.normal(size=size) * np.sqrt(np.array(target.noise.variance)[target.run.kind])
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
@@ -105,31 +117,29 @@ class NewData:
         total = sum(chance for chance, _, _ in likely)
         return [(chance / total, cause_of(fit, self.targets, unnamed)) for chance, fit, unnamed in likely]
 
+    def floor(self) -> float:
+        """Error on the recorded runs of a model that knows everything [m or m/s].
+
+        That of the most probable cause, but no more than noise and turbulence can account for.
+        """
+        cause = self.causes[0][1]
+        parts = [prediction.floor_squares() for prediction in cause.entered]
+        noise, turbulence = (np.mean(np.concatenate([part[i] for part in parts])) for i in range(2))
+        return min(cause.gap(), float(np.sqrt(noise + CHANCE * turbulence)))
+
     def new_set(self, seed: tuple[int, int]) -> Gaps:
-        """Gaps of refit, diagnosed model and cause on one new set of runs."""
+        """Gaps of refit, diagnosed model and cause when every run is repeated once."""
         rng = np.random.default_rng(seed)
         weight = [chance for chance, _ in self.causes]
         cause = self.causes[int(rng.choice(len(weight), p=weight))][1]
-        problem, theta = cause.fit.problem, cause.draw(rng)
+        theta = cause.draw(rng)
         errors: list[list[np.ndarray]] = [[], [], []]
-        for k, target in enumerate(self.targets):
-            p, start = problem.model(theta, k)
-            truth = Model(p, problem.per_run)
-            value = simulate(truth, target, start, cause.force[k], rng)
+        for k in range(len(self.targets)):
+            truth, value = cause.new_run(theta, k, rng)
             for i, model in enumerate(self.models):
-                errors[i].append(model[k].errors(value + cause.error[k]))
-            errors[2].append(cause.entered[k].errors(value, truth, cause.force[k]))
+                errors[i].append(model[k].errors(value))
+            errors[2].append(cause.entered[k].errors(value - cause.error[k], truth, cause.force[k]))
         return rms(errors[0]), rms(errors[1]), rms(errors[2])
-
-
-def simulate(
-    truth: Model, target: Target, start: np.ndarray, force: np.ndarray | None, rng: np.random.Generator
-) -> np.ndarray:
-    """Measured values of a new run with new turbulence and noise, shape (M,)."""
-    p, size = truth.grid[int(rng.integers(len(truth.grid)))], target.run.time_s.size
-    push = turbulence(target, rng) + (0.0 if force is None else force)
-    quiet = -target.errors(p, np.zeros((size, 5)), np.zeros(size), push, start)
-    return quiet + rng.normal(size=size) * np.sqrt(np.array(target.noise.variance)[target.run.kind])
 
 
 def turbulence(target: Target, rng: np.random.Generator) -> np.ndarray:

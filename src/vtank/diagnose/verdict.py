@@ -18,17 +18,19 @@ NAMED = 0.5  # probability that the winner's class must have for a verdict; belo
 
 @dataclass(frozen=True)
 class Calibration:
-    """Frozen numbers of calibration.toml: exponent on the evidence, and prior probability of each kind."""
+    """Frozen numbers of calibration.toml: exponent on the evidence, prior of each kind, widening of the interval."""
 
     tempering: float
     prior: dict[str, float]
+    widening: float
 
 
 @cache
 def calibration() -> Calibration:
     """The calibration shipped with the package."""
     data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
-    return Calibration(float(data["tempering"]), {k: float(v) for k, v in data["prior"].items()})
+    prior = {kind: float(value) for kind, value in data["prior"].items()}
+    return Calibration(float(data["tempering"]), prior, float(data["shrink"]["widening"]))
 
 
 @dataclass(frozen=True)

@@ -1,16 +1,19 @@
 """Truth presets: the surge parameters a virtual experiment is run with, and where they come from.
 
 A preset is a TOML file in models/truths/. It either prints lumped parameters, in the paper's feet or in SI, or names a
-vehicle whose mass, added mass, drag and propellers they are derived from (`lumped.py`).
+vehicle whose mass, added mass, drag and propellers they are derived from (`lumped.py`). Effects may be switched on in
+it as in a scenario. A model written by the diagnosis is such a preset, with more tables that are passed over here.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from ..effects.catalogue import BY_NAME
 from ..resources import models_dir
 from .lumped import Lumped, Propellers, SurgeForces, from_feet, lump, propeller_forces
 from .parameters import vector
@@ -19,11 +22,16 @@ from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
 SI = ("alpha_per_m", "beta_m_per_rev2", "gamma_per_rev", "tau_s")
+OWN = ("name", "source", "n_limit_rev_s", "lumped", "derived", "effects")
+PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # what a diagnosed model has besides
 
 
 @dataclass(frozen=True)
 class Truth:
-    """Surge parameters [1/m, m/rev2, 1/rev, s], largest propeller speed either way [rev/s], and their origin."""
+    """Surge parameters [1/m, m/rev2, 1/rev, s], largest propeller speed either way [rev/s], and their origin.
+
+    effects: slot of the parameter vector -> value, of effects that are switched on besides.
+    """
 
     name: str
     alpha_per_m: float
@@ -32,6 +40,7 @@ class Truth:
     tau_s: float
     n_limit_rev_s: float
     source: str
+    effects: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def lumped(self) -> Lumped:
@@ -39,13 +48,14 @@ class Truth:
         return Lumped(self.alpha_per_m, self.beta_m_per_rev2, self.gamma_per_rev, self.tau_s)
 
     def vector(self) -> np.ndarray:
-        """Parameter vector p of the surge equation, every effect but lag and thrust loss at its null value."""
+        """Parameter vector p of the surge equation; effects that are not switched on have their null values."""
         return vector(
             {
                 "alpha": self.alpha_per_m,
                 "beta": self.beta_m_per_rev2,
                 "thrust_loss.gamma": self.gamma_per_rev,
                 "thrust_lag.tau": self.tau_s,
+                **self.effects,
             }
         )
 
@@ -58,7 +68,9 @@ def truth_names() -> tuple[str, ...]:
 def load_truth(name_or_path: str | Path) -> Truth:
     """The preset of that name in models/truths/, or of that TOML file; InputError names file and key."""
     path = find_file(name_or_path, models_dir() / "truths", "truth preset")
-    file = read_table(path).check_keys(("name", "source", "n_limit_rev_s", "lumped", "derived"))
+    file = read_table(path).check_keys((*OWN, *PASSED_OVER))
+    if file.text("input", "n_rev_s") != "n_rev_s":
+        raise file.error("input", 'the tank is driven by propeller speed, expected "n_rev_s"')
     lumped = _derived(file.table("derived")) if "derived" in file.entries else _printed(file.table("lumped"))
     _check_signs(file, lumped)
     return Truth(
@@ -69,7 +81,22 @@ def load_truth(name_or_path: str | Path) -> Truth:
         tau_s=lumped.tau_s,
         n_limit_rev_s=file.positive("n_limit_rev_s"),
         source=file.text("source"),
+        effects=read_effects(file.table("effects")),
     )
+
+
+def read_effects(table: Table) -> dict[str, float]:
+    """Slot -> value of all effects in an [effects] table, each parameter within its bounds."""
+    values = {}
+    table.check_keys(BY_NAME)
+    for name in table.entries:
+        own = table.table(name).check_keys([q.key for q in BY_NAME[name].parameters])
+        for q in (q for q in BY_NAME[name].parameters if q.key in own.entries):
+            value = own.number(q.key)
+            if not q.bounds[0] <= value <= q.bounds[1]:
+                raise own.error(q.key, f"expected a number from {q.bounds[0]:g} to {q.bounds[1]:g}, found {value:g}")
+            values[f"{name}.{q.name}"] = value
+    return values
 
 
 def _printed(table: Table) -> Lumped:

@@ -1,0 +1,31 @@
+"""`vtank predict`: how well a diagnosed model predicts a run it has never seen."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `predict MODEL.toml RUN.csv [--json OUT]`."""
+    text = "predict a run from its recorded input with the models of a diagnosis, and print the gaps left"
+    parser = subparsers.add_parser("predict", help=text, description=text)
+    parser.add_argument("model", type=Path, metavar="MODEL.toml", help="model written by vtank diagnose --model")
+    parser.add_argument("run", type=Path, metavar="RUN.csv", help="a run the model has never seen")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write what is printed to a file as well")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print root mean square gaps as JSON."""
+    import json
+
+    from ..diagnose.model_file import predict_gaps, read_model
+    from ..identify.observed import observe
+    from ..record.atomic import write_text
+    from ..record.reader import read_run
+
+    text = json.dumps(predict_gaps(read_model(args.model), observe(read_run(args.run))), indent=2) + "\n"
+    print(text, end="")
+    if args.json:
+        write_text(args.json, text)
+    return 0

@@ -1,0 +1,223 @@
+"""Which experiment should come next: the largest expected drop of uncertainty per minute.
+
+While several hypotheses are possible, uncertainty is the entropy of their probabilities: for each rival of the winner,
+the post-refit separation that a new run would bring is worked out with the rival's parameters held by the recordings so
+far, and turned into the expected drop of entropy between the two. Once one hypothesis is certain, it is the entropy of
+its parameters: half the log-determinant of their information. Repeating a run is the null option.
+
+Box, Hill, Technometrics 9 (1967); Buzzi-Ferraris, Forzatti, Chem. Eng. Sci. 39 (1984), separation with refitted
+parameters; Lindley, Ann. Math. Stat. 27 (1956), expected information.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..dynamics.parameters import slot
+from ..identify.observed import SPEED
+from ..identify.problem import Problem
+from .evidence import Fitted, Setting, prior_of
+from .experiments import SPEED_SD, Experiment, library, recorded
+from .holdout import model_of
+from .selection import Selection
+from .ties import OUTLIERS, noise_free
+from .verdict import Verdict
+
+RIVALS = 4  # rivals that are looked at
+POSSIBLE = 0.01  # probability from which a hypothesis is a rival
+UNCERTAIN = 0.05  # probability of all rivals together from which they, and not the parameters, decide
+PHASES = 8  # phases of a new run's own wave that a rival may choose from
+ALTERNATIVES = 3  # runners-up that are reported
+NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(21)  # for the mean over a normal variable
+
+
+@dataclass(frozen=True)
+class Worth:
+    """What an experiment brings: drop of entropy [nats], and the separation from each rival, before and after."""
+
+    experiment: Experiment
+    drop: float
+    separations: dict[str, tuple[float, float]]
+
+    @property
+    def per_minute(self) -> float:
+        """Drop of entropy per minute [nats/min]."""
+        return self.drop / self.experiment.minutes
+
+    @property
+    def least_separation(self) -> float:
+        """From the nearest rival, by all runs; decides where entropy has nothing left to lose."""
+        return min((after for _, after in self.separations.values()), default=0.0)
+
+
+def next_experiment(selection: Selection, verdict: Verdict, chances: dict[str, float]) -> dict[str, Any]:
+    """The experiment that is advised, its worth per minute against that of a repeat, and the runners-up."""
+    setting, winner = selection.setting, _winner(selection, verdict)
+    rivals = _rivals(selection, verdict, winner, chances)
+    repeats = [_repeat(setting, winner, k) for k in range(len(setting.runs))]
+    new = library(model_of(winner).p, setting.runs)
+    doubts = [(rival, _chance(chances, rival, winner), _before(setting, winner, rival)) for rival in rivals]
+    with ThreadPoolExecutor(2) as pool:
+        worths = list(pool.map(partial(_worth, setting, winner, doubts), [*repeats, *new]))
+    repeat = max(worths[: len(repeats)], key=lambda w: w.per_minute)
+    ranked = sorted(worths, key=lambda w: (-round(w.per_minute, 3), -w.least_separation))
+    return {
+        **_told(ranked[0], repeat),
+        "question": "which hypothesis" if doubts else "how large",
+        "separations": {name: list(pair) for name, pair in ranked[0].separations.items()},
+        "alternatives": [_told(worth, repeat) for worth in ranked[1 : 1 + ALTERNATIVES]],
+    }
+
+
+def _told(worth: Worth, repeat: Worth) -> dict[str, Any]:
+    return {
+        "experiment": worth.experiment.words,
+        "scenario": worth.experiment.scenario,
+        "minutes": worth.experiment.minutes,
+        "per_minute": float(worth.per_minute),
+        "against_repeat": float(worth.per_minute / max(repeat.per_minute, 1e-12)),
+    }
+
+
+def _winner(selection: Selection, verdict: Verdict) -> Fitted:
+    """The verdict's hypothesis; of the nominal, which has nothing to find out, the refit."""
+    return verdict.fit if verdict.fit.hypothesis.refit else selection.refit
+
+
+def _rivals(selection: Selection, verdict: Verdict, winner: Fitted, chances: dict[str, float]) -> list[Fitted]:
+    """The most probable others, where they are probable enough, tied effects first."""
+    others = [f for f in (selection.refit, *selection.named) if f is not winner and not _outliers(f, winner)]
+    tied = [f for f in others if f.hypothesis.name in verdict.rivals]
+    possible = [f for f in others if f not in tied and chances[f.hypothesis.name] > POSSIBLE]
+    found = sorted([*tied, *possible], key=lambda f: (f not in tied, -chances[f.hypothesis.name]))[:RIVALS]
+    total = sum(chances[f.hypothesis.name] for f in found)
+    return found if total > UNCERTAIN * chances[winner.hypothesis.name] else []
+
+
+def _chance(chances: dict[str, float], rival: Fitted, winner: Fitted) -> float:
+    """Probability of the rival if it is one of the two."""
+    a, b = chances[rival.hypothesis.name], chances[winner.hypothesis.name]
+    return a / (a + b)
+
+
+def _outliers(rival: Fitted, winner: Fitted) -> bool:
+    """Whether two hypotheses differ by lone readings only, or more: no experiment here is planned for those."""
+    different = {e.name for e in rival.hypothesis.effects} ^ {e.name for e in winner.hypothesis.effects}
+    return bool(different & set(OUTLIERS))
+
+
+def _repeat(setting: Setting, winner: Fitted, k: int) -> Experiment:
+    """Run k once more."""
+    run = setting.runs[k]
+    minutes = float(run.time_s[-1] - run.time_s[0]) / 60.0
+    return Experiment(f"run {run.name} once more", {}, minutes, recorded(run, winner.vector(), run.standoff))
+
+
+def _worth(
+    setting: Setting, winner: Fitted, doubts: Sequence[tuple[Fitted, float, float]], experiment: Experiment
+) -> Worth:
+    """Expected drop of entropy by an experiment."""
+    if not doubts:
+        return Worth(experiment, _parameter_gain(setting, winner, experiment), {})
+    drop, separations = 0.0, {}
+    for rival, chance, before in doubts:
+        more = _separation(setting, winner, rival, experiment)
+        drop += entropy_drop(chance, more)
+        separations[rival.hypothesis.name] = before, float(np.hypot(before, more))
+    return Worth(experiment, drop, separations)
+
+
+def entropy_drop(chance: float, separation: float) -> float:
+    """Expected drop of the entropy [nats] of a two-way choice, one way having this probability.
+
+    The log-odds of the truth grow by a normal variable of mean separation^2/2 and deviation `separation`.
+    """
+    odds = np.log(chance / (1.0 - chance)) if 0.0 < chance < 1.0 else np.inf
+    if not np.isfinite(odds):
+        return 0.0
+    left = 0.0
+    for sign, weight in ((1.0, chance), (-1.0, 1.0 - chance)):
+        after = odds + sign * 0.5 * separation**2 + separation * NODES
+        left += weight * float(WEIGHTS @ _entropy(after)) / np.sqrt(2.0 * np.pi)
+    return float(_entropy(np.array([odds]))[0]) - left
+
+
+def _entropy(log_odds: np.ndarray) -> np.ndarray:
+    p = 1.0 / (1.0 + np.exp(-np.clip(log_odds, -500.0, 500.0)))
+    return -(p * np.log(np.maximum(p, 1e-300)) + (1.0 - p) * np.log(np.maximum(1.0 - p, 1e-300)))
+
+
+# --- linear algebra of one more run --------------------------------------------------------------------------------
+def _separation(setting: Setting, winner: Fitted, rival: Fitted, experiment: Experiment) -> float:
+    """Distance, in deviations, between the winner's new run and the rival's best account of it and all runs so far."""
+    known = _known(rival)
+    problem, theta, own = _alone(setting, rival, experiment)
+    best = np.inf
+    for values in _own_values(problem, winner, rival):
+        theta[len(known) : len(known) + len(problem.per_run)] = values
+        filtered = problem.filter(theta)
+        r = problem.residuals(theta, filtered)
+        J = problem.jacobian(theta, filtered, r)
+        A = J.T @ J + _block(known, own)
+        b = J.T @ r
+        best = min(best, float(r @ r - b @ np.linalg.solve(A, b)))
+    return float(np.sqrt(max(best, 0.0)))
+
+
+def _own_values(problem: Problem, winner: Fitted, rival: Fitted) -> list[list[float]]:
+    """Values of a new run's own parameters (a wave's phase) from which a rival may start: the winner's, or a grid."""
+    if set(problem.per_run) <= set(winner.problem.per_run):
+        p = winner.vector()
+        return [[float(p[slot(name)]) for name in problem.per_run]]
+    return [[phase] * len(problem.per_run) for phase in np.arange(PHASES) * 2.0 * np.pi / PHASES]
+
+
+def _parameter_gain(setting: Setting, winner: Fitted, experiment: Experiment) -> float:
+    """Half the growth of the log-determinant of the information about the shared parameters [nats]."""
+    known = _known(winner)
+    problem, theta, own = _alone(setting, winner, experiment)
+    J = problem.jacobian(theta, problem.filter(theta))
+    both, count = J.T @ J + _block(known, own), len(known)
+    rest = both[count:, count:]
+    more = both[:count, :count] - both[:count, count:] @ np.linalg.solve(rest, both[count:, :count])
+    return 0.5 * float(np.linalg.slogdet(more)[1] - np.linalg.slogdet(known)[1])
+
+
+def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
+    """Separation of winner and rival by the recordings so far."""
+    problem = replace(rival.problem, runs=noise_free(setting, winner).runs)
+    theta = rival.optimum.theta
+    filtered = problem.filter(theta)
+    r = problem.residuals(theta, filtered)
+    b = problem.jacobian(theta, filtered, r).T @ r
+    return float(np.sqrt(max(r @ r - b @ np.linalg.solve(rival.optimum.information, b), 0.0)))
+
+
+def _known(fit: Fitted) -> np.ndarray:
+    """Information about the shared parameters from the recordings so far, all else integrated out."""
+    count = len(fit.problem.free)
+    return np.linalg.inv(fit.covariance()[:count, :count])
+
+
+def _alone(setting: Setting, fit: Fitted, experiment: Experiment) -> tuple[Problem, np.ndarray, np.ndarray]:
+    """The new run as a problem of the fit's hypothesis, its unknowns, and the information about its own ones."""
+    noise = setting.noise
+    if not any(SPEED in run.first for run in setting.runs):
+        noise = replace(noise, variance=(*noise.variance[:2], SPEED_SD**2))
+    problem = Problem((experiment.run,), fit.vector(), fit.problem.free, fit.problem.per_run, noise)
+    alone = replace(setting, runs=problem.runs, noise=noise, weight=(np.ones(experiment.run.time_s.size),), flags=())
+    theta = problem.initial()
+    prior = prior_of(alone, fit.hypothesis, problem, theta)
+    return problem, theta, prior.sd[problem.own_slice(0)] ** -2
+
+
+def _block(known: np.ndarray, own: np.ndarray) -> np.ndarray:
+    out = np.diag(np.concatenate([np.zeros(len(known)), own]))
+    out[: len(known), : len(known)] = known
+    return out
