@@ -22,7 +22,7 @@ WEIGHTS = (2.0, 1.5, 7.0, 2.0, 1.5, 1.0)  # mean of the hidden frequencies of KI
 SPREAD = 0.15  # [-] deviation of the logarithm of the true parameters over the nominal's; a choice
 SMALLEST = 0.01  # [-] the same, least of the cases in which nothing else is wrong
 WANTED = (3.0, 200.0)  # post-refit signal-to-noise ratios, drawn log-uniformly
-DECOYS = 0.06  # share of the other cases from which an effect is withheld that is not their cause
+DECOYS = 0.1  # share of the other cases from which an effect is withheld that is not their cause
 
 
 @dataclass(frozen=True)

@@ -111,6 +111,7 @@ def naming(rows: Sequence[Row]) -> Summary:
     bound = [r.ceiling for r in rows if r.ceiling is not None]
     out |= {
         "top-1, ceiling": mean([c.top1 for c in bound]),
+        "top-1 over ceiling": _over_ceiling(rows),
         "log score, ceiling": mean([c.log_score for c in bound]),
         "brier, ceiling": mean([c.brier for c in bound]),
         "top-1, random": mean([1.0 / n for n in size]),
@@ -123,6 +124,15 @@ def naming(rows: Sequence[Row]) -> Summary:
         out[f"log score, {name}"] = mean([log_score(p, label) for p, label in stated])
         out[f"brier, {name}"] = mean([brier(p, label) for p, label in stated])
     return out
+
+
+def _over_ceiling(rows: Sequence[Row]) -> Measure:
+    """Right answers over those that the ideal observer would give, on the cases whose ceiling is known."""
+    some = [(r.right, r.ceiling.top1) for r in rows if r.ceiling is not None]
+    if not some:
+        return NOTHING
+    hits, bound = share([right for right, _ in some]), sum(top1 for _, top1 in some) / len(some)
+    return Measure(hits.value / bound, hits.n, hits.low / bound, hits.high / bound)
 
 
 def no_gap(rows: Sequence[Row]) -> Summary:

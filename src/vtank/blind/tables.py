@@ -30,7 +30,8 @@ TITLES = {
 
 # group, subset, measure, bar, in words (diagnosis design, section 4)
 BARS = (
-    ("single", ">=10", "top-1", ">= 0.80 and 0.95 of the ceiling"),
+    ("single", ">=10", "top-1", ">= 0.80"),
+    ("single", ">=10", "top-1 over ceiling", ">= 0.95"),
     ("single", ">=10", "class correct", ">= 0.97"),
     ("single", "10-30", "log score", "<= 0.45"),
     ("single", "10-30", "brier", "<= 0.25"),

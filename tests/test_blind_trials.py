@@ -1,0 +1,305 @@
+"""Made, answered and scored: nothing leaks, every change is caught, and the score is that of the answers."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from vtank.blind.answer import answer, plain, refusal
+from vtank.blind.case import tied
+from vtank.blind.make import Order, make
+from vtank.blind.rows import Row
+from vtank.blind.score import measures, score, write_score
+from vtank.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, read_index
+from vtank.blind.tables import tables
+from vtank.blind.verify import open_all
+from vtank.cli import main
+from vtank.errors import InputError
+from vtank.record import Run, read_dataset, read_run
+
+ORDER = Order(3, 33, ("none", "parameters", "single"), ("supply_sag",), familiar=True, threads=1)
+
+
+def stand_in(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+    """An answer without a diagnosis: a fixed opinion, and no opinion on the second case."""
+    runs = read_dataset(folder)
+    if folder.name == "case_0002":
+        raise ValueError("cannot say")
+    chances = {"none": 0.2, "supply_sag": 0.7, "unknown": 0.1}
+    verdict = {"kind": "effect", "effects": ["supply_sag"], "class": ["supply_sag", "clock_skew"], "probability": 0.7}
+    document = {"verdict": verdict, "probabilities": chances, "baselines": {"bic": ["none"]}, "runs": len(runs)}
+    return {"document": document, "seen": float(np.nanmean(runs.runs[0].columns["range_m"]))}
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with cases, truth and answers."""
+    root = tmp_path_factory.mktemp("blind")
+    make(ORDER, root / "cases", root / "truth")
+    answer(root / "cases", root / "answers.json", count=1, answer_case=stand_in)
+    return root
+
+
+@pytest.fixture
+def copy(trials: Path, tmp_path: Path) -> Path:
+    """A copy to tamper with."""
+    shutil.copytree(trials, tmp_path / "copy")
+    return tmp_path / "copy"
+
+
+def verify(root: Path) -> None:
+    open_all(root / "cases", root / "truth", root / "answers.json")
+
+
+# --- nothing leaks -----------------------------------------------------------------------------------------------
+def test_files_differ_in_nothing_but_their_numbers(trials: Path) -> None:
+    files = sorted((trials / "cases").rglob("*.csv"))
+    assert [str(f.relative_to(trials / "cases")) for f in files] == [
+        f"case_{case:04d}/run_{run}.csv" for case in (1, 2, 3) for run in (1, 2, 3, 4)
+    ]
+    assert {path.stat().st_mtime for path in (trials / "cases").rglob("*")} == {EPOCH_S}
+    assert len({f.stat().st_size for f in files}) == 1
+    widths = {tuple(len(cell) for cell in line.split(",")) for f in files for line in f.read_text().splitlines()[1:]}
+    assert len(widths) == 1
+    assert {f.read_text().splitlines()[0] for f in files} == {"time_s,n_rev_s,range_m"}
+
+
+def test_the_index_says_nothing_but_names_hashes_and_what_is_withheld(trials: Path) -> None:
+    text = (trials / "cases" / "cases.json").read_text()
+    content = json.loads(text)
+    assert set(content) == {"schema", "nominal", "cases"} and content["nominal"] == "paper-ii"
+    assert all(set(case) == {"case", "runs", "withheld", "commitment"} for case in content["cases"])
+    assert "33" not in json.dumps([case["withheld"] for case in content["cases"]]) and "seed" not in text
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_run_takes_the_same_bytes(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    size, time = 50, 0.1 * np.arange(50)
+    range_m = np.where(random.random(size) < 0.3 * seed, np.nan, random.normal(3.0, 0.5, size))
+    run = Run("run", time, {"n_rev_s": random.normal(0.0, 5.0 * seed, size), "range_m": range_m})
+    assert len(fixed_csv(run)) == len("time_s,n_rev_s,range_m\n") + size * (7 + 11 + 9 + 3)
+
+
+def test_a_written_run_is_read_back(tmp_path: Path) -> None:
+    columns = {"n_rev_s": np.linspace(-20.0, 20.0, 20), "range_m": np.where(np.arange(20) % 4, 3.0, np.nan)}
+    (tmp_path / "run.csv").write_bytes(fixed_csv(Run("run", 0.1 * np.arange(20), columns)))
+    back = read_run(tmp_path / "run.csv")
+    assert back.columns["n_rev_s"] == pytest.approx(columns["n_rev_s"], abs=5.1e-6)
+    assert np.array_equal(np.isnan(back.columns["range_m"]), np.isnan(columns["range_m"]))
+
+
+def test_a_commitment_hides_and_binds() -> None:
+    truth = {"kind": "none", "d": 0.0}
+    assert commitment("a", truth) != commitment("b", truth)
+    assert commitment("a", truth) != commitment("a", truth | {"d": 1e-9})
+    assert canonical({"b": 1, "a": [1.5]}) == b'{"a":[1.5],"b":1}' == canonical({"a": [1.5], "b": 1})
+    with pytest.raises(ValueError):
+        canonical({"d": float("nan")})
+
+
+# --- what was made -----------------------------------------------------------------------------------------------
+def test_the_tank_flew_what_the_truth_says(trials: Path) -> None:
+    """Ranges scatter about the noise-free ones by the sonar's noise, where nothing else disturbs the hull."""
+    quiet = 0
+    for entry in read_index(trials / "cases").entries:
+        truth = json.loads((trials / "truth" / f"{entry.case}.json").read_text())["truth"]
+        experiment = truth["experiment"]
+        if experiment["turbulence"] == "still":
+            quiet += 1
+            for k in (1, 5):
+                run = read_run(trials / "truth" / "held_out" / entry.case / f"run_{k}.csv")
+                error = run.columns["range_m"] - run.columns["clean_m"]
+                expected = np.hypot(experiment["sonar_noise_m"], experiment["resolution_m"] / np.sqrt(12.0))
+                assert np.nanstd(error) == pytest.approx(expected, rel=0.08)
+                assert abs(np.nanmean(error)) < 4.0 * expected / np.sqrt(error.size)
+    assert quiet
+
+
+def test_truths_carry_what_the_score_needs(trials: Path) -> None:
+    for path in sorted((trials / "truth").glob("case_*.json")):
+        truth = json.loads(path.read_text())["truth"]
+        assert truth["label"] in ("none", "parameters", "supply_sag")
+        assert len(truth["held_out"]["oracle"]) == len(truth["held_out_files"]) == 5
+        if truth["kind"] == "single":
+            assert truth["d"] == pytest.approx(truth["d_each"][0], rel=1e-3) and truth["d"] > 2.0
+            assert truth["rivals"]["gram"][0][0] == pytest.approx(truth["d"] ** 2, rel=1e-4)
+            assert "supply_sag" not in truth["rivals"]["names"]
+            assert np.mean(truth["held_out"]["oracle"]) < np.mean(truth["held_out"]["refit"])
+        else:
+            assert truth["d"] < 0.05
+
+
+def test_make_refuses_a_folder_that_is_there(trials: Path) -> None:
+    with pytest.raises(InputError, match="is there already"):
+        make(ORDER, trials / "cases", trials / "elsewhere")
+
+
+# --- every change is caught and named ------------------------------------------------------------------------------
+def test_untouched_trials_verify(trials: Path) -> None:
+    verify(trials)
+
+
+def change(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new, 1))
+
+
+def test_a_changed_recording_is_named(copy: Path) -> None:
+    change(copy / "cases" / "case_0002" / "run_3.csv", "    0.1,", "    0.2,")
+    with pytest.raises(InputError, match="case_0002/run_3.csv: the recording was changed"):
+        verify(copy)
+    with pytest.raises(InputError, match="run_3.csv: not the recording"):
+        answer(copy / "cases", copy / "new.json", count=1, answer_case=stand_in)
+
+
+def test_a_changed_truth_is_named(copy: Path) -> None:
+    change(copy / "truth" / "case_0001.json", '"label": "', '"label": "x')
+    with pytest.raises(InputError, match="case_0001.json: the truth is not the one that was sealed"):
+        verify(copy)
+
+
+def test_a_truth_of_another_case_is_named(copy: Path) -> None:
+    shutil.copy(copy / "truth" / "case_0001.json", copy / "truth" / "case_0003.json")
+    with pytest.raises(InputError, match="case_0003.json: the truth is not"):
+        verify(copy)
+
+
+def test_a_truth_with_a_new_commitment_is_caught_by_the_seal(copy: Path) -> None:
+    path = copy / "truth" / "case_0001.json"
+    sealed = json.loads(path.read_text())
+    sealed["truth"]["label"] = "supply_sag"
+    path.write_text(json.dumps(sealed))
+    index = json.loads((copy / "cases" / "cases.json").read_text())
+    index["cases"][0]["commitment"] = commitment(sealed["salt"], sealed["truth"])
+    (copy / "cases" / "cases.json").write_text(json.dumps(index))
+    with pytest.raises(InputError, match="seal.json: made for other cases") as found:
+        verify(copy)
+    assert "answers to other cases" in str(found.value)
+
+
+def test_a_changed_held_out_run_is_named(copy: Path) -> None:
+    change(copy / "truth" / "held_out" / "case_0003" / "run_5.csv", "    0.1,", "    0.2,")
+    with pytest.raises(InputError, match="case_0003/run_5.csv: the held-out run was changed"):
+        verify(copy)
+
+
+def test_a_changed_answer_is_named(copy: Path) -> None:
+    change(copy / "answers.json", '"supply_sag": 0.7', '"supply_sag": 0.8')
+    with pytest.raises(InputError, match="the answer to case_0001 is not the one that was committed to"):
+        verify(copy)
+
+
+def test_a_changed_commitment_to_all_answers_is_named(copy: Path) -> None:
+    change(copy / "answers.json", '"seed": 0', '"seed": 1')
+    with pytest.raises(InputError, match="changed since the answers were committed to"):
+        verify(copy)
+
+
+def test_the_command_refuses_with_exit_code_2(copy: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    change(copy / "answers.json", '"supply_sag": 0.7', '"supply_sag": 0.8')
+    command = ["blind", "score", str(copy / "cases"), "--truth", str(copy / "truth"), "--processes", "1"]
+    assert main([*command, "--answers", str(copy / "answers.json")]) == 2
+    assert "the answer to case_0001" in capsys.readouterr().err
+    assert main(["blind", "make", "--trials", "0", "--seed", "1", "--out", str(copy / "none")]) == 2
+    assert main(["blind", "answer", str(copy)]) == 2
+
+
+# --- answers -----------------------------------------------------------------------------------------------------
+def test_a_case_that_fails_is_a_refusal_with_uniform_probabilities(trials: Path) -> None:
+    answers = json.loads((trials / "answers.json").read_text())["answers"]
+    refused = answers["case_0002"]
+    assert refused["refused"] == "ValueError: cannot say"
+    chances = refused["document"]["probabilities"]
+    assert sum(chances.values()) == pytest.approx(1.0) and len(set(chances.values())) == 1
+    assert {tied(name) for name in chances} == set(chances)
+    assert "tether" not in refusal("", ("tether",))["document"]["probabilities"]
+
+
+def test_answers_go_on_where_they_stopped(trials: Path, tmp_path: Path) -> None:
+    asked: list[str] = []
+
+    def interrupted(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+        asked.append(folder.name)
+        if len(asked) == 3:
+            raise KeyboardInterrupt
+        return stand_in(folder, seed, withheld, nominal)
+
+    out = tmp_path / "answers.json"
+    with pytest.raises(KeyboardInterrupt):
+        answer(trials / "cases", out, count=1, answer_case=interrupted)
+    assert not out.exists()
+    total = answer(trials / "cases", out, count=1, answer_case=interrupted)
+    assert asked == ["case_0001", "case_0002", "case_0003", "case_0003"]
+    assert out.read_bytes() == (trials / "answers.json").read_bytes()
+    assert total in out.with_suffix(".sha256").read_text() and not out.with_name("answers.json.part").exists()
+    asked.clear()
+    answer(trials / "cases", out, seed=1, count=1, answer_case=stand_in)
+    assert out.read_bytes() != (trials / "answers.json").read_bytes()
+
+
+def test_documents_are_made_plain() -> None:
+    found = plain({"a": np.float64(1.5), "b": (np.arange(2), float("inf")), 3: None})
+    assert found == {"a": 1.5, "b": [[0, 1], None], "3": None} and digest(found)
+
+
+# --- score -------------------------------------------------------------------------------------------------------
+def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
+    scored = score(trials / "cases", trials / "truth", trials / "answers.json", count=1)
+    rows: list[Row] = scored["rows"]
+    labels = [row.label for row in rows]
+    assert [row.right for row in rows] == [labels[0] == "supply_sag", rows[1].right, labels[2] == "supply_sag"]
+    assert rows[0].named == ("supply_sag", "clock_skew") and rows[1].refused
+    assert rows[0].baselines == {"bic": {"none": 1.0}}
+    nothing = scored["measures"]["none"]["all"]
+    assert nothing["false alarm"].n == labels.count("none")
+    write_score(tmp_path / "score", scored)
+    written = {path.name for path in (tmp_path / "score").iterdir()}
+    assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
+    document = json.loads((tmp_path / "score" / "score.json").read_text())
+    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
+
+
+def made_up(label: str, d: float, chances: dict[str, float], kind: str = "effect", **more: Any) -> Row:
+    from vtank.blind.closed import Closed
+
+    verdict = {"kind": kind, "class": [max(chances, key=lambda k: chances[k])], "probability": max(chances.values())}
+    case = {"none": "none", "parameters": "parameters", "unknown": "outside"}.get(label, "single")
+    given = {"closed": Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9), "coloured": False, "unseen": False}
+    return Row("case", case, label, d, decoy=False, chances=chances, verdict=verdict, refused="", baselines={},
+               ceiling=None, **(given | more))  # fmt: skip
+
+
+def test_measures_of_made_up_rows_by_hand() -> None:
+    sure, torn = {"tether": 0.97, "seiche": 0.03}, {"tether": 0.6, "seiche": 0.4}
+    rows = [
+        made_up("tether", 20.0, sure),
+        made_up("seiche", 20.0, sure),
+        made_up("seiche", 5.0, torn),
+        made_up("none", 0.0, {"none": 1.0}, "none"),
+        made_up("none", 0.0, sure, coloured=True),
+        made_up("unknown", 12.0, {"unknown": 0.9, "tether": 0.1}, "unknown"),
+        made_up("unknown", 40.0, sure),
+    ]
+    found = measures(rows)
+    assert (found["single"]["10-30"]["top-1"].value, found["single"]["10-30"]["top-1"].n) == (0.5, 2)
+    assert found["single"]["3-10"]["log score"].value == pytest.approx(-np.log(0.4))
+    assert found["single"]["all"]["class size"].value == 1.0
+    assert found["single"]["all"]["brier"].value == pytest.approx((2 * 0.03**2 + 2 * 0.97**2 + 2 * 0.6**2) / 3)
+    assert (found["none"]["all"]["false alarm"].value, found["none"]["coloured"]["false alarm"].value) == (0.5, 1.0)
+    assert found["unknown"][">=10"]["called unknown"].value == 0.5
+    assert found["sure"]["all"]["wrong at 0.95"].value == pytest.approx(2 / 5)
+    assert found["closed"][">=10"]["closed, median"].value == pytest.approx(0.9)
+    assert found["closed"]["all"]["coverage of 90 %"].value == 1.0
+    assert found["calibration"]["most probable name"]["miscalibration"].n == 7
+    assert "| 0.500 [0.095, 0.905] (2) |" in tables(found)[1].markdown()
+
+
+def test_no_rows_make_no_score() -> None:
+    assert all("nan" not in table.markdown() for table in tables(measures([])))
