@@ -26,7 +26,19 @@ from vtank import __version__
 from vtank.errors import InputError
 
 # In the order of `vtank --help`. A name is listed once its file exists.
-COMMANDS = ("demo", "run", "campaign", "identify", "reproduce", "render", "check-data", "diagnose", "predict", "effects", "blind")
+COMMANDS = (
+    "demo",
+    "run",
+    "campaign",
+    "identify",
+    "reproduce",
+    "render",
+    "check-data",
+    "diagnose",
+    "predict",
+    "effects",
+    "blind",
+)
 
 
 def main(argv: Sequence[str] | None = None) -> int:
