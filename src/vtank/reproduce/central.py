@@ -117,13 +117,14 @@ def noise_as_drag(r: Results) -> Finding:
     """What the regression makes of noise alone."""
     step_s = 0.5
     taus = [median(r.study, truth, "T", f"{step_s:g} s", "least_squares", "tau") for truth in r.study.truths]
-    left = [campaign.truth_statistics(0).deviation / FOOT_M for campaign in r.campaigns.values()]
-    a, tau = pure_noise(max(left), step_s)
+    name = LOW_DRAG if LOW_DRAG in r.campaigns else next(iter(r.campaigns))
+    left = r.campaigns[name].truth_statistics(0).deviation / FOOT_M
+    a, tau = pure_noise(left, step_s)
     return Finding(
         "The regression reads noise as drag, and as a lag of two thirds of the step",
         HOLDS if all(abs(value / tau - 1.0) < 0.2 for value in taus) else PARTLY,
         f"White noise of deviation s in u and no motion at all would give a = -sqrt(2/pi)/(3 s T) and tau = 2T/3. The "
-        f"sonar filter's own error of {max(left):.3f} ft/s (data set 1) would, were it white, make {a:.1f} /ft and "
+        f"sonar filter's own error of {left:.3f} ft/s ({name}, data set 1) would, were it white, make {a:.1f} /ft and "
         f"{tau:.2f} s at T = {step_s:g} s; the motion dilutes the first and not the second: least squares gives tau = "
         f"{', '.join(f'{value:.2f}' for value in taus)} s for true lags of "
         f"{', '.join(f'{values[TAU]:.3g}' for values in r.study.truths.values())} s.",
