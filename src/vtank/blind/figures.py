@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from ..effects.catalogue import CATALOGUE
 from .calibration import corp, pav
-from .rows import Row
-from .score import STRATA
+from .rows import STRATA, Row
 
 DPI = 150
 BAND_DRAWS = 400

@@ -16,12 +16,11 @@ from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
 from .processes import processes
-from .rows import Row, row
+from .rows import STRATA, Row, row
 from .seal import json_bytes
 from .verify import Opened, open_all
 
 SCHEMA = "vtank.blind-score/1"
-STRATA = {"3-10": (3.0, 10.0), "10-30": (10.0, 30.0), "30-100": (30.0, 100.0), ">100": (100.0, math.inf)}
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
 Summary = dict[str, Measure]
