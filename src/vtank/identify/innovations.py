@@ -180,16 +180,22 @@ def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
 
 @law
 def add_disturbance(P, h, sigma, correlation_time):
-    """Add to P what the disturbance, known at the start of a step of h [s], brings to u and d by its end.
+    """Add to P what the disturbance, known at the start of a step of h [s], brings to x, u and d by its end.
 
-    Exact but for the drag of the hull within the step, and for x, where it is of higher order in h.
+    Exact for u and d but for the hull's own drag within the step; for x in the ratios of a doubly integrated white
+    noise, the limit of short steps.
     """
     a = math.exp(-h / correlation_time)
-    P[4, 4] += sigma * sigma * (1.0 - a * a)
-    both = sigma * sigma * correlation_time * (1.0 - a) * (1.0 - a)
-    P[1, 4] += both
-    P[4, 1] += both
-    P[1, 1] += (sigma * correlation_time) ** 2 * max(2.0 * h / correlation_time - 3.0 + 4.0 * a - a * a, 0.0)
+    dd = sigma * sigma * (1.0 - a * a)
+    ud = sigma * sigma * correlation_time * (1.0 - a) * (1.0 - a)
+    uu = (sigma * correlation_time) ** 2 * max(2.0 * h / correlation_time - 3.0 + 4.0 * a - a * a, 0.0)
+    P[0, 0] += 3.0 / 20.0 * h * h * uu
+    P[0, 1] += 3.0 / 8.0 * h * uu
+    P[0, 4] += h / 3.0 * ud
+    P[1, 1] += uu
+    P[1, 4] += ud
+    P[4, 4] += dd
+    P[1, 0], P[4, 0], P[4, 1] = P[0, 1], P[0, 4], P[1, 4]
 
 
 @law

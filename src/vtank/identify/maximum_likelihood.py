@@ -39,6 +39,7 @@ UNDETERMINED = 0.5  # relative standard deviation from which a parameter is repo
 FORGIVING = 0.3  # [-] disturbance that is forgiven at first, over the runs' own accelerations; a choice
 WARM_UP = 2  # iterations beside the forgiving filter; a choice
 AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
+EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
 SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
 
@@ -139,12 +140,13 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
         end = min(end, other, key=lambda descent: descent.cost)
         if agree:
             break  # the rest is not for want of a better start
-    problem, end = _weighted(problem.with_noise(replace(problem.noise, sigma=0.0)), end, prior)
-    if process_noise or (process_noise is None and colour(problem.filter(end.theta)) > SUSPICIOUS):
-        turbulent, other = _with_process_noise(problem, end, prior)
-        if process_noise or _likelihood(turbulent, other) > _likelihood(problem, end) + WORTHWHILE:
-            problem, end = turbulent, other
-    return _estimate(problem, end, prior)
+    calm, end = _weighted(problem.with_noise(replace(problem.noise, sigma=0.0)), end, prior)
+    restless = max(calm.noise.variance) > EXACT**2 and colour(calm.filter(end.theta)) > SUSPICIOUS
+    if process_noise or (process_noise is None and restless):
+        turbulent, other = _with_process_noise(problem, guesses[0], prior)
+        if process_noise or _likelihood(turbulent, other) > _likelihood(calm, end) + WORTHWHILE:
+            return _estimate(turbulent, other, prior)
+    return _estimate(calm, end, prior)
 
 
 def _likelihood(problem: Problem, end: Descent) -> float:
@@ -168,14 +170,19 @@ def _prior(problem: Problem, guess: np.ndarray) -> Prior:
     return Prior(np.zeros(problem.size), sd, low, high)
 
 
-def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
-    """Optimum of pure simulation from one guess.
+def _forgiving(problem: Problem) -> Problem:
+    """The problem beside a filter that forgives much.
 
-    The first steps are taken beside a filter that forgives much: it predicts over a second or two only, where the
-    innovations are nearly linear in the parameters, and leads into the right valley of the simulation over minutes.
+    It predicts over a second or two only, where the innovations are nearly linear in the parameters: a descent in it
+    leads into the right valley of the simulation over minutes, and stays near it where turbulence makes the simulation
+    worthless.
     """
-    forgiving = problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
-    quiet = problem.with_noise(replace(problem.noise, sigma=0.0))
+    return problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
+
+
+def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
+    """Optimum of pure simulation from one guess."""
+    forgiving, quiet = _forgiving(problem), problem.with_noise(replace(problem.noise, sigma=0.0))
     warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
     return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
 
@@ -190,9 +197,11 @@ def _weighted(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, De
     return problem, end
 
 
-def _with_process_noise(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
+def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Descent]:
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
-    for _ in range(8):
+    problem = _forgiving(problem)
+    end = descend(problem, guess, problem.filter(guess), prior)
+    for _ in range(10):
         problem = problem.with_noise(noise_level(problem, end.theta))
         filtered = problem.filter(end.theta)
         before = descend(problem, end.theta, filtered, prior, 0)

@@ -49,7 +49,7 @@ class Observed:
 
     @cached_property
     def standoff(self) -> float | None:
-        """Distance from the sonar to the wall where x = 0, at the start of the run [m]; None where there is no sonar."""
+        """Distance from sonar to wall where x = 0, at the start of the run [m]; None where there is no sonar."""
         if RANGE not in self.first:
             return None
         opening = self.value[self.kind == RANGE][:5]  # a median of five, since any ping may be an outlier

@@ -20,7 +20,7 @@ SPANS = (1, 4, 16, 64)  # samples over which successive residuals are added up t
 SUSPICIOUS = 4.0  # deviations of a white sequence from which process noise is looked for; one chance in 10^4
 MEMORY_S = (0.05, 60.0)  # [s] shortest and longest memory of a disturbance that are told from noise and from drift
 USUAL_MEMORY_S, SPREAD = 1.0, 1.5  # [s, powers of e] prior of the memory: a weak disturbance does not tell it; a guess
-SIMPLEX = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])  # first steps of the search, in powers of e
+SIMPLEX = np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.7]])  # first steps of the search, in powers of e
 
 
 def colour(filtered: Sequence[Filtered]) -> float:
@@ -58,8 +58,7 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
     disturbance to measurement noise the innovations do not depend on it, and the likeliest scale is their mean square.
     """
     noise = problem.noise
-    first = noise.sigma == 0.0
-    start = np.log([0.03 * typical_acceleration(problem.runs) if first else noise.sigma, noise.correlation_time])
+    start = np.log([noise.sigma or 0.1 * typical_acceleration(problem.runs), noise.correlation_time])
 
     def level(q: np.ndarray) -> tuple[Noise, float]:
         memory = float(np.clip(np.exp(q[1]), *MEMORY_S))
@@ -72,6 +71,5 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
         cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)) + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
         return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
 
-    simplex = start + (1.0 if first else 0.3) * SIMPLEX
-    options = {"maxfev": 60 if first else 15, "xatol": 0.1, "fatol": 0.05, "initial_simplex": simplex}
+    options = {"maxfev": 60, "xatol": 0.1, "fatol": 0.02, "initial_simplex": start + SIMPLEX}
     return level(minimize(lambda q: level(q)[1], start, method="Nelder-Mead", options=options).x)[0]
