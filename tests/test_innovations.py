@@ -23,41 +23,46 @@ VARIANCE = np.array([SONAR_M[kind] ** 2 for kind in (RANGE, POSITION, SPEED)])
 def simulate(p, run: Observed, start=REST, gain=None):
     """Innovations along a run, shape (M,)."""
     out = np.empty(run.time_s.size)
-    gain = np.zeros((out.size, 5)) if gain is None else gain
+    gain = np.zeros((out.size, 6)) if gain is None else gain
     predict(p, start, 1.0, run.input_time_s, run.input, run.time_s, run.value, run.kind, gain, out)
     return out
 
 
-def filtered(p, run: Observed, sigma, memory=1.0, start=REST, start_sd=REST, variance=None):
+def filtered(p, run: Observed, sigma, memory=1.0, start=REST, start_sd=REST, variance=None, colour=(0.0, 1.0)):
     """Innovations, their variances and the gains."""
     count = run.time_s.size
-    out = np.empty(count), np.empty(count), np.empty((count, 5))
+    out = np.empty(count), np.empty(count), np.empty((count, 6))
     noise = VARIANCE[run.kind] if variance is None else variance
     kalman(p, start, np.asarray(start_sd, float), sigma, memory, run.input_time_s, run.input, run.time_s, run.value,
-           run.kind, noise, *out)  # fmt: skip
+           run.kind, noise, *out, None, *colour)  # fmt: skip
     return out
 
 
 # --- against a filter written here in plain numpy --------------------------------------------------------------------
 
 
-def plain_filter(run: Observed, sigma: float, memory: float, start_sd, substeps: int = 20):
-    """Continuous-discrete extended Kalman filter: mean and covariance integrated by many midpoint steps."""
+def plain_filter(run: Observed, sigma: float, memory: float, start_sd, colour=(0.0, 1.0), substeps: int = 20):
+    """Continuous-discrete extended Kalman filter of six states, the last the sonar's coloured error.
+
+    Mean and covariance are integrated by many midpoint steps.
+    """
+    error_m, error_s = colour
     a, b, g, tau = (PLAIN[k] for k in ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"))
 
     def drift(s, n):
-        x, u, z, _, d = s
-        return np.array([u, a * u * abs(u) + z + g * abs(n) * u + d, (b * n * abs(n) - z) / tau, 0.0, -d / memory])
+        x, u, z, _, d, c = s
+        return np.array([u, a * u * abs(u) + z + g * abs(n) * u + d, (b * n * abs(n) - z) / tau, 0.0, -d / memory, -c / error_s])
 
     def spread(s, P, n):
-        A = np.zeros((5, 5))
+        A = np.zeros((6, 6))
         A[0, 1] = A[1, 2] = A[1, 4] = 1.0
         A[1, 1], A[2, 2], A[4, 4] = 2 * a * abs(s[1]) + g * abs(n), -1 / tau, -1 / memory
-        Q = np.zeros((5, 5))
-        Q[4, 4] = 2 * sigma**2 / memory
+        A[5, 5] = -1 / error_s
+        Q = np.zeros((6, 6))
+        Q[4, 4], Q[5, 5] = 2 * sigma**2 / memory, 2 * error_m**2 / error_s
         return A @ P + P @ A.T + Q
 
-    s, P, now, out = np.zeros(5), np.diag([*np.square(start_sd), sigma**2]), run.time_s[0], []
+    s, P, now, out = np.zeros(6), np.diag([*np.square(start_sd), sigma**2, error_m**2]), run.time_s[0], []
     for t, value, kind in zip(run.time_s, run.value, run.kind, strict=True):
         stops = np.linspace(now, t, round((t - now) / 0.1) * substeps + 1)
         for here, there in zip(stops[:-1], stops[1:], strict=True):
@@ -66,7 +71,8 @@ def plain_filter(run: Observed, sigma: float, memory: float, start_sd, substeps:
             half = P + 0.5 * h * spread(s, P, n)
             s, P = s + h * drift(middle, n), P + h * spread(middle, half, n)
         now = t
-        H = np.zeros(5)
+        H = np.zeros(6)
+        H[5] = 1.0 if kind == RANGE else 0.0
         H[1 if kind == SPEED else 0] = -1.0 if kind == RANGE else 1.0
         e = value - ((3.048 if kind == RANGE else 0.0) + H @ s)
         S = H @ P @ H + VARIANCE[kind]
@@ -76,11 +82,12 @@ def plain_filter(run: Observed, sigma: float, memory: float, start_sd, substeps:
     return np.array(out)
 
 
-def test_filter_agrees_with_a_plain_one():
+@pytest.mark.parametrize("colour", [(0.0, 1.0), (0.02, 0.6)])
+def test_filter_agrees_with_a_plain_one(colour):
     run = observed(P, sine(15.0, 0.9), {RANGE: 0.1, SPEED: 0.5}, seed=3, duration_s=8.0)
     start_sd = [0.05, 0.05, 0.03, 0.0]
-    e, S, K = filtered(P, run, 0.02, 0.8, start_sd=start_sd)
-    plain = plain_filter(run, 0.02, 0.8, start_sd)
+    e, S, K = filtered(P, run, 0.02, 0.8, start_sd=start_sd, colour=colour)
+    plain = plain_filter(run, 0.02, 0.8, start_sd, colour)
     np.testing.assert_allclose(e, plain[:, 0], atol=5e-5)
     np.testing.assert_allclose(S, plain[:, 1], rtol=2.5e-3)
     np.testing.assert_allclose(K, plain[:, 2:], atol=4e-3 * np.abs(plain[:, 2:]).max())

@@ -265,7 +265,7 @@ def test_colour_tells_white_residuals_from_drifting_ones():
     rng = np.random.default_rng(12)
 
     def of(e):
-        return colour([Filtered(e, np.ones(e.size), np.zeros((e.size, 5)))])
+        return colour([Filtered(e, np.ones(e.size), np.zeros((e.size, 6)))])
 
     assert max(of(rng.standard_normal(3000)) for _ in range(200)) < SUSPICIOUS + 0.5
     drift = 0.3 * turbulence(1.0, 0.5, 3000, rng)

@@ -64,7 +64,7 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     """Pure simulation at theta: functions of the filtered state would carry the sonar's noise and explain it."""
-    return problem.with_noise(replace(problem.noise, sigma=0.0)).filter(theta)
+    return problem.with_noise(problem.noise.calm()).filter(theta)
 
 
 def _evidence(named: Fitted, columns: np.ndarray) -> tuple[float, np.ndarray]:

@@ -173,7 +173,7 @@ def _effect_prior(
 
 def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     """Root mean square difference of two pure simulations [unit of the measurements]."""
-    quiet = problem.with_noise(replace(problem.noise, sigma=0.0))
+    quiet = problem.with_noise(problem.noise.calm())
     pairs = zip(quiet.filter(a), quiet.filter(b), strict=True)
     difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
     return float(np.sqrt(np.mean(np.nan_to_num(difference, posinf=1e6, neginf=-1e6) ** 2)))

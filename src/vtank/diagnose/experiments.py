@@ -18,7 +18,7 @@ from ..dynamics.parameters import slot, vector
 from ..dynamics.surge import STANDOFF
 from ..dynamics.truth import Truth
 from ..errors import InputError
-from ..identify.innovations import predict
+from ..identify.innovations import GAINS, predict
 from ..identify.observed import SPEED, Observed, observe
 from ..pilot.plan import Plan
 from ..scenario.clearance import check_command
@@ -163,6 +163,6 @@ def recorded(run: Observed, p: np.ndarray, standoff: float | None = None) -> Obs
     """
     size = run.time_s.size
     out, p = np.empty(size), p if standoff is None else vector({"standoff": standoff}, p)
-    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.time_s, np.zeros(size), run.kind, np.zeros((size, 5)),
-            out)  # fmt: skip
+    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.time_s, np.zeros(size), run.kind,
+            np.zeros((size, GAINS)), out)  # fmt: skip
     return replace(run, value=-out)

@@ -16,7 +16,7 @@ import numpy as np
 from ..dynamics.parameters import slot
 from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from ..effects.catalogue import BY_NAME
-from ..identify.innovations import kalman, predict
+from ..identify.innovations import GAINS, kalman, predict
 from ..identify.observed import SPEED, Observed
 from ..identify.problem import FLAGGED, Noise
 from . import outliers
@@ -128,7 +128,7 @@ class Target:
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Variances of the innovations, shape (M,), and gains, shape (M, 5), for measurements of given variance."""
         run, size, p = self.run, self.run.time_s.size, self.here(p)
-        e, S, gain = np.empty(size), np.empty(size), np.zeros((size, 5))
+        e, S, gain = np.empty(size), np.empty(size), np.zeros((size, GAINS))
         kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
                run.time_s, run.value, run.kind, variance, e, S, gain)  # fmt: skip
         return S, gain
@@ -189,7 +189,7 @@ class Prediction:
         target, model = self.target, model or self.model
         value = target.run.value if value is None else value
         weight = self._weigh(model, value)
-        gain = np.zeros((value.size, 5))
+        gain = np.zeros((value.size, GAINS))
         gain[: target.inside] = self.gains[int(np.argmax(weight))]
         return target.errors(model.mean(weight), gain, value, forcing)[target.scored]
 

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from scipy.signal import lfilter
 
+from ..identify.innovations import GAINS
 from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, rms, targets_of
@@ -59,7 +60,7 @@ class Cause:
         if (force := self.force[k]) is not None:
             push += force
         p = truth.grid[int(rng.integers(len(truth.grid)))]
-        quiet = self.error[k] - target.errors(p, np.zeros((size, 5)), np.zeros(size), push, start)
+        quiet = self.error[k] - target.errors(p, np.zeros((size, GAINS)), np.zeros(size), push, start)
         return truth, quiet + rng.normal(size=size) * np.sqrt(np.array(target.noise.variance)[target.run.kind])
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:

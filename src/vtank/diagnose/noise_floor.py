@@ -20,20 +20,34 @@ CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
+COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
 MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
 
 
-def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 30) -> Noise:
-    """Noise level near the problem's own that makes the innovations at theta most likely.
+def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 60) -> Noise:
+    """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar."""
+    plain, cost = _search(problem, theta, False, evaluations)
+    coloured, other = _search(problem, theta, True, 2 * evaluations)
+    return coloured if other < cost - COLOURED else plain
 
-    The overall scale is concentrated out of the likelihood: what is searched are the disturbance over the measurement
-    noise, and its memory.
+
+def noise_again(problem: Problem, theta: np.ndarray, evaluations: int = 30) -> Noise:
+    """The same near the problem's own noise, of its own kind."""
+    return _search(problem, theta, problem.noise.colour_sigma > 0.0, evaluations)[0]
+
+
+def _search(problem: Problem, theta: np.ndarray, coloured: bool, evaluations: int) -> tuple[Noise, float]:
+    """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant).
+
+    The overall scale is concentrated out: what is searched are the disturbance and the coloured error over the white
+    noise, and their memories.
     """
     noise = problem.noise
 
     def shape(q: np.ndarray) -> Noise:
-        sigma = float(np.exp(np.clip(q[0], np.log(LEAST_SIGMA), 3.0)))
-        return replace(noise, sigma=sigma, correlation_time=float(np.exp(np.clip(q[1], *np.log(MEMORY_S)))))
+        size, memory = np.exp(np.clip(q[0::2], np.log(LEAST_SIGMA), 3.0)), np.exp(np.clip(q[1::2], *np.log(MEMORY_S)))
+        trial = replace(noise, sigma=float(size[0]), correlation_time=float(memory[0]), colour_sigma=0.0)
+        return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
 
     def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
         trial = problem.with_noise(shape(q))
@@ -44,13 +58,23 @@ def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 30) -> Nois
         cost = 0.5 * (count * np.log(squares / count) + logs)
         return squares / count, cost if np.isfinite(cost) else 1e12
 
-    start = np.log([max(noise.sigma, 10.0 * LEAST_SIGMA), noise.correlation_time])
-    simplex = start + np.array([[0.0, 0.0], [-1.0, 0.0], [0.0, 0.7]])
-    options = {"maxfev": evaluations, "xatol": 0.05, "fatol": 0.3, "initial_simplex": simplex}
-    best = minimize(lambda q: scale_and_cost(q)[1], start, method="Nelder-Mead", options=options).x
-    scale, found = scale_and_cost(best)[0], shape(best)
+    start = [max(noise.sigma, 10.0 * LEAST_SIGMA), noise.correlation_time]
+    if coloured:
+        start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
+    origin = np.log(start)
+    steps = np.diag([-1.0, 0.7, -0.7, 0.5][: origin.size])
+    options = {
+        "maxfev": evaluations,
+        "xatol": 0.05,
+        "fatol": 0.3,
+        "initial_simplex": origin + np.vstack([0.0 * origin, steps]),
+    }
+    best = minimize(lambda q: scale_and_cost(q)[1], origin, method="Nelder-Mead", options=options).x
+    (scale, cost), found = scale_and_cost(best), shape(best)
     a, b, c = (float(v * scale) for v in found.variance)
-    return Noise((a, b, c), max(found.sigma * float(np.sqrt(scale)), LEAST_SIGMA), found.correlation_time)
+    root = float(np.sqrt(scale))
+    sigma, colour = max(found.sigma * root, LEAST_SIGMA), found.colour_sigma * root
+    return replace(found, variance=(a, b, c), sigma=sigma, colour_sigma=colour), cost
 
 
 def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
@@ -58,8 +82,8 @@ def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
     best: tuple[float, Noise] | None = None
     for fit in ranked:
-        for _ in range(ROUNDS):
-            noise = noise_at(fit.problem, fit.optimum.theta)
+        for turn in range(ROUNDS):
+            noise = (noise_again if turn else noise_at)(fit.problem, fit.optimum.theta)
             change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
             fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
             if change < SETTLED:

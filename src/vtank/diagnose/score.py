@@ -61,7 +61,8 @@ def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> f
         return max(second.log_evidence - refit, 0.0)
     best = 0.0
     own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
-    starts: list[Start] = [own, *({**values} for values in starting_values(second.hypothesis.effects[0], setting.runs))]
+    starts: list[Start] = [own]
+    starts += [{**values} for values in starting_values(second.hypothesis.effects[0], setting.runs)]
     for start in starts:
         columns = _shift(near.fit, start) - near.residual
         best = max(best, near.explain(columns[:, None])[0])

@@ -53,7 +53,7 @@ def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False
     flags = tuple(outliers.long_ranges(run) for run in runs)
     weight = tuple(np.where(flag, FLAGGED, 1.0) for flag in flags)
     setting = Setting(tuple(runs), nominal, FIRST_NOISE, 1.0, flags, weight, 10.0 if foreign else 0.5)
-    quiet = setting.with_noise(replace(FIRST_NOISE, sigma=0.0))
+    quiet = setting.with_noise(FIRST_NOISE.calm())
     gap = _gap(evaluate(quiet, Hypothesis(refit=foreign)))
     return replace(setting, gap=gap)
 

@@ -22,7 +22,7 @@ OUTLIERS = ("sonar_multipath", "tachometer_spikes")  # seen as lone readings, wh
 
 def noise_free(setting: Setting, fit: Fitted) -> Setting:
     """The setting with recordings as the fitted model would have made them without any noise."""
-    quiet = fit.problem.with_noise(replace(fit.problem.noise, sigma=0.0))
+    quiet = fit.problem.with_noise(fit.problem.noise.calm())
     runs = tuple(
         replace(run, value=run.value - f.innovation)
         for run, f in zip(setting.runs, quiet.filter(fit.optimum.theta), strict=True)

@@ -43,6 +43,7 @@ class Line:
         coherence: with the input [-].
         coherent: whether that is significant at LEVEL.
         multiple: of the drive frequency that it stands on, or None.
+        drive_rad_s: frequency at which the run's input is strongest [rad/s].
     """
 
     run: str
@@ -52,12 +53,13 @@ class Line:
     coherence: float
     coherent: bool
     multiple: int | None
+    drive_rad_s: float
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
         return {"run": self.run, "frequency": self.frequency_rad_s, "power": self.power,
                 "false_alarm": self.false_alarm, "coherence": self.coherence, "coherent": self.coherent,
-                "multiple_of_drive": self.multiple}  # fmt: skip
+                "drive": self.drive_rad_s, "multiple_of_drive": self.multiple}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -158,7 +160,7 @@ def _lines(s: Spectrum, needed: float) -> tuple[Line, ...]:
             ratio = s.power[i] * needed / s.significant[i]
             chance = float(-np.expm1(-total * np.exp(-ratio)))
             lines.append(Line(s.run, float(s.frequency_rad_s[i]), float(s.power[i]), chance, float(s.coherence[i]),
-                              bool(s.coherence[i] > s.coherent), _multiple(s, i)))  # fmt: skip
+                              bool(s.coherence[i] > s.coherent), _multiple(s, i), s.drive_rad_s))  # fmt: skip
         taken[max(i - WIDTH, 0) : i + WIDTH + 1] = True
     return tuple(lines)
 

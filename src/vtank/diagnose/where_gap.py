@@ -57,7 +57,15 @@ class RunGap:
     def document(self) -> dict[str, Any]:
         """As plain data."""
         gaps = {simulator: self.rms(simulator) for simulator in self.error}
-        return {"run": self.run, "unit": self.unit, **gaps, "floor": self.floor, "share": self.share}
+        span = float(self.time_s[-1] - self.time_s[0])
+        return {
+            "run": self.run,
+            "duration_s": span,
+            "unit": self.unit,
+            **gaps,
+            "floor": self.floor,
+            "share": self.share,
+        }
 
 
 def run_gaps(selection: Selection, verdict: Verdict, shares: Sequence[float]) -> tuple[RunGap, ...]:

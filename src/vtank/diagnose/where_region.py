@@ -110,7 +110,8 @@ def motion(fit: Fitted) -> dict[str, list[np.ndarray]]:
     speed = [np.interp(run.input_time_s, run.time_s, track[:, 1]) for run, track in pairs]
     found = {"surge_m_s": speed, problem.runs[0].input_name: [run.input for run in problem.runs]}
     if all(np.any(run.kind == RANGE) for run in problem.runs):
-        found["distance_m"] = [fit.vector()[STANDOFF] - x for x in place]
+        standoffs = [problem.model(theta, k)[0][STANDOFF] for k in range(len(place))]
+        found["distance_m"] = [standoff - x for standoff, x in zip(standoffs, place, strict=True)]
     elif all(run.has_position for run in problem.runs):
         found["position_m"] = place
     return found

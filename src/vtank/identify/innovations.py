@@ -1,7 +1,8 @@
 """Predictions and innovations of the surge model along a run, compiled.
 
 State s = (x, u, z, wake, d): distance made good [m], surge speed [m/s], lagged thrust [m/s2], wake [m/s] and an
-Ornstein-Uhlenbeck disturbance d [m/s2] that stands for turbulence. The sonar's range is predicted from the state and
+Ornstein-Uhlenbeck disturbance d [m/s2] that stands for turbulence. The sonar's error
+may have a coloured part of its own. The sonar's range is predicted from the state and
 never differentiated. Between stamps the input is held; a range is compared with the state at the time its echo was
 made, so that latency and clock skew cost nothing but a shift of the instant.
 
@@ -28,7 +29,8 @@ SCALE, OFFSET = slot("sonar_scale.s"), slot("sonar_offset.o")
 TACHO_BIAS, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.size")
 
 LONGEST_STEP_S = 0.1  # [s] longest Runge-Kutta step: error below 1e-6 m over 120 s for the Phoenix (tested)
-STATES = 5
+STATES = 5  # of the hull and the disturbance on it; the sonar's coloured error is carried beside them
+GAINS = STATES + 1
 NUDGE = 1e-6  # [m, m/s, m/s2] step of the finite differences in the filter's Jacobian
 
 
@@ -110,27 +112,44 @@ def step(now, stop, s, n, push, correlation_time, p):
 
 
 @law
-def predict(p, start, correlation_time, stamps, reading, time, value, kind, gain, innovation, forcing=None, track=None):
+def predict(
+    p,
+    start,
+    correlation_time,
+    stamps,
+    reading,
+    time,
+    value,
+    kind,
+    gain,
+    innovation,
+    forcing=None,
+    track=None,
+    colour_time=1.0,
+):
     """Innovations [m or m/s] of the model with given Kalman gains, written into `innovation`, shape (M,).
 
     start: state (x, u, z, wake) at the first measurement, shape (4,); correlation_time of the disturbance [s];
-    gain: shape (M, 5), zeros for pure simulation; forcing: known acceleration [m/s2] held like the input, shape (I,);
-    track: where given, the state at each measurement is written into it, shape (M, 5).
+    gain: shape (M, 6), zeros for pure simulation; forcing: known acceleration [m/s2] held like the input, shape (I,);
+    track: where given, the state at each measurement is written into it, shape (M, 5);
+    colour_time: memory of the sonar's coloured error [s].
     """
     n = propeller_speed(reading, p)
     s = (start[0], start[1], start[2], start[3], 0.0)
     instant, order = schedule(time, kind, p)
-    now, j = instant[order[0]], 0
+    now, j, b = instant[order[0]], 0, 0.0
     for k in order:
         until = instant[k]
+        b *= math.exp((now - until) / colour_time)
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
             push = 0.0 if forcing is None else forcing[j]
             s = step(now, stop, s, n[j], push, correlation_time, p)
             now = stop
-        e = value[k] - output(s[0], s[1], kind[k], p)
+        e = value[k] - output(s[0], s[1], kind[k], p) - (b if kind[k] == 0 else 0.0)
         innovation[k] = e
+        b += gain[k, 5] * e
         s = (s[0] + gain[k, 0] * e, s[1] + gain[k, 1] * e, s[2] + gain[k, 2] * e,
              s[3] + gain[k, 3] * e, s[4] + gain[k, 4] * e)  # fmt: skip
         if track is not None:
@@ -145,11 +164,14 @@ def same_everywhere(p):
 
 
 @law
-def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
-    """State after a step, and its covariance P -> F P F' + Q in place; F and A are scratch, shape (5, 5)."""
+def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, C, F, A):
+    """State after a step; in place its covariance P -> F P F' + Q and its covariance with the sonar's error C -> F C.
+
+    F and A are scratch, shape (5, 5).
+    """
     ahead = step(now, stop, s, n, push, correlation_time, p)
     for i in range(STATES):
-        if P[i, i] == 0.0:  # known exactly: its column meets only zeros
+        if P[i, i] == 0.0 and C[i] == 0.0:  # known exactly: its column meets only zeros
             F[:, i] = 0.0
             continue
         if i == 0 and same_everywhere(p):
@@ -175,6 +197,11 @@ def propagate(now, stop, s, n, push, sigma, correlation_time, p, P, F, A):
             P[i, k] = total
             P[k, i] = total
     add_disturbance(P, stop - now, sigma, correlation_time)
+    for i in range(STATES):
+        A[0, i] = 0.0
+        for m in range(STATES):
+            A[0, i] += F[i, m] * C[m]
+    C[:] = A[0]
     return ahead
 
 
@@ -200,39 +227,51 @@ def add_disturbance(P, h, sigma, correlation_time):
 
 @law
 def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, value, kind, noise_var,
-           innovation, variance, gain, forcing=None):  # fmt: skip
-    """Extended Kalman filter along a run; fills innovations (M,), their variances (M,) and gains (M, 5).
+           innovation, variance, gain, forcing=None, colour_sigma=0.0, colour_time=1.0):  # fmt: skip
+    """Extended Kalman filter along a run; fills innovations (M,), their variances (M,) and gains (M, 6).
 
     start, start_sd: mean and standard deviation of the state (x, u, z, wake) at the first measurement, shape (4,);
     sigma [m/s2], correlation_time [s]: stationary deviation and memory of the disturbance;
     noise_var: variance of each measurement [m2 or m2/s2], shape (M,); inf skips a measurement;
-    forcing: known acceleration [m/s2] held like the input, shape (I,).
+    forcing: known acceleration [m/s2] held like the input, shape (I,);
+    colour_sigma [m], colour_time [s]: deviation and memory of the sonar's coloured error, beside its white noise.
     """
     n = propeller_speed(reading, p)
     P, F, A = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
+    C, V = np.zeros(STATES), colour_sigma * colour_sigma
     for i in range(4):
         P[i, i] = start_sd[i] ** 2
     P[4, 4] = sigma * sigma
     s = (start[0], start[1], start[2], start[3], 0.0)
     instant, order = schedule(time, kind, p)
-    now, j = instant[order[0]], 0
+    now, j, b = instant[order[0]], 0, 0.0
     for k in order:
         until = instant[k]
+        fade = math.exp((now - until) / colour_time)
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
             push = 0.0 if forcing is None else forcing[j]
-            s = propagate(now, stop, s, n[j], push, sigma, correlation_time, p, P, F, A)
+            s = propagate(now, stop, s, n[j], push, sigma, correlation_time, p, P, C, F, A)
             now = stop
-        c, h = (1 if kind[k] == 2 else 0), slope(kind[k], p)
-        e = value[k] - output(s[0], s[1], kind[k], p)
-        S = h * h * P[c, c] + noise_var[k]
-        innovation[k], variance[k] = e, S
+        b *= fade
+        V = fade * fade * V + (1.0 - fade * fade) * colour_sigma * colour_sigma
         for i in range(STATES):
-            gain[k, i] = h * P[i, c] / S if S < np.inf else 0.0
+            C[i] *= fade
+        c, h, o = (1 if kind[k] == 2 else 0), slope(kind[k], p), (1.0 if kind[k] == 0 else 0.0)
+        e = value[k] - output(s[0], s[1], kind[k], p) - o * b
+        S = h * h * P[c, c] + o * (2.0 * h * C[c] + V) + noise_var[k]
+        innovation[k], variance[k] = e, S
+        weight = 1.0 / S if S < np.inf else 0.0
+        for i in range(STATES):
+            gain[k, i] = (h * P[i, c] + o * C[i]) * weight
+        gain[k, 5] = (h * C[c] + o * V) * weight
         for i in range(STATES):
             for m in range(i + 1):
-                P[i, m] -= gain[k, i] * gain[k, m] * S if S < np.inf else 0.0
+                P[i, m] -= gain[k, i] * gain[k, m] * S if weight > 0.0 else 0.0
                 P[m, i] = P[i, m]
+            C[i] -= gain[k, i] * gain[k, 5] * S if weight > 0.0 else 0.0
+        V -= gain[k, 5] * gain[k, 5] * S if weight > 0.0 else 0.0
+        b += gain[k, 5] * e
         s = (s[0] + gain[k, 0] * e, s[1] + gain[k, 1] * e, s[2] + gain[k, 2] * e,
              s[3] + gain[k, 3] * e, s[4] + gain[k, 4] * e)  # fmt: skip

@@ -201,7 +201,7 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
     problem = _forgiving(problem)
     end = descend(problem, guess, problem.filter(guess), prior)
-    for _ in range(10):
+    for _ in range(20):
         problem = problem.with_noise(noise_level(problem, end.theta))
         filtered = problem.filter(end.theta)
         before = descend(problem, end.theta, filtered, prior, 0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..dynamics.parameters import slot
 from ..dynamics.surge import STANDOFF, TAU
-from .innovations import kalman, predict
+from .innovations import GAINS, kalman, predict
 from .observed import Observed
 
 FLAGGED = 1e8  # factor on the variance of a measurement that is left out: it neither steers the filter nor counts
@@ -26,17 +26,29 @@ class Noise:
     """Noise shared by all runs: variance of range, position and speed [m2, m2, m2/s2], and the disturbance.
 
     sigma [m/s2] and correlation_time [s] are the stationary deviation and the memory of the disturbing acceleration
-    (turbulence, wake); sigma = 0 is pure measurement noise, the output-error case.
+    (turbulence, wake); colour_sigma [m] and colour_time [s] are those of a coloured error of the sonar beside the white
+    one. Both zero is white measurement noise, the output-error case.
     """
 
     variance: tuple[float, float, float] = (1e-4, 1e-4, 1e-4)
     sigma: float = 0.0
     correlation_time: float = 1.0
+    colour_sigma: float = 0.0
+    colour_time: float = 1.0
+
+    def calm(self) -> Noise:
+        """The same white measurement noise alone."""
+        return replace(self, sigma=0.0, colour_sigma=0.0)
+
+    @property
+    def quiet(self) -> bool:
+        """Whether the innovations are those of pure simulation: white measurement noise and nothing else."""
+        return self.sigma == 0.0 and self.colour_sigma == 0.0
 
 
 @dataclass(frozen=True)
 class Filtered:
-    """Innovations, their variances and the gains of one run, shapes (M,), (M,) and (M, 5)."""
+    """Innovations, their variances and the gains of one run, shapes (M,), (M,) and (M, 6)."""
 
     innovation: np.ndarray
     variance: np.ndarray
@@ -133,21 +145,23 @@ class Problem:
         for k, run in enumerate(self.runs):
             p, start = self.model(theta, k)
             size = run.time_s.size
-            result = Filtered(np.empty(size), np.empty(size), np.zeros((size, 5)))
-            if self.noise.sigma == 0.0:
+            result = Filtered(np.empty(size), np.empty(size), np.zeros((size, GAINS)))
+            if self.noise.quiet:
                 self._predict(k, p, start, result.gain, result.innovation)
                 result.variance[:] = self.noise_variance(k)
             else:
                 kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time,
                        run.input_time_s, run.input, run.time_s, run.value, run.kind, self.noise_variance(k),
-                       result.innovation, result.variance, result.gain, self._push(k))  # fmt: skip
+                       result.innovation, result.variance, result.gain, self._push(k),
+                       self.noise.colour_sigma, self.noise.colour_time)  # fmt: skip
             out.append(result)
         return out
 
     def _predict(self, k: int, p: np.ndarray, start: np.ndarray, gain: np.ndarray, out: np.ndarray) -> None:
         run = self.runs[k]
         predict(p, start, self.noise.correlation_time, run.input_time_s, run.input,
-                run.time_s, run.value, run.kind, gain, out, self._push(k))  # fmt: skip
+                run.time_s, run.value, run.kind, gain, out, self._push(k), None,
+                self.noise.colour_time)  # fmt: skip
 
     def _push(self, k: int) -> np.ndarray | None:
         return None if self.forcing is None else self.forcing[k]
@@ -159,7 +173,8 @@ class Problem:
             track = np.empty((run.time_s.size, 5))
             p, start = self.model(theta, k)
             predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, run.value,
-                    run.kind, f.gain, np.empty(run.time_s.size), self._push(k), track)  # fmt: skip
+                    run.kind, f.gain, np.empty(run.time_s.size), self._push(k), track,
+                    self.noise.colour_time)  # fmt: skip
             out.append(track)
         return out
 
