@@ -51,7 +51,8 @@ def plain_filter(run: Observed, sigma: float, memory: float, start_sd, colour=(0
 
     def drift(s, n):
         x, u, z, _, d, c = s
-        return np.array([u, a * u * abs(u) + z + g * abs(n) * u + d, (b * n * abs(n) - z) / tau, 0.0, -d / memory, -c / error_s])
+        pull = a * u * abs(u) + z + g * abs(n) * u + d
+        return np.array([u, pull, (b * n * abs(n) - z) / tau, 0.0, -d / memory, -c / error_s])
 
     def spread(s, P, n):
         A = np.zeros((6, 6))
