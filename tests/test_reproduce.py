@@ -175,6 +175,9 @@ def test_csv_holds_every_number_of_the_tables(campaign):
 def test_entries_are_printed_like_the_papers():
     assert Entry(2, "1", "a", "published", -0.7791, mark="*").text == "-0.7791*"
     assert Entry(2, "1", "a", "published", float("nan"), mark="?").text == "-?"
+    assert (
+        Entry(2, "1", "b", "paper", -3.7e-6).text == "-4e-06" and Entry(2, "1", "gamma", "truth", 0.0).text == "0.0000"
+    )
     assert Entry(2, "1", "b", "likelihood", 0.00160021, 0.0000022).text == "0.0016002 ± 0.0000022"
 
 

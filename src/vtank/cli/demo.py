@@ -71,7 +71,7 @@ def fly_experiments(demo: Demo) -> None:
     write_flights(demo.out / "data", demo.flights)
     for truth in TRUTHS:
         demo.links.append(
-            (f"data/{truth}", f"data set of the four experiments, truth {truth} (withheld in truth.json)")
+            (f"data/{truth}", f"data set of the four experiments, truth {truth} (told in truth.json alone)")
         )
 
 

@@ -37,17 +37,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
     from ..errors import InputError
-    from ..reproduce.folder import refuse_others, results_folder
+    from ..reproduce.folder import results_folder
     from ..reproduce.run import FULL, QUICK, reproduce, write_flights
     from .progress import progress
 
     if args.seed < 0:
         raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
-    refuse_others(args.out)
     truths = TRUTHS if args.truth == "all" else (args.truth,)
-    flights = fly(truths, args.seed)
     about = {"seed": args.seed, "truths": list(truths), "quick": args.quick}
     with results_folder(args.out, about) as folder:
+        flights = fly(truths, args.seed)
         write_flights(folder / "data", flights)
         results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)
     print("\n".join(answer(results)))

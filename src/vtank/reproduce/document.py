@@ -88,12 +88,12 @@ def plain(table: Table) -> str:
 
 
 STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c2529; max-width: 1080px; margin: 2em auto; padding: 0 1em; }
+body { font: 15px/1.5 system-ui, sans-serif; color: #1c2529; max-width: 1180px; margin: 2em auto; padding: 0 1em; }
 h1, h2, h3 { line-height: 1.2; margin: 1.6em 0 .5em; } h1 { margin-top: 0; }
 table { border-collapse: collapse; margin: .8em 0; font-variant-numeric: tabular-nums; font-size: 14px; }
-th, td { padding: .15em .7em; text-align: right; } th { border-bottom: 2px solid #1c2529; }
+th, td { padding: .15em .7em; text-align: right; white-space: nowrap; } th { border-bottom: 2px solid #1c2529; }
 th.left, td.left { text-align: left; } tr.first td { border-top: 1px solid #b9c4c9; }
-tr.truth td { font-weight: 600; } tr.published td { color: #a02c00; }
+tr.truth td { font-weight: 600; } tr.published td:not(:first-child) { color: #a02c00; }
 figure { margin: 1.4em 0; } figure img { max-width: 100%; } figcaption, .note { color: #55646b; font-size: 13px; }
 """
 

@@ -33,11 +33,12 @@ class Entry:
 
     @property
     def text(self) -> str:
-        """As printed: four decimals as in the paper, more where the standard deviation calls for them."""
+        """Four decimals as in the paper, more where a standard deviation calls for them; 4e-06 where four show none."""
         if not isfinite(self.value):
             return f"-{self.mark}"
         if not isfinite(self.sd) or self.sd <= 0.0:
-            return f"{self.value:.4f}{self.mark}"
+            small = 0.0 < abs(self.value) < 5e-5
+            return f"{self.value:.0e}{self.mark}" if small else f"{self.value:.4f}{self.mark}"
         digits = min(max(4, 1 - floor(log10(self.sd))), 7)
         return f"{self.value:.{digits}f} ± {self.sd:.{digits}f}"
 
