@@ -1,16 +1,28 @@
-"""Recordings for tests of the diagnosis, made by the surge equation with a force that no law knows."""
+"""Recordings for tests of the diagnosis, made by the surge equation with any extra force, and what is found in them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
+from vtank.diagnose.discrepancy import unnamed
+from vtank.diagnose.evidence import evaluate
+from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.selection import Selection, prepare
+from vtank.diagnose.verdict import Verdict, decide, probabilities
+from vtank.diagnose.where import WhereData, locate
 from vtank.dynamics.parameters import null_vector, slot, vector
 from vtank.dynamics.surge import advance
+from vtank.effects.catalogue import BY_NAME
 from vtank.identify.observed import RANGE, Observed
+from vtank.identify.problem import Noise
 
 TICK_S = 0.1
+NOISE_M = 0.006
+NOISE = Noise((NOISE_M**2,) * 3, 1e-4, 1.0)
+DRIVES = ((0.5, 12.0), (0.4, 11.0), (0.7, 14.0), (0.2, 8.0))  # [rad/s], [rev/s] of the propeller
 NOMINAL = vector({"alpha": -2.556, "beta": 4.877e-4, "thrust_lag.tau": 0.7074})  # paper's Model II, rounded
 STANDOFF_M = float(null_vector()[slot("standoff")])
 
@@ -38,3 +50,34 @@ def record(name: str, propeller: np.ndarray, p: np.ndarray, noise_m: float, seed
 def sine(frequency_rad_s: float, amplitude_rev_s: float, duration_s: float = 120.0) -> np.ndarray:
     """Propeller speeds of a run driven at one frequency, shape (I,) [rev/s]."""
     return amplitude_rev_s * np.sin(frequency_rad_s * TICK_S * np.arange(round(duration_s / TICK_S)))
+
+
+@dataclass(frozen=True)
+class Found:
+    """A comparison, its verdict and the place of the gap."""
+
+    selection: Selection
+    verdict: Verdict
+    place: WhereData
+
+
+def recordings(effect: dict[str, float] | None = None, seed: int = 0, force: Force = calm) -> list[Observed]:
+    """Four runs, driven at DRIVES, of a vehicle with the given effect."""
+    p = vector(effect or {}, NOMINAL)
+    return [record(f"run_{k}", sine(*drive), p, NOISE_M, seed + k, force) for k, drive in enumerate(DRIVES)]
+
+
+def select(runs: list[Observed], names: tuple[str, ...]) -> Selection:
+    """A comparison of few hypotheses at the noise level that the recordings were made with."""
+    setting = prepare(runs, NOMINAL).with_noise(NOISE)
+    nominal, refit = evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis())
+    named = tuple(evaluate(setting, Hypothesis((BY_NAME[name],))) for name in names)
+    best = max((nominal, refit, *named), key=lambda fit: fit.log_evidence)
+    return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
+
+
+def find(runs: list[Observed], *names: str) -> Found:
+    """Verdict and place of the gap, the named effects considered."""
+    selection = select(runs, names)
+    verdict = decide(selection, probabilities(selection))
+    return Found(selection, verdict, locate(selection, verdict))

@@ -3,57 +3,21 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import NOMINAL, Force, calm, record, sine
+from recorded import DRIVES, NOISE, NOISE_M, NOMINAL, Found, find, record, recordings, select, sine
 from scipy.signal import lfilter
 
-from vtank.diagnose.discrepancy import unnamed
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
-from vtank.diagnose.selection import Selection, prepare
-from vtank.diagnose.verdict import Verdict, decide, probabilities
-from vtank.diagnose.where import WhereData, locate, where
+from vtank.diagnose.selection import prepare
+from vtank.diagnose.where import where
 from vtank.diagnose.where_gap import noise_floors, run_gaps
 from vtank.diagnose.where_region import bin_edges, missing_force, motion
 from vtank.diagnose.where_time import pointwise, with_discrepancy
-from vtank.dynamics.parameters import vector
-from vtank.effects.catalogue import BY_NAME
-from vtank.identify.observed import Observed
 from vtank.identify.problem import Noise
-
-NOISE_M = 0.006
-NOISE = Noise((NOISE_M**2,) * 3, 1e-4, 1.0)
-DRIVES = ((0.5, 12.0), (0.4, 11.0), (0.7, 14.0), (0.2, 8.0))
-
-
-@dataclass(frozen=True)
-class Found:
-    selection: Selection
-    verdict: Verdict
-    place: WhereData
-
-
-def recordings(effect: dict[str, float] | None = None, seed: int = 0, force: Force = calm) -> list[Observed]:
-    p = vector(effect or {}, NOMINAL)
-    return [record(f"run_{k}", sine(*drive), p, NOISE_M, seed + k, force) for k, drive in enumerate(DRIVES)]
-
-
-def select(runs: list[Observed], names: tuple[str, ...]) -> Selection:
-    """A comparison of few hypotheses at the noise level that the recordings were made with."""
-    setting = prepare(runs, NOMINAL).with_noise(NOISE)
-    nominal, refit = evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis())
-    named = tuple(evaluate(setting, Hypothesis((BY_NAME[name],))) for name in names)
-    best = max((nominal, refit, *named), key=lambda fit: fit.log_evidence)
-    return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
-
-
-def find(runs: list[Observed], *names: str) -> Found:
-    selection = select(runs, names)
-    verdict = decide(selection, probabilities(selection))
-    return Found(selection, verdict, locate(selection, verdict))
 
 
 @pytest.fixture(scope="module")
