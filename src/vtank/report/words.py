@@ -1,0 +1,238 @@
+"""A diagnosis in plain words, from its document (schema vtank.diagnosis/1): for the terminal and for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from ..effects.catalogue import BY_NAME
+
+Document = dict[str, Any]
+
+ACTS = {
+    "hydrodynamics": "as a force of the water on the hull",
+    "actuator": "through the thrust",
+    "sensor": "in the sensors",
+}
+QUANTITY = {
+    "surge_m_s": ("speed", "m/s"),
+    "n_rev_s": ("propeller speed", "rev/s"),
+    "command": ("command", ""),
+    "thrust_N": ("thrust", "N"),
+    "distance_m": ("distance to the wall", "m"),
+    "position_m": ("position", "m"),
+}
+SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
+MINOR = 0.2  # share of the leading variable's evidence below which another is not told
+MANY = 100  # times a repeat beyond which the exact number means nothing
+THROUGHOUT = 0.8  # share of the time from which a gap is there throughout
+
+
+def effect_name(name: str) -> str:
+    """An effect's name as words: `linear_drag` is linear drag; pairs are joined by "and"."""
+    return " and ".join(part.replace("_", " ") for part in name.split("+"))
+
+
+def hypothesis(name: str) -> str:
+    """A hypothesis in words."""
+    known = {"none": "no gap", "parameters": "only the parameters", "unknown": "none of the known effects"}
+    return known.get(name) or effect_name(name)
+
+
+def meaning(effect: str, parameter: str) -> str:
+    """What a parameter of an effect is."""
+    return next(q.meaning for q in BY_NAME[effect].parameters if q.name == parameter)
+
+
+def unit_text(document: Document, unit: str) -> str:
+    """A unit as it is shown: none for pure numbers; what is per propeller speed is per unit of the input."""
+    region = document["where"]["region"]
+    if "thrust_N" in region:
+        unit = {"rev/s": "N", "m/rev2": "1/kg"}.get(unit, unit)
+    elif "command" in region:
+        unit = {"rev/s": "-", "m/rev2": "m/s2", "1/rev": "1/s"}.get(unit, unit)
+    return "" if unit == "-" else unit
+
+
+def listed(items: Sequence[str], last: str = "and") -> str:
+    """Words in a row: a, b and c."""
+    return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
+
+
+def percent(share: float) -> str:
+    """A probability or share, never rounded up to certainty."""
+    if share > 0.99:
+        return "over 99 %"
+    return "under 1 %" if 0.0 < share < 0.01 else f"{100.0 * share:.0f} %"
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number with so many significant digits."""
+    return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
+
+
+def length(value: float, unit: str) -> str:
+    """A value in m, m/s or m/s2 with its unit, in thousandths where it is small."""
+    unit_text = unit.replace("s2", "s²")
+    return f"{number(1e3 * value)} m{unit_text}" if abs(value) < 0.1 else f"{number(value)} {unit_text}"
+
+
+# --- the verdict ---------------------------------------------------------------------------------------------------
+def headline(document: Document) -> str:
+    """The verdict in one sentence."""
+    v = document["verdict"]
+    effects, rivals = [effect_name(e) for e in v["effects"]], [effect_name(e) for e in v["class"]]
+    match v["kind"]:
+        case "none":
+            return "No gap: the simulator as it is explains these recordings."
+        case "parameters":
+            return "The simulator's structure is right, but its parameters are off."
+        case "effect" if len(rivals) > 1:
+            return f"The gap is caused by {listed(rivals, 'or')}."
+        case "effect":
+            return f"The gap is caused by {effects[0]}."
+        case "effects":
+            return f"The gap has two causes: {listed(effects)}."
+        case "undecided":
+            return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
+    return "Something is missing from the simulator, and no known effect explains it."
+
+
+def explanation(document: Document) -> list[str]:
+    """What the verdict means, in a few sentences."""
+    v, lines = document["verdict"], []
+    for name in v["effects"]:
+        lines.append(BY_NAME[name].sentence)
+    if v["kind"] == "none":
+        lines.append("What it misses is no larger than the noise of the recordings.")
+    if v["kind"] == "parameters":
+        lines.append("Refitting its own drag and thrust explains the recordings; no further effect is needed.")
+    if v["kind"] == "unknown":
+        best = listed([effect_name(name) for name in document["estimates"]])
+        rest = f"and the best known effect, {best}, leaves a part unexplained" if best else "nor does any known effect"
+        lines.append(f"Refitting the parameters does not close the gap, {rest}.")
+    lines.append(f"Probability: {percent(v['probability'])}.")
+    return lines
+
+
+# --- where ---------------------------------------------------------------------------------------------------------
+def channel(document: Document) -> str:
+    """Where in the machine the gap acts."""
+    chances = document["where"]["channel"]["probability"]
+    name = document["verdict"]["channel"] or max(chances, key=lambda c: chances[c])
+    if document["verdict"]["kind"] in ("none", "parameters") or name == "none":
+        return f"No channel is at fault (probability {percent(chances['none'])})."
+    return f"It acts {ACTS[name]} ({name}, probability {percent(chances[name])})."
+
+
+def runs(document: Document) -> str:
+    """Which runs show it."""
+    found = sorted(document["where"]["runs"], key=lambda r: -r["share"])
+    if not found or found[0]["share"] == 0.0:
+        return "No run stands out."
+    if len(found) == 1:
+        return f"There is one run, {found[0]['run']}."
+    return f"It shows most in {found[0]['run']} ({percent(found[0]['share'])} of the evidence)."
+
+
+def time(document: Document) -> str:
+    """When it shows."""
+    spans = document["where"]["time_s"]
+    duration_s = sum(run["duration_s"] for run in document["where"]["runs"])
+    covered = sum(span["to"] - span["from"] for span in spans)
+    if not spans:
+        return "No stretch of time stands out by itself."
+    if covered > THROUGHOUT * duration_s:
+        return "It is there throughout."
+    best = sorted(spans, key=lambda s: -s["log_likelihood_gain"])[:3]
+    named = [f"{span['run']} from {span['from']:.0f} to {span['to']:.0f} s" for span in best]
+    return f"It shows in {listed(named)}."
+
+
+def frequency(document: Document) -> str:
+    """At which frequencies it shows."""
+    lines = sorted(document["where"]["frequency_rad_s"], key=lambda line: -line["power"])
+    if not lines:
+        return "No frequency stands out of the noise."
+    multiples = sorted({line["multiple_of_drive"] for line in lines if line["multiple_of_drive"]})
+    strangers = [line for line in lines if not line["multiple_of_drive"]]
+    own = sorted({round(line["frequency"], 2) for line in strangers if line["frequency"] > SLOW * line["drive"]})
+    parts = []
+    if multiples:
+        first = "the drive frequency" if multiples[0] == 1 else f"{multiples[0]} times the drive frequency"
+        parts.append(f"at {listed([first, *(f'{m} times it' for m in multiples[1:])])}")
+    if own:
+        parts.append(f"at {listed([number(f) for f in own[:4]])} rad/s, which is no multiple of the drive")
+    if any(line["frequency"] <= SLOW * line["drive"] for line in strangers):
+        parts.append("as a slow drift")
+    return f"What the refit cannot predict stands out {listed(parts)}."
+
+
+def region(document: Document) -> str:
+    """With what a missing force goes, and where it is largest."""
+    over = {name: r for name, r in document["where"]["region"].items() if r["bins"]}
+    if not over:
+        return "No missing force stands out over speed, input or place."
+    most = max(r["log_likelihood_gain"] for r in over.values())
+    parts = []
+    for name, found in sorted(over.items(), key=lambda item: -item[1]["log_likelihood_gain"]):
+        if found["log_likelihood_gain"] > MINOR * most:
+            b = max(found["bins"], key=lambda b: abs(b["acceleration"]))
+            what, unit = QUANTITY[name]
+            span = f"{number(b['from'])} to {number(b['to'])} {unit}".rstrip()
+            parts.append(f"the {what} ({length(b['acceleration'], 'm/s2')} at {span})")
+    return f"The force that the refit lacks goes with {listed(parts)}."
+
+
+# --- how far -------------------------------------------------------------------------------------------------------
+def shrinkage(document: Document) -> str:
+    """How far the gap shrinks, on runs left out where that was worked out."""
+    s = document.get("shrink")
+    if not s:
+        return "How far the gap shrinks on runs left out was not worked out."
+    unit = s["unit"]
+    text = (
+        f"On runs left out, the error is {length(s['nominal'], unit)} with the simulator as it is, "
+        f"{length(s['refit'], unit)} after refitting it, {length(s['diagnosed'], unit)} with the diagnosis; "
+        f"noise alone makes {length(s['floor'], unit)}."
+    )
+    if s.get("fraction_closed") is None:
+        return f"{text} Refitting leaves next to nothing to close."
+    text += f" The diagnosis closes {percent(max(s['fraction_closed'], 0.0))} of what refitting leaves"
+    if s.get("interval90"):
+        low, high = s["interval90"]
+        text += f" (90 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %)"
+    return f"{text}."
+
+
+# --- ties and the next experiment ------------------------------------------------------------------------------------
+def ties(document: Document) -> list[str]:
+    """What these recordings cannot tell apart, one sentence each."""
+    rivals, lines = document["verdict"]["class"], []
+    if len(rivals) > 1 and document["verdict"]["kind"] != "effects":
+        names = [effect_name(name) for name in rivals]
+        lines.append(
+            f"{listed(names).capitalize()} leave the same trace here: recordings made by the first, without any noise, "
+            "are matched by the other to within three deviations of the noise."
+        )
+    if "distance_m" not in document["where"]["region"]:  # no sonar: nothing of the following can be at work
+        return lines
+    for group in document["tied"]:
+        if len(group) > 1 and not set(group) <= set(rivals):
+            lines.append(f"{listed([effect_name(n) for n in group]).capitalize()} are the same thing to one sonar.")
+    if document["absorbed"]:
+        names = [effect_name(name) for name in document["absorbed"]]
+        lines.append(f"{listed(names).capitalize()} would hide in the refitted parameters: they cannot be seen at all.")
+    return lines
+
+
+def next_experiment(document: Document) -> str:
+    """What to do next."""
+    plan = document.get("next_experiment")
+    if not plan:
+        return "No next experiment was worked out."
+    aim = "to tell the candidates apart" if plan["question"] == "which hypothesis" else "to learn how large it is"
+    text = f"Best next, {aim}: {plan['experiment']} ({number(plan['minutes'], 2)} min)."
+    if plan["against_repeat"] > MANY:
+        return f"{text} Per minute it tells over {MANY} times as much as repeating a run."
+    return f"{text} Per minute it tells {number(plan['against_repeat'], 2)} times as much as repeating a run."

@@ -1,0 +1,183 @@
+"""A diagnosis in words: every kind of verdict, every answer, and what is missing is said to be missing."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from vtank.report import words
+from vtank.report.terminal import terminal_text
+
+
+def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), **changes: Any) -> dict[str, Any]:
+    """A small document of schema vtank.diagnosis/1."""
+    chance = 0.0 if kind in ("none", "parameters") else 0.95
+    acting = None if kind in ("none", "parameters") else "hydrodynamics"
+    return {
+        "schema": "vtank.diagnosis/1",
+        "verdict": {"kind": kind, "effects": list(effects), "class": list(effects), "channel": acting,
+                    "probability": 0.95},
+        "probabilities": {"none": 0.01, "parameters": 0.02, "linear_drag": 0.95, "unknown": 0.02},
+        "where": {
+            "channel": {
+                "probability": {"hydrodynamics": chance, "actuator": 0.02, "sensor": 0.01, "none": 0.97 - chance},
+                "log_evidence_gain": {"refit": {"force": 9.0, "sensor": 2.0}, "best": {"force": -1.0, "sensor": -1.0}},
+            },
+            "runs": [
+                {"run": "a", "duration_s": 60.0, "unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008,
+                 "floor": 0.007, "share": 0.8},
+                {"run": "b", "duration_s": 60.0, "unit": "m", "nominal": 0.6, "refit": 0.02, "diagnosed": 0.007,
+                 "floor": 0.007, "share": 0.2},
+            ],
+            "time_s": [{"run": "a", "from": 10.0, "to": 30.0, "log_likelihood_gain": 40.0}],
+            "frequency_rad_s": [
+                {"run": "a", "frequency": 1.5, "power": 30.0, "false_alarm": 1e-6, "coherence": 0.9, "coherent": True,
+                 "drive": 0.5, "multiple_of_drive": 3},
+            ],
+            "region": {
+                "surge_m_s": {"log_likelihood_gain": 100.0, "bins": [
+                    {"from": 0.1, "to": 0.2, "acceleration": -0.004, "band": [-0.005, -0.003], "unit": "m/s2"}]},
+                "n_rev_s": {"log_likelihood_gain": 3.0, "bins": []},
+                "distance_m": {"log_likelihood_gain": 4.0, "bins": [
+                    {"from": 2.0, "to": 2.5, "acceleration": 0.001, "band": [0.0, 0.002], "unit": "m/s2"}]},
+            },
+        },
+        "shrink": {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007,
+                   "fraction_closed": 0.957, "interval90": [0.91, 0.99]},
+        "estimates": {"linear_drag": {"c": {"value": 0.0794, "interval95": [0.0775, 0.0813], "unit": "1/s"}}},
+        "absorbed": ["sonar_scale", "sonar_offset"],
+        "tied": [["command_delay", "sonar_latency"]],
+        "next_experiment": {"experiment": "a sine of 8 rev/s at 0.7 rad/s", "minutes": 2.0, "per_minute": 0.9,
+                            "against_repeat": 6.0, "question": "how large", "alternatives": []},
+        **changes,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("kind", "effects", "start"),
+    [
+        ("none", (), "No gap"),
+        ("parameters", (), "The simulator's structure is right"),
+        ("effect", ("linear_drag",), "The gap is caused by linear drag."),
+        ("effects", ("seiche", "thrust_lag"), "The gap has two causes: seiche and thrust lag."),
+        ("unknown", (), "Something is missing"),
+        ("undecided", ("tether",), "Undecided: perhaps tether"),
+    ],
+)
+def test_every_verdict_has_a_sentence(kind: str, effects: tuple[str, ...], start: str) -> None:
+    found = document(kind, effects)
+    assert words.headline(found).startswith(start)
+    assert words.explanation(found)[-1] == "Probability: 95 %."
+
+
+def test_a_class_of_effects_is_told_as_alternatives() -> None:
+    found = document()
+    found["verdict"]["class"] = ["sonar_latency", "command_delay"]
+    assert words.headline(found) == "The gap is caused by sonar latency or command delay."
+    assert words.ties(found)[0].startswith("Sonar latency and command delay leave the same trace here")
+    assert not any("the same thing to one sonar" in line for line in words.ties(found))
+
+
+def test_an_unknown_cause_names_the_best_known_explanation() -> None:
+    assert "the best known effect, linear drag, leaves a part" in words.explanation(document("unknown", ()))[0]
+
+
+def test_where_in_words() -> None:
+    found = document()
+    assert words.channel(found) == "It acts as a force of the water on the hull (hydrodynamics, probability 95 %)."
+    assert words.runs(found) == "It shows most in a (80 % of the evidence)."
+    assert words.time(found) == "It shows in a from 10 to 30 s."
+    assert words.frequency(found) == "What the refit cannot predict stands out at 3 times the drive frequency."
+    assert words.region(found) == (
+        "The force that the refit lacks goes with the speed (\N{MINUS SIGN}4 mm/s² at 0.1 to 0.2 m/s)."
+    )
+
+
+def test_a_gap_throughout_a_drift_and_a_rhythm_of_its_own() -> None:
+    found = document()
+    found["where"]["time_s"][0] |= {"from": 0.0, "to": 110.0}
+    line = found["where"]["frequency_rad_s"][0] | {"multiple_of_drive": None}
+    found["where"]["frequency_rad_s"] = [line | {"frequency": 0.894}, line | {"frequency": 0.05}]
+    assert words.time(found) == "It is there throughout."
+    assert words.frequency(found) == (
+        "What the refit cannot predict stands out at 0.89 rad/s, which is no multiple of the drive and as a slow drift."
+    )
+
+
+def test_nothing_found_is_said() -> None:
+    found = document("none", ())
+    found["where"] |= {"time_s": [], "frequency_rad_s": []}
+    found["where"]["region"] = {"surge_m_s": {"log_likelihood_gain": 1.0, "bins": []}}
+    assert words.channel(found) == "No channel is at fault (probability 97 %)."
+    assert words.time(found) == "No stretch of time stands out by itself."
+    assert words.frequency(found) == "No frequency stands out of the noise."
+    assert words.region(found).startswith("No missing force stands out")
+
+
+def test_shrinkage_with_interval_without_one_and_absent() -> None:
+    found = document()
+    assert words.shrinkage(found).endswith(
+        "The diagnosis closes 96 % of what refitting leaves (90 % interval 91 to 99 %)."
+    )
+    found["shrink"]["interval90"] = None
+    assert words.shrinkage(found).endswith("closes 96 % of what refitting leaves.")
+    found["shrink"]["fraction_closed"] = None
+    assert words.shrinkage(found).endswith("Refitting leaves next to nothing to close.")
+    assert "was not worked out" in words.shrinkage(document(shrink={}))
+
+
+def test_the_next_experiment() -> None:
+    assert words.next_experiment(document()) == (
+        "Best next, to learn how large it is: a sine of 8 rev/s at 0.7 rad/s (2 min). "
+        "Per minute it tells 6 times as much as repeating a run."
+    )
+    assert "was worked out" in words.next_experiment(document(next_experiment={}))
+
+
+def test_without_a_sonar_nothing_is_said_of_sonars() -> None:
+    found = document()
+    del found["where"]["region"]["distance_m"]
+    assert words.ties(found) == []
+
+
+@pytest.mark.parametrize(
+    ("share", "text"), [(0.0, "0 %"), (0.004, "under 1 %"), (0.5, "50 %"), (0.9951, "over 99 %"), (1.0, "over 99 %")]
+)
+def test_no_probability_is_rounded_to_certainty(share: float, text: str) -> None:
+    assert words.percent(share) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.0123, "m", "12.3 mm"),
+        (0.2, "m", "0.2 m"),
+        (-0.004, "m/s2", "\N{MINUS SIGN}4 mm/s²"),
+        (0.05, "m/s", "50 mm/s"),
+    ],
+)
+def test_lengths_have_fitting_units(value: float, unit: str, text: str) -> None:
+    assert words.length(value, unit) == text
+
+
+def test_units_follow_the_input() -> None:
+    found = document()
+    assert words.unit_text(found, "rev/s") == "rev/s" and words.unit_text(found, "-") == ""
+    found["where"]["region"] = {"surge_m_s": {}, "command": {}}
+    assert words.unit_text(found, "rev/s") == "" and words.unit_text(found, "m/rev2") == "m/s2"
+    found["where"]["region"] = {"surge_m_s": {}, "thrust_N": {}}
+    assert words.unit_text(found, "rev/s") == "N" and words.unit_text(found, "m/rev2") == "1/kg"
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: int) -> None:
+    text = terminal_text(document(), width)
+    lines = text.splitlines()
+    assert lines[0] == "The gap is caused by linear drag."
+    places = [next(i for i, line in enumerate(lines) if line.startswith(h)) for h in
+              ("Where", "Which", "How far", "Ties", "Next")]  # fmt: skip
+    assert places == sorted(places)
+    assert max(len(line) for line in lines if "mm" not in line or " a " not in line) <= width
+    assert "0.0794 1/s (95 %: 0.0775 to 0.0813)" in " ".join(text.split())
+    assert any(line.split() == ["a", "80", "mm", "30", "mm", "8", "mm", "7", "mm"] for line in lines)
