@@ -12,7 +12,7 @@ from vtank.dynamics.parameters import slot, vector
 from vtank.dynamics.surge import advance, surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
 from vtank.effects import sonar_multipath, tachometer_spikes
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
-from vtank.identify.innovations import predict
+from vtank.identify.innovations import GAINS, predict
 
 ALPHA, BETA, GAMMA, TAU = -2.5, 5e-4, -0.01, 0.7
 PLAIN = {"alpha": ALPHA, "beta": BETA, "thrust_loss.gamma": GAMMA, "thrust_lag.tau": TAU}
@@ -204,7 +204,7 @@ def recording(p, rng_seed=2):
     n = 14.0 * np.cos(0.6 * t) + 3.0 * np.cos(1.7 * t) + rng.normal(0.0, 0.3, t.size)
     out, zero = np.empty(t.size), np.zeros(t.size)
     kind = np.zeros(t.size, dtype=np.int64)
-    predict(p, np.zeros(4), 1.0, t, n, t, zero, kind, np.zeros((t.size, 5)), out)
+    predict(p, np.zeros(4), 1.0, t, n, t, zero, kind, np.zeros((t.size, GAINS)), out)
     return -out
 
 
@@ -297,7 +297,7 @@ def test_sensors_and_delays_act_the_way_they_say():
     def ranges(more):
         out, p = np.empty(50), vector(PLAIN | more)
         kind = np.zeros(50, dtype=np.int64)
-        predict(p, np.zeros(4), 1.0, t, np.full(50, 10.0), t, zero, kind, np.zeros((50, 5)), out)
+        predict(p, np.zeros(4), 1.0, t, np.full(50, 10.0), t, zero, kind, np.zeros((50, GAINS)), out)
         return -out[5:]
 
     true = ranges({})

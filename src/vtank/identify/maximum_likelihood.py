@@ -91,6 +91,18 @@ class Estimate:
         """Parameter vector with the estimates set, shape (P,)."""
         return vector(self.values, self.problem.base)
 
+    def free_runs(self) -> list[Filtered]:
+        """Residuals of pure simulation from the input and the estimated start, per run."""
+        return self._calm.filter(self.theta)
+
+    def free_tracks(self) -> list[np.ndarray]:
+        """States (x, u, z, wake, 0) of that simulation at the measurements, shapes (M, 5)."""
+        return self._calm.track(self.theta, self.free_runs())
+
+    @property
+    def _calm(self) -> Problem:
+        return self.problem.with_noise(self.problem.noise.calm())
+
     def rms(self, kind: int) -> float:
         """Root mean square of the innovations of one channel [m or m/s]; NaN where it was not measured."""
         parts = [f.innovation[run.kind == kind] for f, run in zip(self.filtered, self.problem.runs, strict=True)]
@@ -130,7 +142,7 @@ def _common_input(runs: Sequence[Observed]) -> str:
 
 def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | None = None) -> Estimate:
     """The optimum, from as many of the first guesses of theta as it takes until one is beyond doubt."""
-    prior = _prior(problem, guesses[0])
+    prior = beforehand(problem, guesses[0])
     end = _output_error(problem, guesses[0], prior)
     for guess in guesses[1:]:
         if colour(problem.filter(end.theta)) < SUSPICIOUS:
@@ -140,7 +152,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
         end = min(end, other, key=lambda descent: descent.cost)
         if agree:
             break  # the rest is not for want of a better start
-    calm, end = _weighted(problem.with_noise(replace(problem.noise, sigma=0.0)), end, prior)
+    calm, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
     restless = max(calm.noise.variance) > EXACT**2 and colour(calm.filter(end.theta)) > SUSPICIOUS
     if process_noise or (process_noise is None and restless):
         turbulent, other = _with_process_noise(problem, guesses[0], prior)
@@ -149,11 +161,22 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
     return _estimate(calm, end, prior)
 
 
+def refit(problem: Problem, guess: np.ndarray) -> Estimate:
+    """The optimum near a guess of theta, at a noise level that is known already."""
+    prior, end = beforehand(problem, guess), Descent(guess, np.inf, False)
+    for _ in range(5):
+        before = end.cost
+        end = descend(problem, end.theta, problem.filter(end.theta), prior)
+        if problem.noise.quiet or before - end.cost < SETTLED:
+            break
+    return _estimate(problem, end, prior)
+
+
 def _likelihood(problem: Problem, end: Descent) -> float:
     return problem.log_likelihood(problem.filter(end.theta))
 
 
-def _prior(problem: Problem, guess: np.ndarray) -> Prior:
+def beforehand(problem: Problem, guess: np.ndarray) -> Prior:
     """Bounds of the parameters; and the lag holds about as much thrust at first as the run's own input could give it.
 
     Without the latter, a short lag's first state is as good as free, and drags the lag along.
@@ -182,7 +205,7 @@ def _forgiving(problem: Problem) -> Problem:
 
 def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
     """Optimum of pure simulation from one guess."""
-    forgiving, quiet = _forgiving(problem), problem.with_noise(replace(problem.noise, sigma=0.0))
+    forgiving, quiet = _forgiving(problem), problem.with_noise(problem.noise.calm())
     warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
     return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
 

@@ -16,6 +16,7 @@ from .first_guess import typical_acceleration
 from .observed import CHANNELS
 from .problem import Filtered, Noise, Problem
 
+LEAST = 1e-14  # [m2, m2/s2] variance below which no measurement is believed
 SPANS = (1, 4, 16, 64)  # samples over which successive residuals are added up to see whether they go together
 SUSPICIOUS = 4.0  # deviations of a white sequence from which process noise is looked for; one chance in 10^4
 MEMORY_S = (0.05, 60.0)  # [s] shortest and longest memory of a disturbance that are told from noise and from drift
@@ -47,7 +48,7 @@ def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
             parts.append(f.innovation[chosen] ** 2 / f.variance[chosen])
         normalised = np.concatenate(parts)
         if normalised.size:
-            variance[kind] = max(variance[kind] * float(np.mean(normalised)) * spent, 1e-14)
+            variance[kind] = max(variance[kind] * float(np.mean(normalised)) * spent, LEAST)
     return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
 
 
@@ -67,7 +68,7 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
         S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
         e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
         scale = float(np.mean(e**2 / S))
-        a, b, c = (scale * v for v in noise.variance)
+        a, b, c = (max(scale * v, LEAST) for v in noise.variance)
         cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)) + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
         return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
 
