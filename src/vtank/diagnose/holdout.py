@@ -17,7 +17,7 @@ from ..dynamics.parameters import slot
 from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from ..effects.catalogue import BY_NAME
 from ..identify.innovations import GAINS, kalman, predict
-from ..identify.observed import SPEED, Observed
+from ..identify.observed import RANGE, SPEED, Observed
 from ..identify.problem import FLAGGED, Noise
 from . import outliers
 from .evidence import START_SD, Fitted, Setting
@@ -99,8 +99,13 @@ class Target:
 
     @cached_property
     def variance(self) -> np.ndarray:
-        """Of each measurement [m2 or m2/s2], shape (M,)."""
+        """Of each measurement's white noise [m2 or m2/s2], shape (M,)."""
         return np.array(self.noise.variance)[self.run.kind] * self.weight
+
+    @cached_property
+    def coloured(self) -> np.ndarray:
+        """Variance of the sonar's coloured error at each measurement [m2], shape (M,)."""
+        return np.where(self.run.kind == RANGE, self.noise.colour_sigma**2, 0.0)
 
     @cached_property
     def window(self) -> Target:
@@ -126,11 +131,12 @@ class Target:
         return self.run.start(p[STANDOFF]), sd
 
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Variances of the innovations, shape (M,), and gains, shape (M, 5), for measurements of given variance."""
+        """Variances of the innovations, shape (M,), and gains, shape (M, 6), for measurements of given variance."""
         run, size, p = self.run, self.run.time_s.size, self.here(p)
         e, S, gain = np.empty(size), np.empty(size), np.zeros((size, GAINS))
         kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
-               run.time_s, run.value, run.kind, variance, e, S, gain)  # fmt: skip
+               run.time_s, run.value, run.kind, variance, e, S, gain, None, self.noise.colour_sigma,
+               self.noise.colour_time)  # fmt: skip
         return S, gain
 
     def errors(
@@ -148,7 +154,7 @@ class Target:
         run, out, p = self.run, np.empty(self.run.time_s.size), self.here(p)
         start = self.begin(p)[0] if start is None else start
         predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, value, run.kind, gain,
-                out, forcing)  # fmt: skip
+                out, forcing, None, self.noise.colour_time)  # fmt: skip
         if np.all(np.abs(out) < DIVERGED):
             return out
         return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
@@ -169,7 +175,7 @@ class Prediction:
 
     Attributes:
         model, target: what predicts what.
-        gains: of the window, shape (G, m, 5).
+        gains: of the window, shape (G, m, 6).
     """
 
     def __init__(self, model: Model, target: Target) -> None:
@@ -213,7 +219,8 @@ class Prediction:
         p = self.model.mean(self._weigh(self.model, target.run.value))
         late = np.arange(target.run.time_s.size) >= target.inside
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
-        return target.variance[target.scored], np.maximum(S - REMOTE, 0.0)[target.scored]
+        noise = (target.variance + target.coloured)[target.scored]
+        return noise, np.maximum(S - REMOTE - target.coloured, 0.0)[target.scored]
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:

@@ -87,7 +87,7 @@ def model_text(diagnosis: Diagnosis) -> str:
         *_own(model_of(selection.refit).p, name),
         *_effects(model_of(selection.refit), "refit."),
         "",
-        "[noise] # standard deviations of the measurements, and of the acceleration by turbulence with its memory",
+        "[noise] # standard deviations of measurements, turbulence and the sonar's coloured error, and their memories",
         *_noise(selection.setting.noise, runs),
         "",
         "[verdict]",
@@ -127,7 +127,10 @@ def _on(effect: Effect, p: np.ndarray, null: np.ndarray) -> bool:
 def _noise(noise: Noise, runs: Sequence[Observed]) -> list[str]:
     measured = {kind for run in runs for kind in run.first}
     lines = [f"{key} = {np.sqrt(noise.variance[kind]):.6g}" for key, kind in CHANNELS.items() if kind in measured]
-    return [*lines, f"turbulence_m_s2 = {noise.sigma:.6g}", f"turbulence_time_s = {noise.correlation_time:.6g}"]
+    lines += [f"turbulence_m_s2 = {noise.sigma:.6g}", f"turbulence_time_s = {noise.correlation_time:.6g}"]
+    if noise.colour_sigma > 0.0:
+        lines += [f"coloured_m = {noise.colour_sigma:.6g}", f"coloured_time_s = {noise.colour_time:.6g}"]
+    return lines
 
 
 def _texts(names: Sequence[str]) -> str:
@@ -185,9 +188,10 @@ def _model(table: Table, input_name: str, effects: Table | None = None) -> Model
 
 
 def _read_noise(table: Table) -> Noise:
-    table.check_keys((*CHANNELS, "turbulence_m_s2", "turbulence_time_s"))
+    table.check_keys((*CHANNELS, "turbulence_m_s2", "turbulence_time_s", "coloured_m", "coloured_time_s"))
     known = [table.positive(key) for key in CHANNELS if key in table.entries]
     if not known:
         raise table.error("range_m", f"missing; expected at least one of {', '.join(CHANNELS)}")
     a, b, c = (table.number(key, known[0]) ** 2 for key in CHANNELS)
-    return Noise((a, b, c), table.number("turbulence_m_s2"), table.positive("turbulence_time_s"))
+    coloured = table.number("coloured_m", 0.0), table.number("coloured_time_s", 1.0)
+    return Noise((a, b, c), table.number("turbulence_m_s2"), table.positive("turbulence_time_s"), *coloured)

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ..identify.innovations import GAINS
+from ..identify.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, rms, targets_of
@@ -61,7 +62,7 @@ class Cause:
             push += force
         p = truth.grid[int(rng.integers(len(truth.grid)))]
         quiet = self.error[k] - target.errors(p, np.zeros((size, GAINS)), np.zeros(size), push, start)
-        return truth, quiet + rng.normal(size=size) * np.sqrt(np.array(target.noise.variance)[target.run.kind])
+        return truth, quiet + noise(target, rng)
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
@@ -143,12 +144,26 @@ class NewData:
         return rms(errors[0]), rms(errors[1]), rms(errors[2])
 
 
+def noise(target: Target, rng: np.random.Generator) -> np.ndarray:
+    """White and coloured errors of the measurements, shape (M,) [m or m/s]."""
+    run, level = target.run, target.noise
+    white = rng.normal(size=run.time_s.size) * np.sqrt(np.array(level.variance)[run.kind])
+    if level.colour_sigma == 0.0:
+        return white
+    coloured = level.colour_sigma * remembered(run.time_s, level.colour_time, rng)
+    return white + np.where(run.kind == RANGE, coloured, 0.0)
+
+
 def turbulence(target: Target, rng: np.random.Generator) -> np.ndarray:
-    """An Ornstein-Uhlenbeck acceleration at the input's stamps [m/s2], shape (I,); made on an even grid."""
-    noise, stamps = target.noise, target.run.input_time_s
-    step = float(np.median(np.diff(stamps)))
-    grid = np.arange(stamps[0], stamps[-1] + step, step)
-    keep = np.exp(-step / noise.correlation_time)
+    """An Ornstein-Uhlenbeck acceleration at the input's stamps [m/s2], shape (I,)."""
+    return target.noise.sigma * remembered(target.run.input_time_s, target.noise.correlation_time, rng)
+
+
+def remembered(time: np.ndarray, memory: float, rng: np.random.Generator) -> np.ndarray:
+    """An Ornstein-Uhlenbeck process of unit variance at these times [s], of the same shape; made on an even grid."""
+    step = max(float(np.median(np.diff(time))), 1e-3)
+    grid = np.arange(time[0], time[-1] + step, step)
+    keep = np.exp(-step / memory)
     kicks = rng.normal(size=grid.size)
     kicks[1:] *= np.sqrt(1.0 - keep**2)
-    return noise.sigma * np.interp(stamps, grid, lfilter([1.0], [1.0, -keep], kicks))
+    return np.asarray(np.interp(time, grid, lfilter([1.0], [1.0, -keep], kicks)))
