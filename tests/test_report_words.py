@@ -61,6 +61,7 @@ def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), 
         ("parameters", (), "The simulator's structure is right"),
         ("effect", ("linear_drag",), "The gap is caused by linear drag."),
         ("effects", ("seiche", "thrust_lag"), "The gap has two causes: seiche and thrust lag."),
+        ("effects", ("seiche", "tether", "thrust_lag"), "The gap has three causes: seiche, tether and thrust lag."),
         ("unknown", (), "Something is missing"),
         ("undecided", ("tether",), "Undecided: perhaps tether"),
     ],
@@ -88,6 +89,9 @@ def test_where_in_words() -> None:
     assert words.channel(found) == "It acts as a force of the water on the hull (hydrodynamics, probability 95 %)."
     assert words.runs(found) == "It shows most in a (80 % of the evidence)."
     assert words.time(found) == "It shows in a from 10 to 30 s."
+    later = {"run": "a", "from": 40.0, "to": 50.0, "log_likelihood_gain": 90.0}
+    found["where"]["time_s"].append(later)
+    assert words.time(found) == "It shows in a from 10 to 30 s and 40 to 50 s."
     assert words.frequency(found) == "What the refit cannot predict stands out at 3 times the drive frequency."
     assert words.region(found) == (
         "The force that the refit lacks goes with the speed (\N{MINUS SIGN}4 mm/s² at 0.1 to 0.2 m/s)."
@@ -129,10 +133,12 @@ def test_shrinkage_with_interval_without_one_and_absent() -> None:
 
 def test_the_next_experiment() -> None:
     assert words.next_experiment(document()) == (
-        "Best next, to learn how large it is: a sine of 8 rev/s at 0.7 rad/s (2 min). "
+        "Best next, to sharpen the estimates: a sine of 8 rev/s at 0.7 rad/s (2 min). "
         "Per minute it tells 6 times as much as repeating a run."
     )
     assert "was worked out" in words.next_experiment(document(next_experiment={}))
+    no_better = document()["next_experiment"] | {"against_repeat": 1.0}
+    assert words.next_experiment(document(next_experiment=no_better)).endswith("than repeating a run.")
 
 
 def test_without_a_sonar_nothing_is_said_of_sonars() -> None:

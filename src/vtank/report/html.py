@@ -28,7 +28,8 @@ def figure(svg: str, caption: str, legend: Sequence[tuple[str, str]] = ()) -> st
     """A picture with its caption and legend: (class of the swatch, text)."""
     items = "".join(f'<li><i class="{style}"></i>{escape(text)}</li>' for style, text in legend)
     marks = f'<ul class="legend">{items}</ul>' if items else ""
-    return f'<figure>{marks}<div class="wide">{svg}</div><figcaption>{escape(caption)}</figcaption></figure>\n'
+    scrolling = f'<div class="wide" tabindex="0">{svg}</div>'
+    return f"<figure>{marks}{scrolling}<figcaption>{escape(caption)}</figcaption></figure>\n"
 
 
 def table(header: Sequence[str], rows: Sequence[Sequence[str]], text_columns: int = 1) -> str:

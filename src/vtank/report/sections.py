@@ -59,7 +59,7 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     """The shrinkage: on runs left out where that was worked out, on these runs otherwise."""
     s = document.get("shrink") or {}
     if s.get("fraction_closed") is not None:
-        return f"{words.percent(max(s['fraction_closed'], 0.0))} closed", "of what refitting leaves, on runs left out"
+        return f"{words.closed(s)} closed", "of what refitting leaves, on runs left out"
     before, after = pictures_where.pair_of(document["verdict"]["kind"])
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]

@@ -24,13 +24,16 @@ QUANTITY = {
 }
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
 MINOR = 0.2  # share of the leading variable's evidence below which another is not told
+COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
+WORTH_IT = 1.05  # times a repeat from which an experiment is better than one
+MOST_SPANS = 3  # stretches of time told, the most telling
 MANY = 100  # times a repeat beyond which the exact number means nothing
 THROUGHOUT = 0.8  # share of the time from which a gap is there throughout
 
 
 def effect_name(name: str) -> str:
-    """An effect's name as words: `linear_drag` is linear drag; pairs are joined by "and"."""
-    return " and ".join(part.replace("_", " ") for part in name.split("+"))
+    """An effect's name as words, `linear_drag` is linear drag; several are listed."""
+    return listed([part.replace("_", " ") for part in name.split("+")])
 
 
 def hypothesis(name: str) -> str:
@@ -71,6 +74,11 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:.{digits}g}".replace("-", "\N{MINUS SIGN}")
 
 
+def whole(value: float) -> str:
+    """A number without decimals."""
+    return f"{value:.0f}".replace("-", "\N{MINUS SIGN}")
+
+
 def length(value: float, unit: str) -> str:
     """A value in m, m/s or m/s2 with its unit, in thousandths where it is small."""
     unit_text = unit.replace("s2", "s²")
@@ -92,7 +100,7 @@ def headline(document: Document) -> str:
         case "effect":
             return f"The gap is caused by {effects[0]}."
         case "effects":
-            return f"The gap has two causes: {listed(effects)}."
+            return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "undecided":
             return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
     return "Something is missing from the simulator, and no known effect explains it."
@@ -144,9 +152,12 @@ def time(document: Document) -> str:
         return "No stretch of time stands out by itself."
     if covered > THROUGHOUT * duration_s:
         return "It is there throughout."
-    best = sorted(spans, key=lambda s: -s["log_likelihood_gain"])[:3]
-    named = [f"{span['run']} from {span['from']:.0f} to {span['to']:.0f} s" for span in best]
-    return f"It shows in {listed(named)}."
+    best = sorted(spans, key=lambda s: -s["log_likelihood_gain"])[:MOST_SPANS]
+    named: dict[str, list[str]] = {}
+    for span in spans:
+        if span in best:
+            named.setdefault(span["run"], []).append(f"{span['from']:.0f} to {span['to']:.0f} s")
+    return f"It shows in {listed([f'{run} from {listed(stretches)}' for run, stretches in named.items()])}."
 
 
 def frequency(document: Document) -> str:
@@ -198,11 +209,16 @@ def shrinkage(document: Document) -> str:
     )
     if s.get("fraction_closed") is None:
         return f"{text} Refitting leaves next to nothing to close."
-    text += f" The diagnosis closes {percent(max(s['fraction_closed'], 0.0))} of what refitting leaves"
+    text += f" The diagnosis closes {closed(s)} of what refitting leaves"
     if s.get("interval90"):
         low, high = s["interval90"]
-        text += f" (90 % interval {100.0 * low:.0f} to {100.0 * high:.0f} %)"
+        text += f" (90 % interval {whole(100.0 * low)} to {whole(100.0 * high)} %)"
     return f"{text}."
+
+
+def closed(shrink: Document) -> str:
+    """Share of the reducible gap that is closed; by luck of the noise it can be measured beyond all of it."""
+    return f"{100.0 * min(max(shrink['fraction_closed'], 0.0), 1.0):.0f} %"
 
 
 # --- ties and the next experiment ------------------------------------------------------------------------------------
@@ -231,8 +247,10 @@ def next_experiment(document: Document) -> str:
     plan = document.get("next_experiment")
     if not plan:
         return "No next experiment was worked out."
-    aim = "to tell the candidates apart" if plan["question"] == "which hypothesis" else "to learn how large it is"
+    aim = "to tell the candidates apart" if plan["question"] == "which hypothesis" else "to sharpen the estimates"
     text = f"Best next, {aim}: {plan['experiment']} ({number(plan['minutes'], 2)} min)."
     if plan["against_repeat"] > MANY:
         return f"{text} Per minute it tells over {MANY} times as much as repeating a run."
+    if plan["against_repeat"] < WORTH_IT:
+        return f"{text} Nothing that was looked at tells more per minute than repeating a run."
     return f"{text} Per minute it tells {number(plan['against_repeat'], 2)} times as much as repeating a run."
