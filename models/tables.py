@@ -1,4 +1,4 @@
-"""Write the tables of README.md from phoenix.toml, the truth presets and the walls of tank.xml.
+"""Write the tables of README.md from the vehicle files, the truth presets and the walls of tank.xml.
 
 python models/tables.py models/README.md
 """
@@ -57,9 +57,9 @@ def row(key: str, entry: dict, about: str = "") -> str:
     return "| " + " | ".join([*cells, entry["source"], entry["confidence"], entry.get("note", "")]) + " |\n"
 
 
-def vehicle_tables() -> str:
-    """One table for each part of phoenix.toml."""
-    numbers = tomllib.loads((HERE / "phoenix.toml").read_text(encoding="utf-8"))
+def vehicle_tables(name: str = "phoenix") -> str:
+    """One table for each part of a vehicle file."""
+    numbers = tomllib.loads((HERE / f"{name}.toml").read_text(encoding="utf-8"))
     text = ""
     for part, entries in numbers.items():
         if isinstance(entries, dict):
@@ -109,7 +109,8 @@ def tank_table() -> str:
 
 def refreshed(readme: str) -> str:
     """The README with its tables, between the markers, written anew."""
-    for name, table in (("vehicle", vehicle_tables), ("truths", truth_tables), ("tank", tank_table)):
+    tables = {"vehicle": vehicle_tables, "truths": truth_tables, "tank": tank_table}
+    for name, table in (tables | {"bluerov2": lambda: vehicle_tables("bluerov2")}).items():
         begin, end = f"<!-- {name}: written by tables.py -->", f"<!-- end of {name} -->"
         readme = re.sub(f"{begin}.*?{end}", lambda _: f"{begin}\n{table()}\n{end}", readme, flags=re.DOTALL)  # noqa: B023
     return readme

@@ -191,12 +191,14 @@ def test_the_reference_of_all_keys_is_complete_and_current(tmp_path: Path) -> No
     text = (scenarios_dir() / "README.md").read_text(encoding="utf-8")
     example = text.split("```toml")[1].split("```")[0]
     shown, bare = load_scenario(written(tmp_path, example)), load_scenario(written(tmp_path, GOOD))
-    for part in ("sonar", "tachometer", "turbulence", "filter", "control"):
+    for part in ("sonar", "tachometer", "turbulence", "filter", "control", "waves"):
         assert numbers(getattr(shown, part)) == pytest.approx(numbers(getattr(bare, part)))
     assert (shown.period_s, shown.standoff_m, shown.depth_m) == pytest.approx(
         (bare.period_s, bare.standoff_m, bare.depth_m)
     )
     assert (shown.truth, shown.hold, shown.seed) == (bare.truth, bare.hold, bare.seed)
+    assert (shown.vehicle, shown.walls, shown.waves) == (bare.vehicle, bare.walls, bare.waves)
+    assert shown.excitation.axis == bare.excitation.axis
     for kind in (Sonar, Tachometer, Turbulence, Control):
         assert all(f"\n{field.name} = " in example for field in fields(kind))
     for name in scenario_names():

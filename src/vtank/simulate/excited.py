@@ -58,9 +58,10 @@ class Excited:
 
 
 def place(plan: Plan, true: dict[str, Array]) -> Array:
-    """Place along the excited axis, counted from the start [m or rad]."""
-    start = plan.scenario.depth_m if plan.scenario.excitation.axis == "heave" else 0.0
-    return true[PLACE[plan.scenario.excitation.axis]] - start
+    """Place along the excited axis, counted from the start [m or rad], beyond half a turn too."""
+    axis = plan.scenario.excitation.axis
+    start = plan.scenario.depth_m if axis == "heave" else 0.0
+    return np.unwrap(true[PLACE[axis]]) if axis == "yaw" else true[PLACE[axis]] - start
 
 
 def columns(plan: Plan, true: dict[str, Array]) -> dict[str, Array]:

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..units import FOOT_M
-from .model import TANK_GROUP, site
+from .model import TANK_GROUP, site, sonars
 
 LAMP = np.array([-0.25, -0.45, 0.86])  # direction towards the light, world axes
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -18,7 +18,7 @@ CUBE_FACES = np.array([face for a, b, c, d in SIDES for face in ((a, b, c), (a, 
 
 
 def draw_tank(
-    path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, sonar: str = "sonar_st1000"
+    path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, sonar: str = ""
 ) -> None:
     """Write a drawing (PNG, PDF or SVG by the ending of `path`) of the tank with the vehicle at qpos, shape (7,)."""
     from matplotlib.figure import Figure
@@ -39,11 +39,14 @@ def draw_tank(
     figure.savefig(path, dpi=110)
 
 
-def echo(model: mujoco.MjModel, data: mujoco.MjData, sonar: str) -> tuple[np.ndarray, np.ndarray]:
+def echo(model: mujoco.MjModel, data: mujoco.MjData, sonar: str = "") -> tuple[np.ndarray, np.ndarray]:
     """Where a pencil beam along the bow starts, at the sonar's site, and where it meets a wall; shape (3,) [m] each.
+
+    sonar: name of the site, by default the vehicle's first.
 
     A beam that meets nothing is drawn 5 m long.
     """
+    sonar = sonar or next(iter(sonars(model)), "sonar")
     site(model, sonar)  # InputError where there is none
     start, body = data.site(sonar).xpos.copy(), model.site(sonar).bodyid[0]
     direction = data.xmat[body].reshape(3, 3)[:, 0].copy()

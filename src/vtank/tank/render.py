@@ -47,9 +47,9 @@ def render_png(
     camera: str = "overview",
     width: int = 1200,
     height: int = 800,
-    sonar: str = "sonar_st1000",
+    sonar: str = "",
 ) -> None:
-    """Render the tank to a PNG of width x height [pixels], with the beam of the named sonar site up to its echo.
+    """Render the tank to a PNG of width x height [pixels], with the beam of a sonar (by default the first) to its echo.
 
     qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of tank.xml: overview, side, ahead,
     chase, plan. Raises RenderUnavailable where no OpenGL library works.
