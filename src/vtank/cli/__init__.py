@@ -37,6 +37,7 @@ COMMANDS = (
     "diagnose",
     "predict",
     "effects",
+    "bandwidth",
     "blind",
 )
 

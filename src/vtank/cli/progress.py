@@ -26,6 +26,21 @@ def progress(label: str, total: int, stream: TextIO | None = None) -> Iterator[C
         counter.close()
 
 
+@contextmanager
+def percent(label: str, stream: TextIO | None = None) -> Iterator[Callable[[float], None]]:
+    """Yield `report(share)`, to be called with the share of the work that is done, 0 to 1."""
+    with progress(f"{label}, percent", 100, stream) as advance:
+        shown = 0
+
+        def report(share: float) -> None:
+            nonlocal shown
+            while shown < int(100.0 * share + 1e-9):
+                shown += 1
+                advance("")
+
+        yield report
+
+
 class _Counter:
     def __init__(self, label: str, total: int, stream: TextIO) -> None:
         self.label, self.total, self.stream = label, total, stream

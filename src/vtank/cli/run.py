@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from ..pilot.plan import Plan
     from ..simulate import Result
@@ -80,23 +80,11 @@ def scenario_text(plan: Plan, settings: Sequence[str]) -> str:
 def simulate(plans: Sequence[Plan], model: str, threads: int) -> list[Result]:
     """Results on "tank" or "surge", with progress shown."""
     from ..simulate import simulate_surge, simulate_tank
-    from .progress import progress
+    from .progress import percent
 
-    with progress(f"simulating {len(plans)} run{'s' * (len(plans) > 1)}, percent", 100) as advance:
+    with percent(f"simulating {len(plans)} run{'s' * (len(plans) > 1)}") as report:
         simulator = simulate_tank if model == "tank" else simulate_surge
-        return simulator(plans, threads, _percent(advance))
-
-
-def _percent(advance: Callable[[str], None]) -> Callable[[float], None]:
-    shown = 0
-
-    def report(share: float) -> None:
-        nonlocal shown
-        while shown < int(100.0 * share + 1e-9):
-            shown += 1
-            advance("")
-
-    return report
+        return simulator(plans, threads, report)
 
 
 def _names(names: list[str]) -> list[str]:
