@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import welch
 
 from ..errors import InputError
 from ..record.run import Run
@@ -23,6 +24,7 @@ from .regression import Array, Model
 from .residuals import ResidualStatistics, residual_coherence, residual_statistics, whiteness
 from .signals import run_signals
 
+MOTION = 0.01  # [-] spectral density of the speed over its peak, below which a frequency does not count; a choice
 FEWEST = 60  # samples from which coherence and whiteness are looked at; a choice
 
 
@@ -67,7 +69,7 @@ class Comparison:
         joint: likelihood of all runs together.
         simulated: the same without process noise, least squares on the simulated output.
         single: likelihood of each run alone by name, at the joint noise level.
-        on_speed: by run, the joint estimate's free-run residual on the speed that the paper's methods see [m/s].
+        on_speed: by run, free-run residual of `single` on the speed that the paper's methods see [m/s].
         paper: by method and run.
         linear: by run.
         residuals: of the joint estimate.
@@ -80,7 +82,7 @@ class Comparison:
     joint: Estimate
     simulated: Estimate
     single: dict[str, Estimate]
-    on_speed: dict[str, ResidualStatistics]
+    on_speed: dict[str, ResidualStatistics | None]
     paper: dict[Estimator, dict[str, PaperEstimate | str]]
     linear: dict[str, Linear | str]
     residuals: tuple[RunResiduals, ...]
@@ -108,7 +110,7 @@ def compare(
             found[run.name] = _paper(run, model, estimator)
         advance(f"Model {model}, {run.name}")
     linear = {run.name: _linear(run) for run in recorded} if estimators else {}
-    on_speed = _on_speed(recorded, joint) if estimators else {}
+    on_speed = {run.name: _on_speed(run, single[run.name]) for run in recorded} if estimators else {}
     table = validation([*single.values(), simulated, joint], runs)
     advance(f"Model {model}, validation")
     return Comparison(model, runs, joint, simulated, single, on_speed, paper, linear, tuple(_residuals(joint)), table)
@@ -130,17 +132,15 @@ def _linear(run: Run) -> Linear | str:
     return Linear(model, residual_statistics(seen.u_m_s, model.free_run(seen.n_rev_s, seen.u_m_s)))
 
 
-def _on_speed(recorded: Sequence[Run], joint: Estimate) -> dict[str, ResidualStatistics]:
-    """Like the residuals in the paper's tables: filtered or measured speed less the free run's."""
-    out = {}
-    for run, observed, track in zip(recorded, joint.problem.runs, joint.free_tracks(), strict=True):
-        try:
-            seen = run_signals(run, PaperSettings())
-        except InputError:
-            continue
-        simulated = np.interp(seen.time_s, observed.time_s - observed.time_s[0], track[:, 1])
-        out[run.name] = residual_statistics(seen.u_m_s, simulated)
-    return out
+def _on_speed(run: Run, estimate: Estimate) -> ResidualStatistics | None:
+    """Like the residuals in the paper's tables: speed by its filter less the free run's; None where there is none."""
+    try:
+        seen = run_signals(run, PaperSettings())
+    except InputError:
+        return None
+    observed, track = estimate.problem.runs[0], estimate.free_tracks()[0]
+    simulated = np.interp(seen.time_s, observed.time_s - observed.time_s[0], track[:, 1])
+    return residual_statistics(seen.u_m_s, simulated)
 
 
 def _residuals(joint: Estimate) -> list[RunResiduals]:
@@ -162,11 +162,22 @@ def _channel_residuals(
     white, peak, where = np.nan, np.nan, np.nan
     if free.size >= FEWEST:
         white = whiteness(innovation).p_value
-        frequency, value = residual_coherence(speed, free, step_s)
-        best = int(np.argmax(value[1:])) + 1
-        peak, where = float(value[best]), float(frequency[best])
+        peak, where = coherence_peak(speed, free, step_s)
     rms = float(np.sqrt(np.mean(innovation**2)))
     return RunResiduals(run, channel, free.size, residual_statistics(free, 0.0 * free), rms, white, peak, where)
+
+
+def coherence_peak(speed: Array, residual: Array, step_s: float) -> tuple[float, float]:
+    """Highest coherence between speed and residual, shapes (K,), and its frequency [rad/s].
+
+    Only where there is motion to speak of: beyond it a pilot on the sonar makes the hull follow the sonar's noise.
+    """
+    frequency, coherence = residual_coherence(speed, residual, step_s)
+    _, power = welch(speed, fs=1.0 / step_s, nperseg=2 * frequency.size - 2)
+    moving = power[: frequency.size] > MOTION * power[1:].max()
+    moving[0] = False
+    best = int(np.argmax(np.where(moving, coherence, -1.0)))
+    return float(coherence[best]), float(frequency[best])
 
 
 def validation(estimates: Sequence[Estimate], runs: Sequence[Observed]) -> Array:

@@ -1,0 +1,214 @@
+"""`vtank identify`: the surge models that a data set asks for, by likelihood and by the paper's methods.
+
+With --monte-carlo N no data set is read: the paper's experiments are simulated N times and the likelihood is put to the
+test: `vtank identify --monte-carlo 400 --model II --truth paper-ii --set tachometer.noise_rev_s=0`.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..identify.comparison import Comparison
+    from ..identify.regression import Model
+    from ..identify.report_text import Sheet
+    from ..record import Run
+
+MODELS: tuple[Model, ...] = ("I", "II", "III")
+MARKER = "identification.json"
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `identify DATASET [--model M] [--truth T] [--method M] [--json OUT] [--out DIR]`."""
+    text = "identify the paper's surge models from a data set, simulated or real"
+    parser = subparsers.add_parser("identify", help=text, description=text)
+    parser.add_argument("dataset", type=Path, nargs="?", metavar="DATASET", help="folder of *.csv runs, or one run")
+    parser.add_argument(
+        "--model", choices=(*MODELS, "all"), default="all", help="I: drag and thrust; II: and lag; III: and thrust loss"
+    )
+    parser.add_argument(
+        "--method", choices=("ml", "paper", "all"), default="all", help="maximum likelihood, the paper's estimators"
+    )
+    parser.add_argument(
+        "--process-noise",
+        choices=("auto", "on", "off"),
+        default="auto",
+        help="whether the likelihood knows of turbulence (default: where the residuals ask for it)",
+    )
+    parser.add_argument("--truth", metavar="TRUTH", help="truth preset, or a truth.json, to set beside the estimates")
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write everything to a JSON file")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables (Markdown, CSV) and pictures")
+    trials = parser.add_argument_group("in place of a data set: bias, coverage and variance on simulated experiments")
+    trials.add_argument("--monte-carlo", type=int, metavar="N", help="simulate the paper's experiments on N seeds")
+    trials.add_argument("--simulator", choices=("surge", "tank"), default="surge", help="default: the surge model")
+    trials.add_argument("--seed", type=int, default=1, metavar="N", help="of all noise (default: %(default)s)")
+    trials.add_argument("--threads", type=int, default=1, metavar="N", help="of the simulation")
+    trials.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of the scenarios"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Identify, print the tables, write what was asked for."""
+    import json
+
+    from ..errors import InputError
+    from ..identify.report_json import identification
+    from ..record import read_dataset
+    from ..record.atomic import write_text
+
+    if (args.dataset is None) == (args.monte_carlo is None):
+        raise InputError("expected a data set, or --monte-carlo N in its place")
+    if args.monte_carlo is not None:
+        return try_seeds(args)
+    if args.out:
+        refuse_strangers(args.out)
+    data = read_dataset(args.dataset)
+    truth = read_known(args.truth) if args.truth else None
+    found, skipped = identify_all(data.runs, MODELS if args.model == "all" else (args.model,), args)
+    tables = chosen_sheets(found, truth, args.method)
+    print(f"{data.path}: {len(data)} run{'s' * (len(data) > 1)}, input {found[0].runs[0].input_name}")
+    print_sheets(tables)
+    for reason in skipped:
+        print(f"\n{reason}")
+    content = json.dumps(identification(str(data.path), found, truth), indent=2) + "\n"
+    if args.json:
+        write_text(args.json, content)
+    if args.out:
+        write_folder(args.out, tables, found, content)
+        print(f"\nwrote {args.out}")
+    return 0
+
+
+def try_seeds(args: argparse.Namespace) -> int:
+    """Monte Carlo: print the table, write it as CSV or JSON where asked for."""
+    import json
+
+    from ..errors import InputError
+    from ..identify.montecarlo import monte_carlo, trials_sheet
+    from ..record.atomic import write_text
+    from .progress import progress
+
+    if args.monte_carlo < 2 or args.threads < 1 or args.seed < 0 or args.out:
+        raise InputError("--monte-carlo takes at least 2 seeds, --threads at least 1, --seed at least 0, and no --out")
+    model: Model = "II" if args.model == "all" else args.model
+    truth = args.truth or "paper-ii"
+    with progress("identifying", args.monte_carlo) as advance:
+        found = monte_carlo(truth, model, args.monte_carlo, args.simulator, args.set, args.seed, args.threads, advance)
+    sheet = trials_sheet(found)
+    print_sheets([sheet])
+    if args.json:
+        rows = [dict(zip(sheet.header, row, strict=True)) for row in sheet.rows]
+        write_text(args.json, json.dumps({"title": sheet.title, "rows": rows, "notes": sheet.notes}, indent=2) + "\n")
+    return 0
+
+
+def identify_all(
+    runs: Sequence[Run], models: Sequence[Model], args: argparse.Namespace
+) -> tuple[list[Comparison], list[str]]:
+    """The models that these runs can carry, and for the others the reason; InputError where none can."""
+    from ..errors import InputError
+    from ..identify.comparison import compare
+    from ..identify.paper_settings import ESTIMATORS
+    from .progress import progress
+
+    estimators = () if args.method == "ml" else ESTIMATORS
+    process_noise = {"auto": None, "on": True, "off": False}[args.process_noise]
+    found: list[Comparison] = []
+    skipped: list[str] = []
+    with progress("identifying", len(models) * (len(runs) + 1)) as advance:
+        for model in models:
+            try:
+                found.append(compare(runs, model, estimators, process_noise, advance))
+            except InputError as error:
+                skipped.append(f"Model {model} skipped: {error}")
+    if not found:
+        raise InputError(skipped[0])
+    return found, skipped
+
+
+def read_known(truth: str) -> dict[str, float]:
+    """Parameters by name, SI, of a preset or of the first run in a truth.json; InputError where there are none."""
+    from ..dynamics.parameters import slot
+    from ..dynamics.truth import load_truth
+    from ..errors import InputError
+    from ..identify.report_text import NAMES
+    from ..record import read_truth
+
+    if truth.endswith(".json") or Path(truth).is_dir():
+        content = read_truth(Path(truth)) or {}
+        parameters = next((run.get("parameters") for run in content.get("runs", [])), None)
+        if not isinstance(parameters, Mapping):
+            raise InputError(f"{truth}: no runs with parameters in it, expected the truth.json of a data set")
+        return {name: float(parameters.get(name, 0.0)) for name in NAMES}
+    p = load_truth(truth).vector()
+    return {name: float(p[slot(name)]) for name in NAMES}
+
+
+def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None, method: str) -> list[Sheet]:
+    """The tables of all models; those of the paper's methods alone, or without them, where that was asked for."""
+    from ..identify.report_text import sheets
+
+    by_name = {sheet.name: sheet for c in found for sheet in sheets(c, truth)}
+    linear = by_name.pop("linear_model", None)
+    tables = list(by_name.values()) + ([linear] if linear else [])
+    return [s for s in tables if method != "paper" or s.name.endswith(("_methods", "linear_model"))]
+
+
+def print_sheets(tables: Sequence[Sheet]) -> None:
+    """Tables and sentences on the terminal."""
+    import textwrap
+
+    from ..reproduce.document import Table, plain
+
+    for sheet in tables:
+        print(f"\n{sheet.title}\n")
+        print(textwrap.indent(plain(Table(sheet.header, sheet.rows, left=sheet.left)), "  "))
+        for note in sheet.notes:
+            print(textwrap.fill(note, 110, initial_indent="  ", subsequent_indent="  "))
+
+
+def refuse_strangers(path: Path) -> None:
+    """InputError unless `path` is free, empty, or holds nothing but an earlier identification."""
+    from ..errors import InputError
+    from ..identify.report_json import SCHEMA
+    from ..record.manifest import read_json
+
+    if path.exists() and not path.is_dir():
+        raise InputError(f"{path}: is a file, expected a folder for the results")
+    present = {file.name for file in path.iterdir()} if path.exists() else set()
+    if not present:
+        return
+    if MARKER not in present:
+        raise InputError(f"{path}: not empty and not results of 'vtank identify': choose another folder")
+    known = {"identification.md", MARKER, *read_json(path / MARKER, SCHEMA).get("files", [])}
+    if present - known:
+        raise InputError(f"{path}: holds {', '.join(sorted(present - known)[:3])}, which replacing it would delete")
+
+
+def write_folder(path: Path, tables: Sequence[Sheet], found: Sequence[Comparison], content: str) -> None:
+    """Markdown, one CSV per table, one picture per run, and the JSON; the folder appears whole or not at all."""
+    import json
+
+    from ..record.atomic import new_folder
+    from ..reproduce.document import Block, Heading, Paragraph, Picture, Table, csv_text, markdown
+    from ..reproduce.fit_picture import fit_picture
+
+    blocks: list[Block] = [Heading(f"Identification of {json.loads(content)['dataset']}", 1)]
+    for sheet in tables:
+        blocks += [Heading(sheet.title), Table(sheet.header, sheet.rows, left=sheet.left)]
+        blocks += [Paragraph(note) for note in sheet.notes]
+    blocks.append(Heading("Measured and simulated"))
+    files = {f"{sheet.name}.csv": csv_text(sheet.header, sheet.rows).encode() for sheet in tables}
+    for i, seen in enumerate(found[0].runs):
+        files[f"{seen.name}.png"] = fit_picture(found, i)
+        blocks.append(Picture(f"{seen.name}.png", f"{seen.name}: free run of every model"))
+    files["identification.md"] = markdown(blocks).encode()
+    with new_folder(path) as folder:
+        for name, data in files.items():
+            (folder / name).write_bytes(data)
+        everything = json.loads(content) | {"files": sorted(files)}
+        (folder / MARKER).write_text(json.dumps(everything, indent=2) + "\n", encoding="utf-8")
