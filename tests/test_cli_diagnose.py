@@ -104,6 +104,15 @@ def test_what_does_not_fit_is_told_in_one_line(
     assert message in captured.err
 
 
+def test_a_file_that_cannot_be_written_is_told_before_the_work(
+    dragged: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "file").touch()
+    for option, path in (("--report", tmp_path), ("--json", tmp_path / "file" / "d.json")):
+        assert main(["diagnose", str(dragged), option, str(path)]) == 2
+        assert capsys.readouterr().err == f"vtank: error: {path}: cannot be written, expected the path of a file\n"
+
+
 def test_a_foreign_input_is_pointed_to_its_option(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = data_set(tmp_path / "data", {"command": WAVE, "surge_m_s": WAVE})
     assert main(["diagnose", str(path)]) == 2

@@ -36,10 +36,10 @@ def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), 
                  "drive": 0.5, "multiple_of_drive": 3},
             ],
             "region": {
-                "surge_m_s": {"log_likelihood_gain": 100.0, "bins": [
+                "surge_m_s": {"log_likelihood_gain": 100.0, "share": 0.8, "bins": [
                     {"from": 0.1, "to": 0.2, "acceleration": -0.004, "band": [-0.005, -0.003], "unit": "m/s2"}]},
-                "n_rev_s": {"log_likelihood_gain": 3.0, "bins": []},
-                "distance_m": {"log_likelihood_gain": 4.0, "bins": [
+                "n_rev_s": {"log_likelihood_gain": 3.0, "share": 0.02, "bins": []},
+                "distance_m": {"log_likelihood_gain": 4.0, "share": 0.03, "bins": [
                     {"from": 2.0, "to": 2.5, "acceleration": 0.001, "band": [0.0, 0.002], "unit": "m/s2"}]},
             },
         },
@@ -98,6 +98,12 @@ def test_where_in_words() -> None:
     )
 
 
+def test_a_gap_that_is_no_function_of_the_motion() -> None:
+    found = document()
+    found["where"]["region"]["surge_m_s"]["share"] = 0.05
+    assert words.region(found) == "It is no function of speed, input or place: they explain little of it."
+
+
 def test_a_gap_throughout_a_drift_and_a_rhythm_of_its_own() -> None:
     found = document()
     found["where"]["time_s"][0] |= {"from": 0.0, "to": 110.0}
@@ -112,7 +118,7 @@ def test_a_gap_throughout_a_drift_and_a_rhythm_of_its_own() -> None:
 def test_nothing_found_is_said() -> None:
     found = document("none", ())
     found["where"] |= {"time_s": [], "frequency_rad_s": []}
-    found["where"]["region"] = {"surge_m_s": {"log_likelihood_gain": 1.0, "bins": []}}
+    found["where"]["region"] = {"surge_m_s": {"log_likelihood_gain": 1.0, "share": 0.1, "bins": []}}
     assert words.channel(found) == "No channel is at fault (probability 97 %)."
     assert words.time(found) == "No stretch of time stands out by itself."
     assert words.frequency(found) == "No frequency stands out of the noise."

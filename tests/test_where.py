@@ -197,3 +197,4 @@ def test_the_summary_is_plain_data(friction: Found) -> None:
     assert json.loads(json.dumps(document, allow_nan=False)) == document == friction.place.document()
     assert set(document) == {"channel", "runs", "time_s", "frequency_rad_s", "region"}
     assert set(document["region"]) == {"surge_m_s", "n_rev_s", "distance_m"}
+    assert document["region"]["surge_m_s"]["share"] > 0.3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -51,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
 
     if args.seed < 0:
         raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
+    for path in (args.json, args.report, args.model):
+        refuse_unwritable(path)
     runs = observed(read_dataset(args.dataset).runs)
     nominal = nominal_vector(args.nominal, runs)
 
@@ -72,6 +75,17 @@ def run(args: argparse.Namespace) -> int:
             write_report(args.report, diagnosis, document)
     print(terminal_text(document, min(get_terminal_size((100, 24)).columns, 110)), end="")
     return 0
+
+
+def refuse_unwritable(path: Path | None) -> None:
+    """InputError, before any work, where a file could not be written."""
+    from ..errors import InputError
+
+    if path is None:
+        return
+    parent = next(folder for folder in path.resolve().parents if folder.exists())
+    if path.is_dir() or not parent.is_dir() or not os.access(parent, os.W_OK):
+        raise InputError(f"{path}: cannot be written, expected the path of a file")
 
 
 def observed(runs: Sequence[Run]) -> list[Observed]:

@@ -38,12 +38,13 @@ class WhereData:
 
     def document(self) -> dict[str, Any]:
         """The "where" part of a document of schema vtank.diagnosis/1."""
+        evidence = max(sum(float(windows.gain.sum()) for windows in self.windows), self.windows[0].needed)
         return {
             "channel": self.channel.document(),
             "runs": [gap.document() for gap in self.gaps],
             "time_s": [span for windows in self.windows for span in windows.document()],
             "frequency_rad_s": [line.document() for spectrum in self.spectra for line in spectrum.lines],
-            "region": {profile.name: profile.document() for profile in self.profiles},
+            "region": {profile.name: profile.document(evidence) for profile in self.profiles},
         }
 
 

@@ -61,14 +61,14 @@ class Profile:
         """Bins whose band excludes zero, shape (B,) of bool."""
         return np.abs(self.force) > self.half_width
 
-    def document(self) -> dict[str, Any]:
-        """Bins whose band excludes zero, as plain data."""
+    def document(self, evidence: float) -> dict[str, Any]:
+        """Bins whose band excludes zero, as plain data; evidence: log-likelihood that there is to be gained at all."""
         bins = []
         for b in np.flatnonzero(self.significant):
             f, w = float(self.force[b]), float(self.half_width[b])
             bins.append({"from": float(self.edges[b]), "to": float(self.edges[b + 1]), "acceleration": f,
                          "band": [f - w, f + w], "unit": "m/s2"})  # fmt: skip
-        return {"log_likelihood_gain": self.gain, "bins": bins}
+        return {"log_likelihood_gain": self.gain, "share": min(self.gain / evidence, 1.0), "bins": bins}
 
 
 @dataclass(frozen=True)

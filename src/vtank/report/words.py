@@ -23,7 +23,7 @@ QUANTITY = {
     "position_m": ("position", "m"),
 }
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
-MINOR = 0.2  # share of the leading variable's evidence below which another is not told
+MINOR = 0.2  # share of the evidence below which a variable explains little, or little beside the leading one
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
 WORTH_IT = 1.05  # times a repeat from which an experiment is better than one
 MOST_SPANS = 3  # stretches of time told, the most telling
@@ -185,6 +185,8 @@ def region(document: Document) -> str:
     if not over:
         return "No missing force stands out over speed, input or place."
     most = max(r["log_likelihood_gain"] for r in over.values())
+    if max(r["share"] for r in over.values()) < MINOR:
+        return "It is no function of speed, input or place: they explain little of it."
     parts = []
     for name, found in sorted(over.items(), key=lambda item: -item[1]["log_likelihood_gain"]):
         if found["log_likelihood_gain"] > MINOR * most:
