@@ -12,6 +12,7 @@ import pytest
 
 from vtank.blind.answer import answer, plain, refusal
 from vtank.blind.case import tied
+from vtank.blind.closed import Closed, closed
 from vtank.blind.make import Order, make
 from vtank.blind.rows import Row
 from vtank.blind.score import measures, score, write_score
@@ -266,9 +267,51 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
     assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
 
 
-def made_up(label: str, d: float, chances: dict[str, float], kind: str = "effect", **more: Any) -> Row:
-    from vtank.blind.closed import Closed
+MODEL = """
+schema = "vtank.model/1"
+name = "diagnosed"
+source = "written by hand"
+input = "n_rev_s"
+n_limit_rev_s = 20.0
+[lumped]
+{true}
+[effects.supply_sag]
+r_per_s = {r}
+[nominal]
+{nominal}
+[refit]
+{refit}
+[noise]
+range_m = {noise}
+turbulence_m_s2 = 0.0
+turbulence_time_s = 1.0
+[verdict]
+kind = "effect"
+"""
 
+
+def own(alpha: float, beta: float, tau: float) -> str:
+    """The nominal's own parameters as a model file has them."""
+    return f"alpha_per_m = {alpha}\nbeta_m_per_rev2 = {beta}\ngamma_per_rev = 0.0\ntau_s = {tau}"
+
+
+def test_the_true_model_closes_the_whole_gap(trials: Path) -> None:
+    paths = sorted((trials / "truth").glob("case_*.json"))
+    truths = {path.stem: json.loads(path.read_text())["truth"] for path in paths}
+    case = next(name for name, truth in truths.items() if truth["label"] == "supply_sag")
+    truth, slots = truths[case], truths[case]["slots"][0]
+    true = own(slots["alpha"], slots["beta"], slots["thrust_lag.tau"])
+    off = own(1.2 * slots["alpha"], 0.9 * slots["beta"], slots["thrust_lag.tau"])
+    text = MODEL.format(true=true, nominal=off, refit=off, r=slots["supply_sag.r"],
+                        noise=truth["experiment"]["sonar_noise_m"])  # fmt: skip
+    found = closed(case, truth, {"model": text, "document": {"shrink": {"interval90": [0.9, 1.1]}}}, trials / "truth")
+    assert found.diagnosed < 1.1 * found.oracle < 0.1 * found.refit and found.fraction > 0.99
+    assert found.realised == pytest.approx(1.0, abs=0.02) and found.covered
+    without = closed(case, truth, {"document": {}}, trials / "truth")
+    assert without.covered is None and np.isnan(without.diagnosed) and without.oracle == found.oracle
+
+
+def made_up(label: str, d: float, chances: dict[str, float], kind: str = "effect", **more: Any) -> Row:
     verdict = {"kind": kind, "class": [max(chances, key=lambda k: chances[k])], "probability": max(chances.values())}
     case = {"none": "none", "parameters": "parameters", "unknown": "outside"}.get(label, "single")
     given = {"closed": Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9), "coloured": False, "unseen": False}

@@ -57,7 +57,8 @@ def answer(
     index = read_index(folder)
     for entry in index.entries:
         check_data(folder, entry)
-    mark = digest({"index": index.sha256, "seed": seed, "sources": sources()})
+    program = sources()
+    mark = digest({"index": index.sha256, "seed": seed, "sources": program})
     part = out.with_name(out.name + ".part")
     done = _resume(part, mark)
     rest = [entry for entry in index.entries if entry.case not in done]
@@ -69,7 +70,7 @@ def answer(
             lines.write(json.dumps({"mark": mark, "case": entry.case, "answer": found}, allow_nan=False) + "\n")
             lines.flush()
             said(entry.case)
-    total = _commit(out, index, seed, done)
+    total = _commit(out, index, seed, program, done)
     part.unlink()
     return total
 
@@ -144,8 +145,8 @@ def _resume(part: Path, mark: str) -> dict[str, Any]:
     return done
 
 
-def _commit(out: Path, index: Index, seed: int, answers: dict[str, Any]) -> str:
-    content = {"schema": SCHEMA, "index": index.sha256, "seed": seed, "sources": sources(),
+def _commit(out: Path, index: Index, seed: int, program: str, answers: dict[str, Any]) -> str:
+    content = {"schema": SCHEMA, "index": index.sha256, "seed": seed, "sources": program,
                "versions": current_versions(), "answers": answers}  # fmt: skip
     data = json_bytes(content)
     lines = [f"{sha256(data)}  {out.name}", *(f"{digest(found)}  {case}" for case, found in _in_order(answers))]

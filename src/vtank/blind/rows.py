@@ -12,8 +12,14 @@ from .ceiling import Ceiling, ceiling, leftover
 from .closed import Closed
 from .measures import first
 
-# Post-refit signal-to-noise ratio: below 3 an effect cannot be seen by anybody
-STRATA = {"3-10": (3.0, 10.0), "10-30": (10.0, 30.0), "30-100": (30.0, 100.0), ">100": (100.0, math.inf)}
+# Strata of the signal-to-noise ratio d
+STRATA = {
+    "<3": (0.0, 3.0),
+    "3-10": (3.0, 10.0),
+    "10-30": (10.0, 30.0),
+    "30-100": (30.0, 100.0),
+    ">100": (100.0, math.inf),
+}
 
 
 @dataclass(frozen=True)

@@ -121,6 +121,20 @@ def _stages() -> Iterator[Callable[[str, int], Callable[[str], None]]]:
 
         def stage(label: str, total: int) -> Callable[[str], None]:
             stack.close()
-            return stack.enter_context(progress(label, total))
+            return _with_rate(stack.enter_context(progress(label, total)))
 
         yield stage
+
+
+def _with_rate(advance: Callable[[str], None]) -> Callable[[str], None]:
+    """The same progress with the time that each piece takes behind its note."""
+    import time
+
+    start, done = time.monotonic(), 0
+
+    def said(note: str) -> None:
+        nonlocal done
+        done += 1
+        advance(f"{note}, {(time.monotonic() - start) / done:.2g} s each" if note else "")
+
+    return said
