@@ -25,10 +25,9 @@ FEWEST = 3  # flags from which an outlier effect is considered
 
 
 def _stands_alone(values: np.ndarray, width: int, floor: float) -> np.ndarray:
-    deviation = values - median_filter(values, size=width, mode="nearest")
-    moving = np.abs(deviation[deviation != 0.0])
-    spread = float(np.quantile(moving, 0.9)) / 1.645 if moving.size else 0.0  # robust to one outlier in ten
-    return np.abs(deviation) > max(THRESHOLD * spread, floor)
+    away = np.abs(values - median_filter(values, size=width, mode="nearest"))
+    spread = float(np.quantile(away, 0.8)) / 1.2816  # robust to one outlier in five, and to readings that stand still
+    return away > max(THRESHOLD * spread, floor)
 
 
 def long_ranges(run: Observed) -> np.ndarray:
