@@ -45,7 +45,13 @@ LAYERS = (
 ALLOWED = {
     "mujoco": {"vtank.tank"},
     "filterpy": {"vtank.identify"},
-    "matplotlib": {"vtank.tank.drawing", "vtank.blind.figures", "vtank.reproduce.canvas", "vtank.report", "vtank.bandwidth.figures"},
+    "matplotlib": {
+        "vtank.tank.drawing",
+        "vtank.blind.figures",
+        "vtank.reproduce.canvas",
+        "vtank.report",
+        "vtank.bandwidth.figures",
+    },
 }
 
 
