@@ -9,12 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vtank.cli import main
 from vtank.dynamics.parameters import vector
 from vtank.dynamics.truth import load_truth
 from vtank.dynamics.vehicle import AXES, load_vehicle
 from vtank.errors import InputError
 from vtank.identify.maximum_likelihood import identify
 from vtank.identify.observed import observe
+from vtank.record import read_dataset
 from vtank.resources import models_dir
 from vtank.scenario.scenario import load_scenario
 from vtank.simulate import Plan, Result, plan_run, simulate_surge, simulate_tank
@@ -136,6 +138,25 @@ def test_a_steady_push_ends_at_the_speed_that_drag_balances(axis: str, tmp_path:
     speed = fast * (1.0 - np.exp(-root / mass * t)) / (1.0 + ratio)
     moved = np.concatenate([[0.0], np.cumsum(0.05 * (speed[1:] + speed[:-1]))])
     np.testing.assert_allclose(place, moved, rtol=0, atol=2e-3 * moved[-1])
+
+
+def test_the_how_to_is_current(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The vehicle of HOWTO.md flies as it stands there, and its sway is identified: held rigid, since it would roll."""
+    text = (MODELS / "HOWTO.md").read_text(encoding="utf-8")
+    for name, content in re.findall(r"`(mine[-a-z]*\.\w+)`, .*?```\w+\n(.*?)```", text, flags=re.DOTALL):
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "mine-sway.toml", "--out", "free"]) == 0
+    assert main(["run", "mine-sway.toml", "--out", "sway", "--set", "hold=rigid"]) == 0
+    assert main(["check-data", "sway"]) == 0 and "thrust_N" in capsys.readouterr().out
+    (run,) = read_dataset(tmp_path / "sway")
+    estimate = identify([observe(run)], model="I")
+    assert 1.0 / estimate.values["beta"] == pytest.approx(75.0, rel=0.02)
+    assert -75.0 * estimate.values["alpha"] == pytest.approx(90.0, rel=0.1)
+    surge = ["--set", "excitation={kind='position_sine',amplitude_m=0.3,frequency_rad_s=0.5}", "--set", "duration_s=20"]
+    assert main(["run", "mine-sway.toml", "--out", "surge", *surge]) == 0
 
 
 def test_other_axes_stay_while_one_is_moved() -> None:

@@ -45,7 +45,7 @@ def response_figure(measured: Response, linear: Complex, balanced: Complex, subj
 
     with rc_context(STYLE):
         figure, (gain, phase, use) = _page(
-            f"Surge position against its command: {subject}", (7.4, 8.2), 3, (3, 2.2, 1.6)
+            f"Surge position against its command\n{subject}", (7.4, 8.2), 3, (3, 2.2, 1.6)
         )
         w = measured.rad_s
         colours = colormaps["viridis"](np.linspace(0.0, 0.85, measured.amplitude_m.size))
@@ -87,7 +87,9 @@ def station_figure(seas: Sequence[Stations], plan: Plan, subject: str) -> bytes:
     with rc_context(STYLE | {"axes.grid": False}):
         depths = seas[0].water_depth_m
         figure = Figure(figsize=(2.9 * depths.size + 1.5, 3.0 * len(seas) + 1.2), layout="constrained")
-        figure.suptitle(f"Station keeping in waves: {subject}", x=0.01, ha="left", color=INK)
+        figure.suptitle(
+            f"Station keeping in waves, held below both coloured lines\n{subject}", x=0.01, ha="left", color=INK
+        )
         panels = figure.subplots(len(seas), depths.size, sharex=True, sharey=True, squeeze=False)
         mesh: Any = None
         for row, sea in zip(panels, seas, strict=True):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..dynamics.quantity import find_file
 from ..dynamics.vehicle import Vehicle, load_vehicle
 from ..errors import InputError
 from ..resources import models_dir
@@ -15,7 +16,18 @@ from .scenario import Scenario
 LENGTHS_M = {"basin": 6.096}  # [m] wall ahead to wall astern: 20 ft, a guess (models/README.md); others are not known
 MARGIN_M = 0.1  # [m] clearance that a command must leave for overshoot; a choice
 
-vehicle_of = functools.cache(load_vehicle)
+vehicle_at = functools.cache(load_vehicle)  # by the file's whole path
+
+
+def vehicle_path(name_or_path: str) -> Path:
+    """The vehicle's file."""
+    return find_file(name_or_path, models_dir(), "vehicle").resolve()
+
+
+def vehicle_of(name_or_path: str) -> Vehicle:
+    """The vehicle of that name or file, read once in a process."""
+    vehicle: Vehicle = vehicle_at(vehicle_path(name_or_path))
+    return vehicle
 
 
 def walls_path(scenario: Scenario) -> Path:
@@ -23,7 +35,7 @@ def walls_path(scenario: Scenario) -> Path:
     path = Path(scenario.walls) if scenario.walls.endswith(".xml") else models_dir() / f"{scenario.walls}.xml"
     if not path.is_file():
         raise InputError(f"{scenario.path}: walls: no file {path}; expected basin, sea or the path of an MJCF")
-    return path
+    return path.resolve()
 
 
 def clearances(scenario: Scenario, furthest_m: float, nearest_m: float) -> tuple[float, float]:
@@ -31,7 +43,7 @@ def clearances(scenario: Scenario, furthest_m: float, nearest_m: float) -> tuple
 
     Infinite astern where the walls' distance is not known.
     """
-    vehicle: Vehicle = vehicle_of(scenario.vehicle)
+    vehicle = vehicle_of(scenario.vehicle)
     bow, stern = vehicle.ends_m
     ahead = scenario.standoff_m - furthest_m - (bow - vehicle.sonar_x_m)
     length = LENGTHS_M.get(scenario.walls, np.inf)

@@ -19,7 +19,7 @@ from ..pilot.hold import allocation, attitude, hold
 from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import acting_speed, stamp, switch_time, tick
-from ..scenario.clearance import MARGIN_M, vehicle_of, walls_path
+from ..scenario.clearance import MARGIN_M, vehicle_at, vehicle_of, vehicle_path, walls_path
 from ..tank.layout import field
 from ..tank.model import load_world, sonars
 from ..tank.tank import Tank
@@ -75,7 +75,7 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
             yield group[start : start + CHUNK]
 
 
-world = functools.cache(lambda vehicle, walls: load_world(vehicle_of(vehicle), walls))
+world = functools.cache(lambda vehicle, walls: load_world(vehicle_at(vehicle), walls))  # by the files' whole paths
 
 
 class Chunk:
@@ -85,7 +85,7 @@ class Chunk:
         self.plans, self.flight = plans, prepare(plans)
         scenario, axis = plans[0].scenario, plans[0].scenario.excitation.axis
         held = [other for other in AXES if other != axis] if scenario.hold == "rigid" else []
-        model = world(scenario.vehicle, walls_path(scenario))
+        model = world(vehicle_path(scenario.vehicle), walls_path(scenario))
         self.tank = Tank(model, vehicle_of(scenario.vehicle), self.flight.p, nthread, held)
         self.steps = round(scenario.period_s / self.tank.model.opt.timestep)
         self.delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
