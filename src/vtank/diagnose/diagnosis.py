@@ -10,8 +10,8 @@ import numpy as np
 
 from ..dynamics.parameters import vector
 from ..effects.catalogue import BY_NAME, CATALOGUE
-from ..identify.maximum_likelihood import identify
 from ..identify.observed import Observed
+from .foreign import grow, nominal_of, thinned
 from .selection import Selection, prepare, select
 from .verdict import Verdict, decide, probabilities
 
@@ -67,12 +67,13 @@ def diagnose(
     nominal: None for foreign vehicles, whose nominal is the recording's own refit of Model I.
     names: effects to consider, by default the whole catalogue.
     """
-    foreign = nominal is None
     if nominal is None:
         say("refit of the recording itself")
-        nominal = identify(runs, "I", process_noise=False).vector()
-    nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
-    selection = select(prepare(runs, nominal, foreign), names, say)
+        runs = thinned(runs)
+        selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
+    else:
+        nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
+        selection = select(prepare(runs, nominal), names, say)
     chances = probabilities(selection)
     return Diagnosis(selection, chances, decide(selection, chances), seed)
 
@@ -88,7 +89,8 @@ def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
             if name in fit.problem.free:
                 i = fit.problem.free.index(name)
                 value, sd = float(fit.optimum.theta[i]), float(np.sqrt(covariance[i, i]))
-                low, high = np.clip([value - 1.959964 * sd, value + 1.959964 * sd], *q.bounds)
+                bounds = fit.prior.low[i], fit.prior.high[i]
+                low, high = np.clip([value - 1.959964 * sd, value + 1.959964 * sd], *bounds)
                 entry[q.name] = {"value": value, "interval95": [float(low), float(high)], "unit": q.unit}
             elif name in fit.extra:
                 entry[q.name] = {"value": fit.extra[name], "interval95": None, "unit": q.unit}

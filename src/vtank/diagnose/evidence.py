@@ -20,7 +20,7 @@ from ..effects.effect import Parameter
 from ..identify.observed import Observed
 from ..identify.problem import Filtered, Noise, Problem
 from . import outliers
-from .hypothesis import NUISANCE_SPREAD, Hypothesis, nuisance, starting_values
+from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, Hypothesis, nuisance, starting_values, stretch
 from .optimum import Optimum, Prior, climb
 
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
@@ -38,11 +38,11 @@ class Setting:
     Attributes:
         runs: the observed runs.
         nominal: parameter vector of the nominal simulator, shape (P,).
-        spread: prior deviation of its own parameters over their size.
         noise: shared noise level.
         gap: size of the gap to be explained, root mean square of the simulated output [m or m/s].
         flags: per run, the measurements that are lone outliers, shape (M,) of bool.
         weight: per run, the factor on each measurement's variance (FLAGGED: left out), shape (M,).
+        foreign: whether the nominal is but the recordings' own refit, a first guess.
     """
 
     runs: tuple[Observed, ...]
@@ -51,7 +51,7 @@ class Setting:
     gap: float
     flags: tuple[np.ndarray, ...]
     weight: tuple[np.ndarray, ...]
-    spread: float = NUISANCE_SPREAD
+    foreign: bool = False
 
     def with_noise(self, noise: Noise) -> Setting:
         """The same setting at another noise level."""
@@ -137,12 +137,12 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
     for i, name in enumerate(problem.free):
         if name in known:
             mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
-            low[i], high[i] = known[name].bounds
+            low[i], high[i] = np.array(known[name].bounds) * stretch(known[name], setting.runs)
             if not np.isfinite(known[name].null):  # a limit no run reaches is no effect
                 high[i] = VISIBLE_LIMIT * max(float(np.max(np.abs(run.input))) for run in problem.runs)
         else:
             nominal = setting.nominal[slot(name)]
-            mean[i], sd[i] = nominal, setting.spread * abs(nominal)
+            mean[i], sd[i] = nominal, (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
             if name == "thrust_lag.tau":
                 low[i] = 1e-3
     for k in range(len(problem.runs)):
@@ -176,7 +176,7 @@ def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     quiet = problem.with_noise(problem.noise.calm())
     pairs = zip(quiet.filter(a), quiet.filter(b), strict=True)
     difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
-    return float(np.sqrt(np.mean(np.nan_to_num(difference, posinf=1e6, neginf=-1e6) ** 2)))
+    return float(np.sqrt(np.mean(np.clip(np.nan_to_num(difference, nan=1e6), -1e6, 1e6) ** 2)))
 
 
 def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None) -> Fitted:

@@ -14,19 +14,21 @@ from functools import cached_property
 import numpy as np
 
 from ..dynamics.parameters import slot
-from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
+from ..dynamics.surge import LINEAR_INPUT, SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from ..effects.catalogue import BY_NAME
 from ..identify.innovations import GAINS, kalman, predict
 from ..identify.observed import RANGE, SPEED, Observed
-from ..identify.problem import FLAGGED, Noise
+from ..identify.problem import FLAGGED, Filtered, Noise
 from . import outliers
-from .evidence import START_SD, Fitted, Setting
+from .evidence import START_SD, Fitted, Setting, evaluate
 
+OFFSET = BY_NAME["tachometer_bias"]
 START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
 WINDOW_SHARE = 1.0 / 3.0  # longest window over the run's length, for runs shorter than half a minute; a guess
 GRID = 12  # values of a run's own parameter that are weighed
 REMOTE = 1e5  # [m2 or m2/s2] variance of a measurement that steers nothing, small enough to leave P its digits
 DIVERGED = 1e6  # [m or m/s] error at which a simulation that has run away is held
+ROUNDS = 2  # alternations of simulation fit and the size of what it leaves
 REDUCIBLE = 1.1  # refit over floor from which there is a gap left to close; a convention
 
 
@@ -69,6 +71,32 @@ def model_of(fit: Fitted) -> Model:
     for name, value in fit.extra.items():
         p[slot(name)] = value
     return Model(p, fit.problem.per_run)
+
+
+def predictor(setting: Setting, fit: Fitted) -> Model:
+    """The model of a fitted hypothesis as it is used to predict.
+
+    What a foreign vehicle does besides is no turbulence, and a filter would carry it along: there, the parameters are
+    those of the least simulation error, unless that alone would switch an effect off again. A measured force has an
+    offset besides, which a filter follows but a simulation must know.
+    """
+    if not setting.foreign:
+        return model_of(fit)
+    quiet, found, effects = setting.with_noise(setting.noise.calm()), fit, fit.hypothesis.effects
+    if setting.nominal[LINEAR_INPUT] and OFFSET not in effects:
+        effects = (*effects, OFFSET)
+    for _ in range(ROUNDS):
+        square = rms([f.innovation[found.problem.used(k)] for k, f in enumerate(simulated(found))]) ** 2
+        quiet = quiet.with_noise(replace(quiet.noise, variance=(square, square, square)))
+        found = evaluate(quiet, replace(fit.hypothesis, effects=effects), [found.start()])
+    own = [i for i, name in enumerate(found.problem.free) if name in dict(fit.hypothesis.parameters())]
+    stuck = [found.optimum.theta[i] in (found.prior.low[i], found.prior.high[i]) for i in own]
+    return model_of(fit if any(stuck) else found)
+
+
+def simulated(fit: Fitted) -> list[Filtered]:
+    """Simulation errors of a fit on its own runs."""
+    return fit.problem.with_noise(fit.problem.noise.calm()).filter(fit.optimum.theta)
 
 
 @dataclass(frozen=True)
@@ -166,8 +194,9 @@ def target_of(run: Observed, noise: Noise) -> Target:
 
 
 def targets_of(setting: Setting) -> list[Target]:
-    """All runs of a setting."""
-    return [Target(run, weight, setting.noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
+    """All runs of a setting; of a foreign vehicle without turbulence, see `predictor`."""
+    noise = setting.noise.calm() if setting.foreign else setting.noise
+    return [Target(run, weight, noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
 
 
 class Prediction:

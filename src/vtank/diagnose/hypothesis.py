@@ -13,6 +13,16 @@ from ..effects.effect import Effect, Parameter
 from ..identify.observed import RANGE, Observed
 
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
+PROPELLERS = (
+    "thrust_deadband",
+    "thrust_asymmetry",
+    "thrust_loss",
+    "thrust_saturation",
+    "supply_sag",
+    "tachometer_spikes",
+)
+TOP_REV_S = 15.0  # [rev/s] largest propeller speed that bounds in rev/s are meant for, the paper's
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,7 @@ def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[st
     """Effects of the catalogue that could matter here and can be seen at all.
 
     Left out are effects the nominal already has, those absorbed by refitted parameters, the second of two tied
-    ones, and sonar effects where there is no sonar.
+    ones, sonar effects where there is no sonar, and those of propellers where the thrust itself was measured.
     """
     found = []
     for effect in CATALOGUE if names is None else [BY_NAME[name] for name in names]:
@@ -59,9 +69,17 @@ def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[st
         still = effect.name in ("wall_proximity",) and not any(np.any(r.kind == RANGE) for r in runs)
         placeless = effect.name == "tether" and not all(r.has_position for r in runs)
         second = effect.name == "command_delay" and any(np.any(r.kind == RANGE) for r in runs)
-        if not (has or effect.standing == "absorbed" or blind or still or placeless or second):
+        pushed = runs[0].input_name == "thrust_N" and effect.name in PROPELLERS
+        if not (has or effect.standing == "absorbed" or blind or still or placeless or second or pushed):
             found.append(effect)
     return found
+
+
+def stretch(parameter: Parameter, runs: Sequence[Observed]) -> float:
+    """Factor on numbers in rev/s where the input is something else: its largest value stands for TOP_REV_S."""
+    if parameter.unit != "rev/s" or runs[0].input_name == "n_rev_s":
+        return 1.0
+    return max(float(np.max(np.abs(run.input))) for run in runs) / TOP_REV_S
 
 
 def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, float]]:
@@ -78,6 +96,8 @@ def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, 
             values = [0.9 * top, 0.7 * top, 0.5 * top]
         elif effect.name == "wake_memory" and parameter.shape:
             values = [2.0, 12.0]
+        elif effect.name == "command_delay":  # a step answers to no delay but its own
+            values = [0.05, 0.3, 0.8]
         elif parameter.shape:
             values = [parameter.null]
         elif parameter.bounds[0] < 0.0 < parameter.bounds[1]:

@@ -24,7 +24,7 @@ from ..errors import InputError
 from ..identify.observed import CHANNELS, Observed
 from ..identify.problem import Noise
 from ..record.atomic import write_text
-from .holdout import START_WINDOW_S, Model, Prediction, model_of, rms, target_of
+from .holdout import START_WINDOW_S, Model, Prediction, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
@@ -66,6 +66,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     effects, name = v.fit.hypothesis.effects, runs[0].input_name
     limit = max(LEAST_LIMIT_REV_S, *(float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), 0.0)
     said = ", ".join(v.effects)
+    refit, diagnosed = (predictor(selection.setting, fit) for fit in (selection.refit, v.fit))
     lines = [
         "# A simulator found by vtank diagnose. It can be used wherever a truth preset can:",
         "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",
@@ -76,19 +77,19 @@ def model_text(diagnosis: Diagnosis) -> str:
         f"n_limit_rev_s = {np.ceil(limit):g}",
         "",
         "[lumped]",
-        *_own(model_of(v.fit).p, name, effects),
-        *_effects(model_of(v.fit), "", effects),
+        *_own(diagnosed.p, name, effects),
+        *_effects(diagnosed, "", effects),
         "",
         "[nominal]",
         *_own(nominal, name),
         *_effects(Model(nominal), "nominal."),
         "",
         "[refit]",
-        *_own(model_of(selection.refit).p, name),
-        *_effects(model_of(selection.refit), "refit."),
+        *_own(refit.p, name),
+        *_effects(refit, "refit."),
         "",
         "[noise] # standard deviations of measurements, turbulence and the sonar's coloured error, and their memories",
-        *_noise(selection.setting.noise, runs),
+        *_noise(targets_of(selection.setting)[0].noise, runs),
         "",
         "[verdict]",
         f'kind = "{v.kind}"',

@@ -18,7 +18,7 @@ from ..identify.innovations import GAINS
 from ..identify.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
-from .holdout import Model, Prediction, Target, model_of, rms, targets_of
+from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
 from .selection import Selection
 from .verdict import Verdict, probabilities
 
@@ -104,7 +104,8 @@ class NewData:
     def models(self) -> list[tuple[Prediction, ...]]:
         """The refit and the verdict's model, entering every run."""
         fits = (self.selection.refit, self.verdict.fit)
-        return [tuple(Prediction(model_of(fit), target) for target in self.targets) for fit in fits]
+        models = [predictor(self.selection.setting, fit) for fit in fits]
+        return [tuple(Prediction(model, target) for target in self.targets) for model in models]
 
     @cached_property
     def causes(self) -> list[tuple[float, Cause]]:

@@ -52,7 +52,7 @@ def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False
     """Flags, first noise level and size of the gap; foreign: the nominal is only a first guess (wide priors)."""
     flags = tuple(outliers.long_ranges(run) for run in runs)
     weight = tuple(np.where(flag, FLAGGED, 1.0) for flag in flags)
-    setting = Setting(tuple(runs), nominal, FIRST_NOISE, 1.0, flags, weight, 10.0 if foreign else 0.5)
+    setting = Setting(tuple(runs), nominal, FIRST_NOISE, 1.0, flags, weight, foreign)
     quiet = setting.with_noise(FIRST_NOISE.calm())
     gap = _gap(evaluate(quiet, Hypothesis(refit=foreign)))
     return replace(setting, gap=gap)
@@ -73,14 +73,14 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     refit = evaluate(setting, Hypothesis(), [refit.start()])
     say(f"{len(effects)} effects, one by one")
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
-    fits = _all(setting, singles, [_near(setting, refit, h) for h in singles])
+    fits = weigh_all(setting, singles, [_near(setting, refit, h) for h in singles])
     say("noise level")
     setting = settle(setting, fits)
-    fits = _all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
+    fits = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
     pairs = _pairs(setting, fits)
     if pairs:
         say(f"{len(pairs)} pairs")
-        fits += _all(setting, [pair for pair, _ in pairs], [[start] for _, start in pairs])
+        fits += weigh_all(setting, [pair for pair, _ in pairs], [[start] for _, start in pairs])
     nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
     best = max(fits, key=lambda f: f.log_evidence)
     say("what has no name")
@@ -95,7 +95,9 @@ def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start
     return [{**refit.start(), **start} for start in own]
 
 
-def _all(setting: Setting, hypotheses: Sequence[Hypothesis], starts: Sequence[Sequence[Start] | None]) -> list[Fitted]:
+def weigh_all(
+    setting: Setting, hypotheses: Sequence[Hypothesis], starts: Sequence[Sequence[Start] | None]
+) -> list[Fitted]:
     """Fit all hypotheses; the compiled kernels release the interpreter, so two threads help."""
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(partial(evaluate, setting), hypotheses, starts))

@@ -19,7 +19,7 @@ import numpy as np
 from ..identify.observed import Observed
 from .discrepancy import Discrepancy
 from .evidence import STATES, Fitted, Setting, evaluate
-from .holdout import Prediction, fraction_closed, model_of, rms, targets_of
+from .holdout import Prediction, fraction_closed, predictor, rms, targets_of
 from .new_data import Gaps, NewData
 from .selection import Selection
 from .verdict import Verdict, calibration, probabilities
@@ -39,7 +39,11 @@ def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, A
         nominal, refit, diagnosed = (rms([fold.errors[i] for fold in folds]) for i in range(3))
         floor = new.floor()
         closed = fraction_closed(refit, diagnosed, floor) if verdict.kind not in ("none", "parameters") else None
-        sets = list(pool.map(new.new_set, [(seed, i) for i in range(DRAWS)])) if closed is not None else []
+        sets: list[Gaps] = []
+        if closed is not None and selection.setting.foreign:
+            sets = resampled(folds, floor, seed)
+        elif closed is not None:
+            sets = list(pool.map(new.new_set, [(seed, i) for i in range(DRAWS)]))
     return {
         "unit": "m" if any(run.has_position for run in parts.runs) else "m/s",
         "nominal": nominal,
@@ -93,7 +97,7 @@ def leave_out(selection: Selection, parts: Setting, k: int) -> Fold:
     chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless), nothing))
     best = max((nominal, refit, *found), key=lambda f: chances[f.hypothesis.name])
     target = targets_of(parts)[k]
-    errors = tuple(Prediction(model_of(f), target).errors() for f in (nominal, refit, best))
+    errors = tuple(Prediction(predictor(setting, f), target).errors() for f in (nominal, refit, best))
     return Fold(errors, best.hypothesis.name)
 
 
@@ -128,6 +132,16 @@ def log_likelihood(fit: Fitted, part: Observed) -> float:
 
 
 # --- new data ----------------------------------------------------------------------------------------------------
+def resampled(folds: Sequence[Fold], floor: float, seed: int) -> list[Gaps]:
+    """Gaps over runs drawn with replacement from those left out; what a foreign vehicle does besides is not known."""
+    rng = np.random.default_rng(seed)
+    sizes = np.array([fold.errors[0].size for fold in folds])
+    squares = np.array([[np.sum(e**2) for e in fold.errors[1:]] for fold in folds])
+    drawn = rng.integers(len(folds), size=(10 * DRAWS, len(folds)))
+    gaps = np.sqrt(squares[drawn].sum(axis=1) / sizes[drawn].sum(axis=1)[:, None])
+    return [(float(refit), float(diagnosed), floor) for refit, diagnosed in gaps]
+
+
 def interval90(sets: Sequence[Gaps]) -> list[float] | None:
     """90 % interval of the fraction closed over new sets of runs, widened; None where too few have a reducible gap."""
     fractions = [f for f in (fraction_closed(*gaps) for gaps in sets) if f is not None]

@@ -6,6 +6,7 @@ import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from math import comb
 
 import numpy as np
 
@@ -69,7 +70,14 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
         logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["effect"] / len(singles))
     for fit in pairs:
         logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["pair"] / possible_pairs)
+    rarer = np.log(frozen.prior["pair"] / frozen.prior["effect"])  # each further effect is as rare as the second
+    for fit in (f for f in selection.named if len(f.hypothesis.effects) > 2):
+        count = len(fit.hypothesis.effects)
+        prior = np.log(frozen.prior["pair"] / comb(len(singles), count)) + (count - 2) * rarer
+        logits[fit.hypothesis.name] = power * fit.log_evidence + prior
     gain = np.logaddexp.reduce([power * d.gain for d in selection.unnamed]) - np.log(len(selection.unnamed))
+    if selection.setting.foreign:  # no model is complete: what has no name counts as far as it exceeds what has one
+        gain -= power * (selection.best.log_evidence - selection.refit.log_evidence)
     logits["unknown"] = logits[selection.best.hypothesis.name] + gain + np.log(frozen.prior["unknown"])
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
