@@ -224,12 +224,12 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
     problem = _forgiving(problem)
     end = descend(problem, guess, problem.filter(guess), prior)
-    for _ in range(20):
-        problem = problem.with_noise(noise_level(problem, end.theta))
+    for rough in (*[True] * 3, *[False] * 17):
+        problem = problem.with_noise(noise_level(problem, end.theta, hold_memory=rough))
         filtered = problem.filter(end.theta)
         before = descend(problem, end.theta, filtered, prior, 0)
         end = descend(problem, end.theta, filtered, prior)
-        if end.converged and before.cost - end.cost < SETTLED:
+        if end.converged and not rough and before.cost - end.cost < SETTLED:
             return problem, end
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
     return problem, replace(end, converged=False)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import minimize, minimize_scalar
 
 from .first_guess import typical_acceleration
 from .observed import CHANNELS
@@ -21,7 +21,7 @@ SPANS = (1, 4, 16, 64)  # samples over which successive residuals are added up t
 SUSPICIOUS = 4.0  # deviations of a white sequence from which process noise is looked for; one chance in 10^4
 MEMORY_S = (0.05, 60.0)  # [s] shortest and longest memory of a disturbance that are told from noise and from drift
 USUAL_MEMORY_S, SPREAD = 1.0, 1.5  # [s, powers of e] prior of the memory: a weak disturbance does not tell it; a guess
-SIMPLEX = np.array([[0.0, 0.0], [-0.7, 0.0], [0.0, 0.7]])  # first steps of the search, in powers of e
+SIMPLEX = np.array([[0.0, 0.0], [-0.3, 0.0], [0.0, 0.3]])  # first steps of the search, in powers of e
 
 
 def colour(filtered: Sequence[Filtered]) -> float:
@@ -52,11 +52,12 @@ def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
     return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
 
 
-def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
+def noise_level(problem: Problem, theta: np.ndarray, hold_memory: bool = False) -> Noise:
     """Measurement noise, disturbance and its memory that make the innovations at theta most likely.
 
     The channels keep the ratio of their variances. Their common scale is not searched for: at a given ratio of
     disturbance to measurement noise the innovations do not depend on it, and the likeliest scale is their mean square.
+    hold_memory: leave the memory as it is in the problem.
     """
     noise = problem.noise
     start = np.log([noise.sigma or 0.1 * typical_acceleration(problem.runs), noise.correlation_time])
@@ -72,5 +73,11 @@ def noise_level(problem: Problem, theta: np.ndarray) -> Noise:
         cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)) + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
         return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
 
-    options = {"maxfev": 60, "xatol": 0.1, "fatol": 0.02, "initial_simplex": start + SIMPLEX}
+    if hold_memory:
+        weakest, strongest = start[0] - 5.0, start[0] + 2.0
+        found = minimize_scalar(
+            lambda x: level(np.array([x, start[1]]))[1], bounds=(weakest, strongest), options={"xatol": 0.2}
+        )
+        return level(np.array([found.x, start[1]]))[0]
+    options = {"maxfev": 60, "xatol": 0.1, "fatol": 0.1, "initial_simplex": start + SIMPLEX}
     return level(minimize(lambda q: level(q)[1], start, method="Nelder-Mead", options=options).x)[0]
