@@ -62,6 +62,18 @@ def test_a_regular_wave_is_the_seiche_of_its_frequency(period: float) -> None:
         np.testing.assert_allclose(one.true["position_m"], other.true["position_m"], rtol=0, atol=1.5e-3)
 
 
+def test_seas_do_not_depend_on_company_or_threads() -> None:
+    waves = "waves={kind='irregular',significant_height_m=0.4,peak_period_s=5,water_depth_m=9,reflection=0.5}"
+    plans = [plan_run(scenario(each, "duration_s=12"), run=i) for i, each in enumerate((waves, "seed=3", waves))]
+    plans.append(plan_run(load_scenario("sway", ["duration_s=12", waves, "walls=sea"]), run=3))
+    alone = [simulate_tank([each])[0] for each in plans]
+    for one, other in zip(alone, simulate_tank(plans, 2), strict=True):
+        assert one.true.keys() == other.true.keys()
+        for name, values in one.true.items():
+            np.testing.assert_array_equal(values, other.true[name])
+    assert np.abs(alone[0].true["water_m_s"] - alone[2].true["water_m_s"]).max() > 0.02  # each run a sea of its own
+
+
 def slow(height: float) -> str:
     """A wave so slow that the water's acceleration counts for nothing, over 2 m of water."""
     return f"waves={{kind='regular',height_m={height},period_s=2400,water_depth_m=2}}"

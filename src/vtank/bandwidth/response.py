@@ -14,6 +14,7 @@ from ..scenario.clearance import clearances
 from ..scenario.excitation import Excitation
 from ..scenario.scenario import Scenario
 from ..simulate import Result, simulate_tank
+from ..waves import Waves
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -103,11 +104,12 @@ def measured_s(rad_s: float) -> float:
 def sine_plan(
     scenario: Scenario, amplitude_m: float, rad_s: float, truth: Truth | str | None = None, run: int = 0
 ) -> Plan:
-    """The scenario's experiment with a single sinusoid, as long as it takes; InputError where it would hit a wall."""
+    """The scenario with a single sinusoid in still water, as long as it takes; InputError where it would hit a wall."""
     sine = Excitation("position_sine", "position", (amplitude_m,), (rad_s,), ramp_s=RAMP_S)
     duration = SETTLING_S + measured_s(rad_s) + scenario.period_s
     name = f"{scenario.name}-{amplitude_m:g}-{rad_s:.4g}"
-    return plan_run(replace(scenario, excitation=sine, duration_s=duration), run, truth=truth, name=name)
+    still = replace(scenario, excitation=sine, duration_s=duration, waves=Waves())
+    return plan_run(still, run, truth=truth, name=name)
 
 
 def sweep(

@@ -161,7 +161,7 @@ class Chunk:
         self._move_water(k)
 
     def _move_water(self, k: int) -> None:
-        """The water's velocity from this tick to the next, linear in time."""
+        """The water's velocity from this tick to the next, linear in time: 1 mm of 0.3 m in waves of 2.5 s."""
         water = self.flight.water
         if water.shape[2]:
             now, then = (np.insert(water[:, :, at], 1, 0.0, axis=1) for at in (k, k + 1))
