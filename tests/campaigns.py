@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import time
 from pathlib import Path
 
 from vtank.campaign import Campaign, load_campaign
@@ -34,6 +36,12 @@ def write_campaign(folder: Path, text: str = SURGE, name: str = "small") -> Path
 def campaign_of(folder: Path, text: str = SURGE) -> Campaign:
     """The campaign with this text."""
     return load_campaign(write_campaign(folder, text))
+
+
+def note_and_sleep(path: str) -> None:
+    """Write the number of this process into a file, and stay."""
+    Path(path).write_text(str(os.getpid()))
+    time.sleep(60.0)
 
 
 def digests(folder: Path) -> dict[str, str]:

@@ -13,7 +13,7 @@ from campaigns import SURGE, campaign_of, write_campaign
 from scipy import stats
 
 from vtank.campaign import Threads, fly_campaign, load_campaign
-from vtank.campaign.axes import Draw
+from vtank.campaign.axes import LAWS, Draw
 from vtank.errors import InputError
 from vtank.pilot.plan import plan_run
 from vtank.record import read_dataset
@@ -217,6 +217,16 @@ def test_the_campaigns_that_come_with_vtank_can_be_planned(path: Path) -> None:
     campaign = load_campaign(path.stem)
     for number in (0, len(campaign) - 1):
         assert simulate_surge([campaign.plan(number, campaign.choice(number))])[0].check_clearance() is None
+
+
+def test_the_reference_of_all_keys_is_a_campaign(tmp_path: Path) -> None:
+    """The block in the README, to the letter; and its table has every campaign that comes with vtank."""
+    text = (scenarios_dir() / "campaigns" / "README.md").read_text()
+    campaign = campaign_of(tmp_path, text.split("```toml\n")[1].split("```")[0])
+    assert len(campaign) == 3 * 2**4 * 3 * 2
+    assert {draw.law for draw in campaign.draws} == set(LAWS)
+    for path in (scenarios_dir() / "campaigns").glob("*.toml"):
+        assert f"| {path.stem} | {load_campaign(path).model} |" in text
 
 
 def test_a_scenario_of_ones_own_is_found_beside_the_campaign(tmp_path: Path) -> None:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import subprocess
+import sys
+import time
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor as Pool
 from concurrent.futures import Future
 from functools import partial
@@ -127,6 +130,29 @@ def test_a_process_that_is_killed_costs_nothing_but_time(tmp_path: Path) -> None
 def test_processes_that_always_die_are_given_up() -> None:
     with pytest.raises(InputError, match="worker processes die again and again"):
         list(Processes(1).results(fall, [1]))
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for the process in /proc")
+def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+    """The parent is killed and can tell nobody."""
+    code = (
+        "import sys, campaigns as c, vtank.campaign as v; list(v.Processes(1).results(c.note_and_sleep, sys.argv[1:]))"
+    )
+    path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    note = tmp_path / "pid"
+    with subprocess.Popen([sys.executable, "-c", code, str(note)], env=os.environ | {"PYTHONPATH": path}) as parent:
+        until(lambda: note.exists() and note.read_text())
+        parent.kill()
+    worker = int(note.read_text())
+    until(lambda: not Path(f"/proc/{worker}").exists() or "Z" in Path(f"/proc/{worker}/stat").read_text().split()[2])
+
+
+def until(holds: Callable[[], object], patience_s: float = 60.0) -> None:
+    """Wait for something to hold."""
+    end = time.monotonic() + patience_s
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.02)
 
 
 def test_versions_of_all_workers_must_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

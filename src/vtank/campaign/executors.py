@@ -24,6 +24,7 @@ from ..errors import InputError
 T = TypeVar("T")
 R = TypeVar("R")
 CRASHES = 3  # in a row, without one chunk done, before giving up; as Dask's allowed-failures
+HINT = "too little memory for so many, or a script that starts them without `if __name__ == '__main__':`"
 PATIENCE_S = 10.0  # [s] for a scheduler to answer; a choice
 
 
@@ -97,7 +98,7 @@ class Processes(Executor):
             except BrokenProcessPool:
                 crashes += 1
                 if crashes == CRASHES:
-                    raise InputError("worker processes die again and again: out of memory? try fewer of them") from None
+                    raise InputError(f"worker processes die again and again: {HINT}") from None
 
 
 def _begin() -> None:
@@ -114,7 +115,7 @@ def _end_with(parent: BaseProcess) -> None:
 
 
 class Cluster(Executor):
-    """A Dask cluster, by the address of its scheduler (tcp://host:8786). Its workers need the same vtank."""
+    """A Dask cluster, by the address of its scheduler (tcp://host:8786). Scheduler and workers need the same vtank."""
 
     def __init__(self, address: str) -> None:
         """Connect; InputError where nothing answers there."""
@@ -128,8 +129,9 @@ class Cluster(Executor):
             yield from flow(self.client.get_executor(pure=False), work, deque(chunks), 2 * self.workers)
         except CancelledError:
             raise InputError(f"{self.address}: the scheduler is gone; the same command goes on from here") from None
-        except ModuleNotFoundError as error:
-            raise InputError(f"{self.address}: a worker lacks {error.name}: install the same vtank there") from None
+        except Exception as error:
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
 
     def close(self) -> None:
         """Leave the cluster, which goes on."""

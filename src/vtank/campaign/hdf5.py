@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from itertools import groupby, islice
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from .table import Row, cell, columns, numeric
 
 CHANNELS = ("n_rev_s", "range_m")  # after the time in every recording
 RUN, TIME, CHANNEL = "run", "time_s", "channel"
-BLOCK = 1024  # rows written at a time; part of what decides the file's bytes
+BLOCK = 1024  # rows of the table written at a time; part of what decides the file's bytes
+NUMBERS = 2**21  # of recordings written at a time, 16 MB
 LEVEL = 1  # of gzip: the numbers are decimal steps plus noise, higher levels gain a few percent for twice the time
 
 
@@ -70,23 +71,22 @@ def _recordings(file: Any, journal: Journal, longest: int) -> None:
     )
     for axis, name in enumerate((RUN, TIME, CHANNEL)):
         recording.dims[axis].attach_scale(file[name])
-    for number, values in _arrays(journal):
-        recording[number, : values.shape[1]] = values[1:].T
+    some = max(1, NUMBERS // (longest * channels)) if longest else runs
+    arrays = _arrays(journal)
+    for start in range(0, runs, some):
+        block = np.full((min(some, runs - start), longest, channels), np.nan)
+        for place, values in zip(range(len(block)), arrays, strict=False):
+            if values is not None:
+                block[place, : values.shape[1]] = values[1:].T
+        recording[start : start + len(block)] = block
 
 
-def _arrays(journal: Journal) -> Iterator[tuple[int, np.ndarray]]:
-    """Number and values, shape (1 + channels, T), of every run that did not fail."""
-    number = 0
+def _arrays(journal: Journal) -> Iterator[np.ndarray | None]:
+    """Values of every run, shape (1 + channels, T), time first; None for a failed one."""
     for start, rows in groupby(journal.rows(), key=lambda pair: pair[0]):
         with journal.spool(start) as spool:
             for _, row in rows:
-                if "sha256" in row:
-                    yield number, _next_array(spool)
-                number += 1
-
-
-def _next_array(spool: IO[bytes]) -> np.ndarray:
-    return np.asarray(np.load(spool, allow_pickle=False))
+                yield np.load(spool, allow_pickle=False) if "sha256" in row else None
 
 
 def _columns(file: Any, journal: Journal, campaign: Campaign) -> None:
