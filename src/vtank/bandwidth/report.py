@@ -89,7 +89,7 @@ def response_text(measured: Response) -> str:
 
 
 def station_text(sea: Stations) -> str:
-    """Greatest wave height that is held, over water depth and period, and the error in it all."""
+    """Greatest wave height that is held, over water depth and period, and error and propeller use in every sea."""
     word = "significant height" if sea.kind == "irregular" else "height"
     title = (
         f"{sea.kind.capitalize()} waves: greatest {word} [m] that is held "
@@ -101,7 +101,17 @@ def station_text(sea: Stations) -> str:
         [f"{depth:g}", *(_held(sea, d, p, held[d, p]) for p in range(sea.period_s.size))]
         for d, depth in enumerate(sea.water_depth_m)
     ]
-    return f"{title}\n{_table([head, *rows])}"
+    errors = [f"Rms error [m] and time with the propellers at their limit, over {word} [m]"]
+    for d, depth in enumerate(sea.water_depth_m):
+        lines = [[f"{depth:g} m water", *head[1:]]]
+        lines += [[f"{height:g}", *_cells(sea, d, h)] for h, height in enumerate(sea.height_m)]
+        errors.append(_table(lines))
+    return "\n".join([title, _table([head, *rows]), *errors])
+
+
+def _cells(sea: Stations, d: int, h: int) -> list[str]:
+    pairs = zip(sea.rms_m[d, h], sea.at_limit[d, h], strict=True)
+    return [f"{rms:.2f} {100.0 * share:3.0f} %" if np.isfinite(share) else "breaks" for rms, share in pairs]
 
 
 def _held(sea: Stations, d: int, p: int, height: float) -> str:
