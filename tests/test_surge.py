@@ -243,7 +243,7 @@ def test_the_drawn_effects_shift_single_readings():
     assert sonar_multipath.reading(3.0, 0.1, 0.4, 0.05) == 3.4 and sonar_multipath.reading(3.0, 0.1, 0.4, 0.1) == 3.0
     readings = [tachometer_spikes.reading(10.0, 0.2, 4.0, uniform) for uniform in (0.05, 0.15, 0.25)]
     assert readings == [14.0, 6.0, 10.0]
-    assert tachometer_spikes.repaired(10.0, 14.0, 10.2, 4.0) == 10.2
+    assert tachometer_spikes.repaired(10.0, 14.0, 10.2, 4.0) == 10.0
     assert tachometer_spikes.repaired(10.0, 11.0, 12.0, 4.0) == 11.0
     assert tachometer_spikes.repaired(10.0, 14.0, 10.2, 0.0) == 14.0
 
