@@ -113,8 +113,49 @@ def identify_and_reproduce(demo: Demo) -> None:
     )
 
 
-# The diagnosis of a blind case, with its report, is a further step at the end of this list.
-STEPS: tuple[Callable[[Demo], None], ...] = (fly_experiments, picture_tank, identify_and_reproduce)
+def diagnose_blind_case(demo: Demo) -> None:
+    """A case with a withheld effect, its diagnosis and report, and only then the truth."""
+    import json
+    import shutil
+
+    from ..errors import InputError
+    from ..reproduce.document import Heading, Paragraph
+    from . import main
+
+    blind, truth = demo.out / "blind", demo.out / "blind-truth"
+    for folder, ours in ((blind, "cases.json"), (truth, "case_0001.json")):
+        if folder.exists() and not (folder / ours).exists():
+            raise InputError(f"{folder}: holds something that vtank demo did not make; name another --out")
+        shutil.rmtree(folder, ignore_errors=True)
+    report, found = demo.out / "diagnosis.html", demo.out / "diagnosis.json"
+    make = ["blind", "make", "--trials", "1", "--seed", str(demo.seed), "--kinds", "single", "--no-separations"]
+    steps = (
+        [*make, "--out", str(blind), "--truth-out", str(truth)],
+        ["diagnose", str(blind / "case_0001"), "--report", str(report), "--json", str(found)],
+    )
+    print("\nA blind case: four runs in the tank with an effect that the diagnosis is not told.\n")
+    for step in steps:
+        if main(step) != 0:
+            raise InputError(f"vtank {' '.join(step)} failed")
+    sealed = json.loads((truth / "case_0001.json").read_text(encoding="utf-8"))["truth"]
+    verdict = json.loads(found.read_text(encoding="utf-8"))["verdict"]
+    said = ", ".join(verdict["effects"]) or verdict["kind"]
+    line = (
+        f"Blind case: the diagnosis says {said} ({verdict['probability']:.0%}); the sealed truth is {sealed['label']}."
+    )
+    demo.page += [Heading("A blind case"), Paragraph(line)]
+    demo.lines += [line, ""]
+    demo.links.append(
+        ("diagnosis.html", "the diagnosis of a blind case; its runs in blind/, its truth in blind-truth/")
+    )
+
+
+STEPS: tuple[Callable[[Demo], None], ...] = (
+    fly_experiments,
+    picture_tank,
+    identify_and_reproduce,
+    diagnose_blind_case,
+)
 
 
 def write_index(demo: Demo) -> None:
