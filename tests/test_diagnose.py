@@ -1,0 +1,86 @@
+"""The verdict on simulated data whose cause is known: no gap, parameters, single effects, and one left out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from vtank.diagnose.diagnosis import SCHEMA, diagnose
+from vtank.dynamics.parameters import vector
+from vtank.dynamics.truth import load_truth
+from vtank.effects.catalogue import CATALOGUE
+from vtank.identify.observed import observe
+from vtank.pilot.plan import plan_run
+from vtank.scenario.scenario import load_scenario
+from vtank.simulate import simulate_surge
+
+NOMINAL = load_truth("paper-ii").vector()
+SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
+OTHER = {"alpha": -2.1, "beta": 5.2e-4, "thrust_lag.tau": 0.8}  # the true vehicle where it is not the nominal
+
+
+def flown(values=None, seed=7, settings=()):
+    """The four experiments with parameters and effects of their own, as the diagnosis sees them."""
+    plans = [plan_run(load_scenario(name, settings), run=k, seed=seed) for k, name in enumerate(SCENARIOS)]
+    plans = [replace(plan, p=vector(values or {}, plan.p)) for plan in plans]
+    return [observe(result.run) for result in simulate_surge(plans)]
+
+
+def test_no_gap():
+    found = diagnose(flown(settings=["turbulence.acceleration_m_s2=0.002", "turbulence.time_s=2.0"]), NOMINAL)
+    assert found.verdict.kind == "none" and found.probabilities["none"] > 0.9
+
+
+def test_parameters_only():
+    found = diagnose(flown(OTHER), NOMINAL)
+    assert found.verdict.kind == "parameters" and found.probabilities["none"] < 1e-6
+    for name, value in OTHER.items():
+        assert found.verdict.fit.values[name] == pytest.approx(value, rel=0.03)
+
+
+@pytest.mark.parametrize(
+    ("slot", "value"),
+    [
+        ("linear_drag.c", 0.08),
+        ("ambient_current.U", 0.02),
+        ("thrust_deadband.n0", 1.5),
+        ("supply_sag.r", 0.002),
+        ("clock_skew.s", 0.003),
+    ],
+)
+def test_a_single_effect_is_named_and_measured(slot, value):
+    name, parameter = slot.split(".")
+    found = diagnose(flown({**OTHER, slot: value}), NOMINAL)
+    assert found.verdict.kind == "effect" and found.verdict.effects == (name,)
+    estimate = found.document()["estimates"][name][parameter]
+    low, high = estimate["interval95"]
+    assert estimate["value"] == pytest.approx(value, rel=0.15)
+    assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low)
+
+
+def test_multipath_is_told_by_its_lone_ranges_on_a_coarse_sonar():
+    found = diagnose(flown({"sonar_multipath.p": 0.03, "sonar_multipath.extra": 0.3}), NOMINAL)
+    assert found.verdict.effects == ("sonar_multipath",)
+    assert found.verdict.fit.extra["sonar_multipath.p"] == pytest.approx(0.03, abs=0.01)
+    assert found.verdict.fit.extra["sonar_multipath.extra"] == pytest.approx(0.3, abs=0.02)
+
+
+def test_an_effect_left_out_of_the_catalogue_is_not_given_a_wrong_name_with_certainty():
+    names = [effect.name for effect in CATALOGUE if effect.name != "seiche"]
+    wave = {"seiche.amplitude": 0.015, "seiche.frequency": 0.9}
+    found = diagnose(flown({**OTHER, **wave}), NOMINAL, names=names)
+    assert found.verdict.kind in ("unknown", "undecided", "parameters", "none")
+    assert "seiche" not in found.probabilities
+
+
+def test_document_keeps_the_contract():
+    found = diagnose(flown(OTHER), NOMINAL)
+    document = found.document()
+    assert document["schema"] == SCHEMA
+    assert set(document["verdict"]) == {"kind", "effects", "class", "channel", "probability"}
+    assert math.isclose(sum(document["probabilities"].values()), 1.0, rel_tol=1e-9)
+    assert {"none", "parameters", "unknown", "linear_drag"} <= set(document["probabilities"])
+    assert document["absorbed"] == ["sonar_scale", "sonar_offset"]
+    assert ["command_delay", "sonar_latency"] in [sorted(pair) for pair in document["tied"]]
