@@ -105,6 +105,9 @@ def step(now, stop, s, n, push, correlation_time, p):
     The input n and a known acceleration `push` [m/s2] are held over the step.
     """
     h = stop - now
+    if s[4] == 0.0:
+        x, u, z, wake = advance(now, h, s[0], s[1], s[2], s[3], n, push, p)
+        return x, u, z, wake, 0.0
     keep = math.exp(-h / correlation_time)
     mean = s[4] * (1.0 - keep) * correlation_time / h + push
     x, u, z, wake = advance(now, h, s[0], s[1], s[2], s[3], n, mean, p)
@@ -140,7 +143,8 @@ def predict(
     now, j, b = instant[order[0]], 0, 0.0
     for k in order:
         until = instant[k]
-        b *= math.exp((now - until) / colour_time)
+        if b != 0.0:
+            b *= math.exp((now - until) / colour_time)
         while now < until - 1e-9:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)

@@ -14,8 +14,10 @@ import numpy as np
 
 from .problem import Filtered, Problem
 
-STILL = 1e-7  # predicted relative decrease of the cost at which a step is the last
-FIRST_DAMPING, MOST_DAMPING = 1e-3, 1e8  # relative to the diagonal of the normal equations
+STILL = 1e-6  # predicted relative decrease of the cost at which a step is the last: it leaves far less behind
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-12, 1e8  # relative to the diagonal of the normal equations
+FAITHFUL = 0.8  # share of the promised decrease from which the linear model is trusted further
+NEAR = 0.01  # promised relative decrease below which a faithful linear model serves the next step as well
 
 
 @dataclass(frozen=True)
@@ -52,11 +54,12 @@ def descend(
 
     theta, damping = np.clip(theta, prior.low, prior.high), FIRST_DAMPING
     residual = problem.residuals(theta, filtered)
-    cost = squares(residual, theta)
+    cost, near = squares(residual, theta), False
     for _ in range(iterations):
-        J = problem.jacobian(theta, filtered, residual)
+        if not near:
+            J = problem.jacobian(theta, filtered, residual)
+            information = J.T @ J + np.diag(prior.weight)
         gradient = J.T @ residual + prior.weight * (theta - prior.mean)
-        information = J.T @ J + np.diag(prior.weight)
         while True:
             trial, promised = _step(theta, gradient, information, damping, prior)
             at_trial = problem.residuals(trial, filtered)
@@ -68,7 +71,9 @@ def descend(
             theta, residual, cost = trial, at_trial, cost - decrease
         if promised <= STILL * cost or damping > MOST_DAMPING:
             return Descent(theta, cost, True)
-        damping = max(0.1 * damping, 1e-9)
+        faithful = decrease > FAITHFUL * promised
+        near = faithful and promised < NEAR * cost
+        damping = max(damping * (1e-2 if faithful else 0.1), LEAST_DAMPING)
     return Descent(theta, cost, False)
 
 

@@ -223,5 +223,5 @@ class Problem:
 
 
 def _tamed(residual: np.ndarray) -> np.ndarray:
-    """Residuals of a model that has run away, held at a size that still says which way is worse."""
-    return np.nan_to_num(np.clip(residual, -RUNAWAY, RUNAWAY), copy=False, nan=RUNAWAY)
+    """Residuals of a model that has run away (NaN as well), held at a size that still says which way is worse."""
+    return np.asarray(np.fmin(np.fmax(residual, -RUNAWAY), RUNAWAY))

@@ -1,0 +1,154 @@
+"""The fit of the paper's four experiments, side by side with mujoco.sysid on the same ranges.
+
+    make bench
+    python benchmarks/bench_fit.py        # with estimates and times in words
+
+Same task on both sides: Model II, three parameters shared by four runs of 120 s at 10 Hz, squared errors of the range.
+The peer is helped where it can be: initial states known, parameters started 30 % off, its fastest backend, a step of
+0.05 s, which leaves errors far below the sonar's noise, and the state in place of a sensor, which would be one step
+late. vtank finds its own start and the initial states as well.
+"""
+
+from __future__ import annotations
+
+import logging
+from time import perf_counter
+
+import mujoco
+import numpy as np
+import pytest
+
+from vtank.dynamics.truth import load_truth
+from vtank.identify.maximum_likelihood import Estimate, identify
+from vtank.identify.montecarlo import SCENARIOS
+from vtank.identify.observed import Observed, observe
+from vtank.scenario.scenario import load_scenario
+from vtank.simulate import plan_run, simulate_surge
+
+sysid = pytest.importorskip("mujoco.sysid", reason="pip install 'mujoco[sysid]'")
+
+TIMES_FASTER = 50.0
+STEP_S = 0.05  # of the peer
+STANDOFF_M = load_scenario(SCENARIOS[0]).standoff_m
+TRUTH = load_truth("paper-ii").lumped
+NAMES = ("alpha", "beta", "tau")
+VALUES = dict(zip(NAMES, (TRUTH.alpha_per_m, TRUTH.beta_m_per_rev2, TRUTH.tau_s), strict=True))
+
+# A unit mass on a slide: alpha is its quadratic damping, beta the gain and tau the lag of an actuator fed with n|n|.
+SURGE = f"""
+<mujoco>
+  <option timestep="{STEP_S}" integrator="RK4" gravity="0 0 0"><flag contact="disable"/></option>
+  <worldbody>
+    <body name="hull">
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>
+      <joint name="surge" type="slide" axis="1 0 0" damping="0 {-VALUES["alpha"]}"/>
+      <geom size="0.1" contype="0" conaffinity="0" mass="0"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <general name="propeller" joint="surge" dyntype="filter" dynprm="{VALUES["tau"]}" gainprm="{VALUES["beta"]}"/>
+  </actuator>
+</mujoco>
+"""
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Observed]:
+    """The four experiments with the sonar's noise; the tachometer exact, since the peer knows no process noise."""
+    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in SCENARIOS]
+    return [observe(result.run) for result in simulate_surge([plan_run(s, i) for i, s in enumerate(scenarios)])]
+
+
+def ours(runs: list[Observed]) -> Estimate:
+    """vtank's answer."""
+    return identify(runs, "II")
+
+
+def theirs(runs: list[Observed]) -> dict[str, float]:
+    """mujoco.sysid's answer."""
+    logging.getLogger("absl").setLevel(logging.ERROR)
+    spec = mujoco.MjSpec.from_string(SURGE)
+    model = spec.compile()
+    still = sysid.create_initial_state(model, np.zeros(1), np.zeros(1), np.zeros(1))
+    controls, measured = [], []
+    for run in runs:
+        time = STEP_S * np.arange(round((run.input_time_s[-1] - run.input_time_s[0]) / STEP_S) + 1)
+        held = np.searchsorted(run.input_time_s, time + 1e-9, side="right") - 1
+        square = (run.input * np.abs(run.input))[held]
+        controls.append(sysid.TimeSeries(time, square[:, None]))
+        position = STANDOFF_M - run.value
+        signal = [("surge_qpos", sysid.SignalType.MjStateQPos)]
+        measured.append(sysid.TimeSeries.from_names(run.time_s, position[:, None], model, signal))
+    names = [run.name for run in runs]
+    sequences = sysid.ModelSequences("surge", spec, names, [still] * len(runs), controls, measured, True)
+    parameters = sysid.ParameterDict()
+    for name, change in MODIFIERS.items():
+        value = VALUES[name]
+        low, high = sorted((0.2 * value, 5.0 * value))
+        parameters.add(sysid.Parameter(name, nominal=value, min_value=low, max_value=high, modifier=change))
+        parameters[name].value[:] = 1.3 * value
+    residual = sysid.build_residual_fn(models_sequences=[sequences])
+    found, _ = sysid.optimize(parameters, residual, optimizer="scipy_parallel_fd", verbose=False, x_scale="jac")
+    return {name: float(found[name].value[0]) for name in NAMES}
+
+
+def _drag(spec, parameter):  # type: ignore[no-untyped-def]
+    spec.joint("surge").damping = [0.0, -parameter.value[0], 0.0]
+
+
+def _gain(spec, parameter):  # type: ignore[no-untyped-def]
+    spec.actuator("propeller").gainprm[0] = parameter.value[0]
+
+
+def _lag(spec, parameter):  # type: ignore[no-untyped-def]
+    spec.actuator("propeller").dynprm[0] = parameter.value[0]
+
+
+MODIFIERS = {"alpha": _drag, "beta": _gain, "tau": _lag}
+
+
+def check(found: dict[str, float]) -> None:
+    """Both must have solved the task: within 2 % of the truth."""
+    for name, value in found.items():
+        assert abs(value / VALUES[name] - 1.0) < 0.02, (name, value)
+
+
+def values(estimate: Estimate) -> dict[str, float]:
+    """By the names used here."""
+    return dict(zip(NAMES, estimate.values.values(), strict=True))
+
+
+@pytest.mark.benchmark(group="fit")
+def test_fit_against_mujoco_sysid(benchmark, runs):  # type: ignore[no-untyped-def]
+    ours(runs)  # compiled
+    estimate = benchmark.pedantic(ours, (runs,), rounds=15)
+    begin = perf_counter()
+    peer = theirs(runs)
+    peer_s = perf_counter() - begin
+    check(values(estimate))
+    check(peer)
+    ratio = peer_s / benchmark.stats.stats.median
+    benchmark.extra_info.update(mujoco_sysid_s=peer_s, ratio=ratio)
+    assert ratio >= TIMES_FASTER
+
+
+def main() -> None:
+    """Print what either side finds, and how long it takes."""
+    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in SCENARIOS]
+    data = [observe(result.run) for result in simulate_surge([plan_run(s, i) for i, s in enumerate(scenarios)])]
+    ours(data)
+    times = []
+    for _ in range(15):
+        begin = perf_counter()
+        estimate = ours(data)
+        times.append(perf_counter() - begin)
+    begin = perf_counter()
+    peer = theirs(data)
+    peer_s = perf_counter() - begin
+    print("truth       ", VALUES)
+    print("vtank       ", values(estimate), f"median {1e3 * np.median(times):.0f} ms, best {1e3 * min(times):.0f} ms")
+    print("mujoco.sysid", peer, f"{peer_s:.2f} s, {peer_s / np.median(times):.0f} times as long")
+
+
+if __name__ == "__main__":
+    main()
