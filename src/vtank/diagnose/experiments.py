@@ -52,6 +52,17 @@ class Experiment:
     run: Observed
 
 
+def shortened(experiment: Experiment, minutes: float) -> Experiment:
+    """The beginning of an experiment."""
+    run = experiment.run
+    seen = run.time_s <= run.time_s[0] + 60.0 * minutes + 1e-9
+    fed = run.input_time_s <= run.time_s[seen][-1]
+    part = replace(run, time_s=run.time_s[seen], value=run.value[seen], kind=run.kind[seen],
+                   input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
+    table = {**experiment.scenario, "duration_s": 60.0 * minutes} if experiment.scenario else {}
+    return Experiment(experiment.words, table, minutes, part)
+
+
 def library(p: np.ndarray, runs: Sequence[Observed]) -> list[Experiment]:
     """All experiments that the tank has room for, as a hull with parameter vector p (P,) would record them."""
     top = max(float(np.max(np.abs(run.input))) for run in runs)

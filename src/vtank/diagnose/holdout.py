@@ -67,9 +67,9 @@ class Model:
 
 def model_of(fit: Fitted) -> Model:
     """The model of a fitted hypothesis, spikes of the tachometer repaired as it says."""
-    p = fit.vector()
+    p, bounds = fit.vector(), {name: q.bounds for name, q in fit.hypothesis.parameters()}
     for name, value in fit.extra.items():
-        p[slot(name)] = value
+        p[slot(name)] = np.clip(value, *bounds[name])
     return Model(p, fit.problem.per_run)
 
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 SCHEMA = "vtank.model/1"
 BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
 PLAIN = {"alpha": "alpha_per_m", "thrust_loss.gamma": "gamma_per_rev", "thrust_lag.tau": "tau_s"}
+FEWEST = 10  # measurements that a prediction is compared with at least; a choice
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
 
 
@@ -165,8 +166,9 @@ def predict_gaps(models: ModelFile, run: Observed) -> dict[str, Any]:
     if run.input_name != models.input_name:
         raise InputError(f"run '{run.name}': input {run.input_name}, but the model was found with {models.input_name}")
     target = target_of(run, models.noise)
-    if not np.any(target.scored):
-        raise InputError(f"run '{run.name}': no measurement after the first {START_WINDOW_S:g} s to compare with")
+    if np.sum(target.scored) < FEWEST:
+        found = f"expected at least {FEWEST} measurements after its first {START_WINDOW_S:g} s to compare with"
+        raise InputError(f"run '{run.name}': {found}; found {np.sum(target.scored)}")
     named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
     noise, turbulence = Prediction(models.diagnosed, target).floor_squares()
     return {

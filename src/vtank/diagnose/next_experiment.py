@@ -23,7 +23,7 @@ from ..dynamics.parameters import slot
 from ..identify.observed import SPEED
 from ..identify.problem import Problem
 from .evidence import Fitted, Setting, prior_of
-from .experiments import SPEED_SD, Experiment, library, recorded
+from .experiments import SPEED_SD, Experiment, library, recorded, shortened
 from .holdout import model_of
 from .selection import Selection
 from .ties import OUTLIERS, noise_free
@@ -32,7 +32,9 @@ from .verdict import Verdict
 RIVALS = 4  # rivals that are looked at
 POSSIBLE = 0.01  # probability from which a hypothesis is a rival
 UNCERTAIN = 0.05  # probability of all rivals together from which they, and not the parameters, decide
+STEPS = 2  # linearisations of a rival about its best account of a new run
 PHASES = 8  # phases of a new run's own wave that a rival may choose from
+SHORTENED, SHORTER_MIN = 4, (0.5, 1.0)  # of the best experiments, the lengths that are tried as well [min]
 ALTERNATIVES = 3  # runners-up that are reported
 NODES, WEIGHTS = np.polynomial.hermite_e.hermegauss(21)  # for the mean over a normal variable
 
@@ -64,15 +66,27 @@ def next_experiment(selection: Selection, verdict: Verdict, chances: dict[str, f
     new = library(model_of(winner).p, setting.runs)
     doubts = [(rival, _chance(chances, rival, winner), _before(setting, winner, rival)) for rival in rivals]
     with ThreadPoolExecutor(2) as pool:
-        worths = list(pool.map(partial(_worth, setting, winner, doubts), [*repeats, *new]))
-    repeat = max(worths[: len(repeats)], key=lambda w: w.per_minute)
-    ranked = sorted(worths, key=lambda w: (-round(w.per_minute, 3), -w.least_separation))
+        weigh = partial(_worth, setting, winner, doubts)
+        worths = list(pool.map(weigh, [*repeats, *new]))
+        best, again = _ranked(worths)[:SHORTENED], max(worths[: len(repeats)], key=lambda w: w.per_minute)
+        short = [shortened(again.experiment, minutes) for minutes in SHORTER_MIN if minutes < again.experiment.minutes]
+        repeat = max(again, *pool.map(weigh, short), key=lambda w: w.per_minute)
+        short = [shortened(w.experiment, m) for w in best for m in SHORTER_MIN if m < w.experiment.minutes]
+        ranked = _ranked([*worths, *pool.map(weigh, short)])
     return {
         **_told(ranked[0], repeat),
         "question": "which hypothesis" if doubts else "how large",
         "separations": {name: list(pair) for name, pair in ranked[0].separations.items()},
         "alternatives": [_told(worth, repeat) for worth in ranked[1 : 1 + ALTERNATIVES]],
     }
+
+
+def _ranked(worths: Sequence[Worth]) -> list[Worth]:
+    """The best per minute first, of each experiment the best length only."""
+    found: dict[str, Worth] = {}
+    for worth in sorted(worths, key=lambda w: (-round(w.per_minute, 3), -w.least_separation)):
+        found.setdefault(worth.experiment.words, worth)
+    return list(found.values())
 
 
 def _told(worth: Worth, repeat: Worth) -> dict[str, Any]:
@@ -161,13 +175,22 @@ def _separation(setting: Setting, winner: Fitted, rival: Fitted, experiment: Exp
     best = np.inf
     for values in _own_values(problem, winner, rival):
         theta[len(known) : len(known) + len(problem.per_run)] = values
-        filtered = problem.filter(theta)
-        r = problem.residuals(theta, filtered)
-        J = problem.jacobian(theta, filtered, r)
-        A = J.T @ J + _block(known, own)
-        b = J.T @ r
-        best = min(best, float(r @ r - b @ np.linalg.solve(A, b)))
+        best = min(best, _least_squares(problem, theta, _block(known, own)))
     return float(np.sqrt(max(best, 0.0)))
+
+
+def _least_squares(problem: Problem, theta: np.ndarray, known: np.ndarray) -> float:
+    """Least sum of squares of a run's residuals and of what leaving theta costs, by STEPS linearisations."""
+    moved, filtered, least = np.zeros_like(theta), problem.filter(theta), np.inf
+    for _ in range(STEPS):
+        r = problem.residuals(theta + moved, filtered)
+        J = problem.jacobian(theta + moved, filtered, r)
+        A, b = J.T @ J + known, J.T @ r + known @ moved
+        cost, step = float(r @ r + moved @ known @ moved), -np.linalg.solve(A, b)
+        if cost > least:
+            break
+        least, moved = min(least, cost), moved + step
+    return min(least, cost + float(b @ step))
 
 
 def _own_values(problem: Problem, winner: Fitted, rival: Fitted) -> list[list[float]]:

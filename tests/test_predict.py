@@ -1,0 +1,144 @@
+"""Model files there and back, `vtank predict`, and the diagnosed effect switched on in the tank."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from recorded import NOISE_M, NOMINAL, record, recordings, sine
+
+from vtank.cli import main
+from vtank.cli.run import plan_all
+from vtank.diagnose.diagnosis import Diagnosis, diagnose
+from vtank.diagnose.holdout import model_of
+from vtank.diagnose.model_file import model_text, predict_gaps, read_model, write_model
+from vtank.dynamics.parameters import slot, vector
+from vtank.dynamics.truth import load_truth
+from vtank.errors import InputError
+from vtank.identify.observed import observe
+from vtank.record import Run, write_run
+from vtank.simulate import simulate_tank
+
+DRAG = {"linear_drag.c": 0.2}
+OPEN_LOOP = ("open-loop-sine", "step-coast")
+STILL = ("tachometer.governor_per_s=0", "tachometer.noise_rev_s=0", "duration_s=60")
+
+
+@pytest.fixture(scope="module")
+def diagnosis() -> Diagnosis:
+    return diagnose(recordings(DRAG)[:3], NOMINAL, names=("linear_drag", "thrust_deadband"))
+
+
+@pytest.fixture(scope="module")
+def model(diagnosis: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("predict") / "model.toml"
+    write_model(path, diagnosis)
+    return path
+
+
+def unseen(folder: Path) -> Path:
+    """A run that the model has never seen."""
+    seen = record("unseen", sine(0.3, 10.0, 60.0), vector(DRAG, NOMINAL), NOISE_M, 77)
+    path = folder / "unseen.csv"
+    write_run(path, Run("unseen", seen.time_s, {"n_rev_s": seen.input, "range_m": seen.value}))
+    return path
+
+
+def test_a_model_file_holds_the_three_simulators(diagnosis: Diagnosis, model: Path) -> None:
+    read = read_model(model)
+    setting, verdict = diagnosis.selection.setting, diagnosis.verdict
+    for found, meant in ((read.nominal.p, setting.nominal), (read.refit.p, model_of(diagnosis.selection.refit).p),
+                         (read.diagnosed.p, model_of(verdict.fit).p)):  # fmt: skip
+        same = np.isfinite(meant)
+        same[slot("standoff")] = False  # each run's own
+        np.testing.assert_allclose(found[same], meant[same], rtol=1e-10)
+    assert verdict.effects == ("linear_drag",) and read.verdict["effects"] == ["linear_drag"]
+    assert read.verdict["probability"] == pytest.approx(verdict.probability, abs=1e-4)
+    assert read.noise.variance[0] == pytest.approx(setting.noise.variance[0], rel=1e-4)
+    assert read.noise.sigma == pytest.approx(setting.noise.sigma, rel=1e-4)
+
+
+def test_a_model_file_is_a_truth_preset(diagnosis: Diagnosis, model: Path) -> None:
+    truth = load_truth(model)
+    assert truth.effects["linear_drag.c"] == pytest.approx(diagnosis.verdict.fit.values["linear_drag.c"])
+    np.testing.assert_array_equal(truth.vector(), read_model(model).diagnosed.p)
+
+
+def test_the_effect_is_written_with_the_keys_of_a_scenario(model: Path) -> None:
+    text = model.read_text()
+    assert "\n[effects.linear_drag]\nc_per_s = " in text and "\n[refit]\nalpha_per_m = " in text
+    assert text.isascii() and max(map(len, text.splitlines())) < 130
+
+
+def test_predict_prints_gaps_of_a_run_never_seen(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "gaps.json"
+    assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(out)]) == 0
+    gaps = json.loads(capsys.readouterr().out)
+    assert gaps == json.loads(out.read_text())
+    assert set(gaps) == {"unit", "rms", "floor"} and gaps["unit"] == "m"
+    assert gaps["rms"]["diagnosed"] == pytest.approx(NOISE_M, rel=0.25)
+    assert gaps["floor"] == pytest.approx(NOISE_M, rel=0.25)
+    assert gaps["rms"]["diagnosed"] < 0.8 * gaps["rms"]["refit"] < gaps["rms"]["nominal"]
+
+
+def test_what_cannot_be_predicted_is_told(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    time = 0.1 * np.arange(300)
+    other = unseen(tmp_path)
+    assert main(["predict", str(other), str(other)]) == 2
+    assert "not valid TOML" in capsys.readouterr().err
+    run = Run("force", time, {"thrust_N": np.sin(time), "range_m": 3.0 + 0.0 * time})
+    with pytest.raises(InputError, match="input thrust_N, but the model was found with n_rev_s"):
+        predict_gaps(read_model(model), observe(run))
+    short = Run("short", time[:2], {"n_rev_s": np.ones(2), "range_m": 3.0 * np.ones(2)})
+    with pytest.raises(InputError, match="expected at least 10 measurements after"):
+        predict_gaps(read_model(model), observe(short))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('schema = "vtank.model/1"', 'schema = "other"', "vtank.model/1"),
+        ("c_per_s", "c_per_min", "c_per_min: unknown key; expected one of: c_per_s"),
+        ("[effects.linear_drag]", "[effects.linear_drug]", "effects.linear_drug: unknown key"),
+        ("c_per_s = 0", "c_per_s = 90", "expected a number from 0 to 5"),
+        ('input = "n_rev_s"', 'input = "rpm"', "expected one of n_rev_s, command, thrust_N"),
+        ("range_m", "range_ft", "noise.range_ft: unknown key"),
+    ],
+)
+def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "broken.toml"
+    path.write_text(model.read_text().replace(old, new))
+    with pytest.raises(InputError, match="broken.toml") as told:
+        read_model(path)
+    assert message in str(told.value)
+
+
+def test_models_of_other_inputs_do_not_drive_the_tank(diagnosis: Diagnosis, tmp_path: Path) -> None:
+    path = tmp_path / "boat.toml"
+    text = model_text(diagnosis).replace('"n_rev_s"', '"command"').replace("beta_m_per_rev2", "beta_m_s2")
+    path.write_text(text)
+    assert read_model(path).input_name == "command"
+    with pytest.raises(InputError, match="driven by propeller speed"):
+        load_truth(path)
+
+
+def test_the_gap_of_the_tank_shrinks_when_the_diagnosed_effect_is_switched_on(tmp_path: Path) -> None:
+    """Recorded in the tank with linear drag, open loop; the same propeller speeds again in the tank as diagnosed."""
+    settings = (*STILL, "effects.linear_drag.c_per_s=0.2")
+    real = simulate_tank(plan_all(OPEN_LOOP, settings, 3))
+    names = ("linear_drag", "thrust_deadband")
+    found = diagnose([observe(r.run) for r in real], load_truth("paper-ii").vector(), names=names)
+    assert found.verdict.effects == ("linear_drag",)
+    path = tmp_path / "model.toml"
+    write_model(path, found)
+
+    def gap(truth: str) -> float:
+        again = simulate_tank(plan_all(OPEN_LOOP, STILL, 3, truth))
+        errors = [a.true["position_m"] - r.true["position_m"] for a, r in zip(again, real, strict=True)]
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+    assert gap(str(path)) < 0.1 * gap("paper-ii")
