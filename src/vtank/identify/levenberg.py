@@ -17,7 +17,7 @@ from .problem import Filtered, Problem
 STILL = 1e-6  # predicted relative decrease of the cost at which a step is the last: it leaves far less behind
 FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-12, 1e8  # relative to the diagonal of the normal equations
 FAITHFUL = 0.8  # share of the promised decrease from which the linear model is trusted further
-NEAR = 0.01  # promised relative decrease below which a faithful linear model serves the next step as well
+NEAR = 0.001  # promised relative decrease below which a faithful linear model serves the next step as well
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,20 @@ class Prior:
 
 @dataclass(frozen=True)
 class Descent:
-    """Where it ended: unknowns, sum of squares, prior included, and whether a further step would not matter."""
+    """Where it ended.
+
+    Attributes:
+        theta: unknowns, shape (size,).
+        cost: sum of squares, the prior's included.
+        converged: whether a further step would not matter.
+        jacobian: derivative of the innovations [m or m/s], there or before a last step that hardly mattered, shape
+            (sum M, size); no rows where no iteration was asked for.
+    """
 
     theta: np.ndarray
     cost: float
     converged: bool
+    jacobian: np.ndarray
 
 
 def descend(
@@ -54,7 +63,8 @@ def descend(
 
     theta, damping = np.clip(theta, prior.low, prior.high), FIRST_DAMPING
     residual = problem.residuals(theta, filtered)
-    cost, near = squares(residual, theta), False
+    deviation = np.sqrt(np.concatenate([f.variance for f in filtered]))[:, None]
+    cost, near, J = squares(residual, theta), False, np.empty((0, theta.size))
     for _ in range(iterations):
         if not near:
             J = problem.jacobian(theta, filtered, residual)
@@ -70,11 +80,11 @@ def descend(
         if decrease > 0.0:
             theta, residual, cost = trial, at_trial, cost - decrease
         if promised <= STILL * cost or damping > MOST_DAMPING:
-            return Descent(theta, cost, True)
+            return Descent(theta, cost, True, J * deviation)
         faithful = decrease > FAITHFUL * promised
         near = faithful and promised < NEAR * cost
-        damping = max(damping * (1e-2 if faithful else 0.1), LEAST_DAMPING)
-    return Descent(theta, cost, False)
+        damping = max(damping * (0.01 if faithful else 0.1), LEAST_DAMPING)
+    return Descent(theta, cost, False, J * deviation if iterations else J)
 
 
 def _step(

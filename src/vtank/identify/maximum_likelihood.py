@@ -163,12 +163,12 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
 
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
-    prior, end = beforehand(problem, guess), Descent(guess, np.inf, False)
+    prior, before = beforehand(problem, guess), np.inf
     for _ in range(5):
-        before = end.cost
-        end = descend(problem, end.theta, problem.filter(end.theta), prior)
+        end = descend(problem, guess, problem.filter(guess), prior)
         if problem.noise.quiet or before - end.cost < SETTLED:
             break
+        guess, before = end.theta, end.cost
     return _estimate(problem, end, prior)
 
 
@@ -237,7 +237,7 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
 
 def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
-    J = problem.jacobian(end.theta, filtered)
+    J = end.jacobian / np.sqrt(np.concatenate([f.variance for f in filtered]))[:, None]
     covariance = _inverse(J.T @ J + np.diag(prior.weight))
     return Estimate(
         problem,
