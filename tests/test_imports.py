@@ -36,6 +36,7 @@ LAYERS = (
     "reproduce",
     "diagnose",
     "blind",
+    "identifiability",
     "report",
     "cli",
     "__main__",
@@ -51,6 +52,7 @@ ALLOWED = {
         "vtank.reproduce.canvas",
         "vtank.report",
         "vtank.bandwidth.figures",
+        "vtank.identifiability.figures",
     },
 }
 

@@ -38,6 +38,7 @@ COMMANDS = (
     "predict",
     "effects",
     "bandwidth",
+    "identifiability",
     "blind",
 )
 

@@ -89,7 +89,7 @@ class PaperEstimate:
 def identify_signals(signals: Signals, model: Model, settings: PaperSettings) -> PaperEstimate:
     """Estimate one model, run it free on the same record and describe the residuals."""
     rows = regression(signals.u_m_s, signals.n_rev_s, signals.step_s, model)
-    evolution = _estimate(rows, settings)
+    evolution = estimate(rows, settings)
     parameters = recover(evolution.final, signals.step_s, model)
     simulated = free_run_beside(signals.u_m_s, signals.n_rev_s, signals.step_s, parameters)
     statistics = residual_statistics(signals.u_m_s, simulated)
@@ -135,7 +135,8 @@ def cross_validation(parameters: Sequence[Lumped], records: Sequence[Signals]) -
     ]
 
 
-def _estimate(rows: Regression, settings: PaperSettings) -> Evolution:
+def estimate(rows: Regression, settings: PaperSettings) -> Evolution:
+    """Coefficients C of a regression by the estimator that the settings name."""
     if settings.estimator == "least_squares":
         fit = least_squares(rows)
         return Evolution(fit.c[None], fit.covariance.diagonal()[None], fit.covariance)

@@ -1,0 +1,160 @@
+"""`vtank identifiability`: what a plan of experiments can tell, before the tank is booked."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..dynamics.truth import Truth
+    from ..identifiability.findings import Findings
+    from ..identify.regression import Model
+    from ..scenario.scenario import Scenario
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `identifiability [SCENARIO...] [--design] [--out DIR]`."""
+    text = "what a plan of experiments can tell, and which plan would tell more: bounds, effects, estimators, design"
+    parser = subparsers.add_parser("identifiability", help=text, description=text)
+    parser.add_argument(
+        "scenarios", nargs="*", metavar="SCENARIO", help="names or .toml files (default: the paper's four experiments)"
+    )
+    parser.add_argument(
+        "--truth", metavar="NAME", help="truth preset, or path of a .toml file (default: the scenario's)"
+    )
+    parser.add_argument(
+        "--model", choices=("I", "II", "III"), help="to identify (default: the smallest with the truth in it)"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of all scenarios; repeatable"
+    )
+    parser.add_argument(
+        "--seeds", type=int, default=100, metavar="N", help="of the Monte Carlo; 0 for none (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=1, metavar="N", help="of all noise (default: %(default)s)")
+    parser.add_argument(
+        "--processes", type=int, default=2, metavar="N", help="the results do not depend on it (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--design", action="store_true", help="search for a better plan that fits the tank in the same time"
+    )
+    parser.add_argument("--write-plan", type=Path, metavar="DIR", help="with --design: folder for the plan's scenarios")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="folder for the page (HTML, PNG), tables (CSV) and JSON"
+    )
+    parser.add_argument("--json", type=Path, metavar="OUT", help="write everything to a JSON file")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Look at the plan, print verdicts and tables, write what was asked for."""
+    from ..errors import InputError
+
+    if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
+        raise InputError("--seeds takes 0 or at least 2, --processes at least 1, --seed at least 0")
+    if args.write_plan and not args.design:
+        raise InputError("--write-plan needs --design, which finds the plan")
+    scenarios, truth, model = _chosen(args)
+    found = _found(args, scenarios, truth, model)
+    _print(found)
+    _write(args, found)
+    return 0
+
+
+def _chosen(args: argparse.Namespace) -> tuple[list[Scenario], Truth, Model]:
+    """Scenarios with names of their own, the truth of all, and the model."""
+    from ..dynamics.truth import load_truth
+    from ..errors import InputError
+    from ..identifiability.study import PAPER, natural_model
+    from ..scenario.scenario import load_scenario
+
+    scenarios = [load_scenario(name, args.set) for name in args.scenarios or PAPER]
+    truths = sorted({scenario.truth for scenario in scenarios})
+    if args.truth is None and len(truths) > 1:
+        raise InputError(f"the scenarios have different truths ({', '.join(truths)}): choose one with --truth")
+    truth = load_truth(args.truth or truths[0])
+    return scenarios, truth, args.model or natural_model(truth)
+
+
+def _found(args: argparse.Namespace, scenarios: list[Scenario], truth: Truth, model: Model) -> Findings:
+    from ..identifiability.advice import library, options, remedies
+    from ..identifiability.bias import bias_map, cells, seeds_of_cell
+    from ..identifiability.design import confirmed, longest, pool
+    from ..identifiability.findings import Findings
+    from ..identifiability.profile import profiles
+    from ..identifiability.study import study
+    from ..identifiability.trials import trials
+    from .progress import progress
+
+    looked = study(scenarios, truth, model, args.seed)
+    some = library(looked)
+    with progress("runs that could be added", len(some)) as advance:
+        advice = remedies(looked, options(looked, some, advance))
+    chance = (args.seed, args.processes)
+    tried = bias = found = checked = None
+    if args.seeds:
+        with progress("Monte Carlo", args.seeds) as advance:
+            tried = trials(scenarios, truth, model, looked.bound, args.seeds, *chance, advance)
+        map_of = cells(scenarios[0], truth)
+        with progress("bias over frequency and noise", len(map_of)) as advance:
+            bias = bias_map(map_of, truth, model, seeds_of_cell(args.seeds), *chance, advance)
+    if args.design:
+        some = longest(looked)
+        with progress("runs to choose from", len(some)) as advance:
+            items = pool(looked, some, advance)
+        found = confirmed(looked, items, args.processes)
+        if args.seeds:
+            plan = [item.flown.scenario for item in found.items]
+            bound = found.relative(found.items) * looked.information.sizes(looked.free)
+            with progress("Monte Carlo of the design", args.seeds) as advance:
+                checked = trials(plan, truth, model, bound, args.seeds, *chance, advance)
+    return Findings(looked, tuple(advice), tuple(profiles(looked)), tried, bias, found, checked)
+
+
+def _print(found: Findings) -> None:
+    """Verdicts first, then tables."""
+    import textwrap
+
+    from .identify import print_sheets
+
+    for sentence in found.sentences():
+        print(textwrap.fill(sentence, 110, initial_indent="- ", subsequent_indent="  "))
+    print_sheets(found.sheets())
+
+
+def _write(args: argparse.Namespace, found: Findings) -> None:
+    import json
+
+    from ..identifiability.figures import page
+    from ..record.atomic import write_bytes, write_text
+    from ..reproduce.document import csv_text
+
+    content = json.dumps(found.document(), indent=2, allow_nan=False) + "\n"
+    if args.json:
+        write_text(args.json, content)
+    if args.out:
+        png = page(found.study, found.trials, found.bias, list(found.profiles))
+        files = {f"{sheet.name}.csv": csv_text(sheet.header, sheet.rows).encode() for sheet in found.sheets()}
+        files |= {
+            "identifiability.png": png,
+            "identifiability.html": found.page(png).encode(),
+            "identifiability.json": content.encode(),
+        }
+        for name, data in files.items():
+            write_bytes(args.out / name, data)
+        print(f"\nwrote {', '.join(files)} in {args.out}")
+    if args.write_plan:
+        _write_plan(args.write_plan, found)
+
+
+def _write_plan(folder: Path, found: Findings) -> None:
+    """The designed runs as scenario files, and the command that flies them."""
+    from ..identifiability.design import scenario_texts
+    from ..record.atomic import write_text
+
+    assert found.design is not None
+    texts, runs = scenario_texts(found.design)
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    print(f"\nwrote {', '.join(texts)} in {folder}; fly them with")
+    print(f"  vtank run {' '.join(str(folder / name) for name in runs)} --out data")

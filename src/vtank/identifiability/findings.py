@@ -1,0 +1,187 @@
+"""Everything found about a plan: sentences, tables, a document for JSON, and the page."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..identify.report_text import Sheet
+from ..reproduce.document import Block, Heading, Paragraph, Picture, Table, html
+from .advice import Remedy
+from .bias import BiasMap
+from .design import REST_MIN, Design, minutes
+from .estimators import METHODS
+from .profile import Profile
+from .study import Study
+from .tables import bounds_sheet, design_sheet, effects_sheet, trials_sheet
+from .trials import Trials
+from .verdicts import Verdict
+from .words import called, sentences
+
+SCHEMA = "vtank-identifiability-1"
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What was looked at; parts that were not asked for are None.
+
+    Attributes:
+        checked: the Monte Carlo of the designed plan.
+    """
+
+    study: Study
+    remedies: tuple[Remedy, ...]
+    profiles: tuple[Profile, ...]
+    trials: Trials | None = None
+    bias: BiasMap | None = None
+    design: Design | None = None
+    checked: Trials | None = None
+
+    def sentences(self) -> list[str]:
+        """Verdicts in plain words."""
+        return [*sentences(self.study, self.remedies), *self._estimators(), *self._design()]
+
+    def sheets(self) -> list[Sheet]:
+        """All tables."""
+        found = [bounds_sheet(self.study), effects_sheet(self.study)]
+        found += [trials_sheet(self.trials)] if self.trials else []
+        return found + ([design_sheet(self.study, self.design)] if self.design else [])
+
+    def _estimators(self) -> list[str]:
+        if self.trials is None:
+            return []
+        t, likelihood = self.trials, METHODS[0]
+        most, cover = 100.0 * np.abs(t.bias(likelihood)[0]).max(), 100.0 * t.coverage(likelihood)
+        off = {m: ", ".join(f"{called(n)} {100.0 * b:+.0f} %" for n, b in zip(t.names, t.bias(m)[0], strict=True))
+               for m in METHODS}  # fmt: skip
+        return [
+            f"On {t.seeds} seeds the likelihood's bias stays within {most:.2g} %, its 95 % intervals hold the truth in "
+            f"{cover.min():.0f} to {cover.max():.0f} % of cases.",
+            f"On the same recordings the paper's Kalman filter is off by {off['kalman']} (median), its two-stage form "
+            f"by {off['two_stage']}, least squares by {off['least_squares']}: their regression differentiates the "
+            "sonar, and its step of 0.5 s is about as long as the lag.",
+        ]
+
+    def _design(self) -> list[str]:
+        if self.design is None:
+            return []
+        d = self.design
+        gains = ", ".join(f"{called(n)} {g:.2g}" for n, g in zip(d.free, d.gain, strict=True))
+        text = (
+            f"In the same {minutes(d.given):g} min ({REST_MIN:g} min of rest a run) the designed plan's bounds are "
+            f"smaller by these factors: {gains}."
+        )
+        if self.checked is not None and self.trials is not None:
+            ratio = self.trials.spread(METHODS[0]) / self.checked.spread(METHODS[0])
+            seen = ", ".join(f"{called(n)} {r:.2g}" for n, r in zip(d.free, ratio, strict=True))
+            text += f" On {self.checked.seeds} seeds the likelihood's spread is smaller by {seen}."
+        return [text]
+
+    def document(self) -> dict[str, Any]:
+        """For JSON."""
+        s = self.study
+        content: dict[str, Any] = {
+            "schema": SCHEMA,
+            "scenarios": [f.scenario.name for f in s.flown],
+            "truth": s.truth.name,
+            "model": s.model,
+            "seed": s.seed,
+            "minutes": s.information.minutes,
+            "verdicts": self.sentences(),
+            "parameters": {
+                name: {"truth": float(true), "bound": float(bound), "relative": float(relative)}
+                for name, true, bound, relative in zip(s.free, s.true, s.bound, s.relative, strict=True)
+            },
+            "correlation": s.correlation.tolist(),
+            "condition": s.condition,
+            "effects": {v.effect.name: _effect(v) for v in s.verdicts},
+            "one_run_more": [_remedy(r) for r in self.remedies],
+            "profiles": {
+                p.name: {"deviations": p.deviations.tolist(), "drop": p.drop.tolist(),
+                         "interval95": [_plain(x) for x in p.interval95]}
+                for p in self.profiles
+            },
+        }  # fmt: skip
+        if self.trials:
+            content["estimators"] = _trials(self.trials)
+        if self.bias:
+            content["bias"] = _bias(self.bias)
+        if self.design:
+            content["design"] = _design(self.design) | ({"estimators": _trials(self.checked)} if self.checked else {})
+        return content
+
+    def page(self, png: bytes) -> str:
+        """One HTML file with the picture in it."""
+        s = self.study
+        title = f"Identifiability of Model {s.model}: {', '.join(f.run.name for f in s.flown)}"
+        picture = Picture(f"data:image/png;base64,{base64.b64encode(png).decode()}", "Bounds, estimators and bias")
+        blocks: list[Block] = [Heading(title, 1), *map(Paragraph, self.sentences()), picture]
+        for sheet in self.sheets():
+            blocks += [Heading(sheet.title), Table(sheet.header, sheet.rows, sheet.notes, left=sheet.left)]
+        return html(title, blocks)
+
+
+def _plain(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _effect(v: Verdict) -> dict[str, Any]:
+    return {
+        "standing": v.standing,
+        "size": v.size,
+        "unit": v.unit,
+        "signature": v.signature,
+        "left": v.left,
+        "kept": v.kept,
+        "seen_from": _plain(v.needed),
+        "rivals": dict(v.rivals),
+        "moves": dict(v.moves),
+    }
+
+
+def _remedy(r: Remedy) -> dict[str, Any]:
+    rival = None if r.pair is None else r.pair.b.name
+    return {
+        "effect": r.verdict.effect.name,
+        "rival": rival,
+        "before": r.before,
+        "repeat": r.repeat,
+        "after": r.after,
+        "experiment": r.experiment,
+        "needs_speed_sensor": r.sensor,
+    }
+
+
+def _trials(t: Trials) -> dict[str, Any]:
+    rows = {}
+    for method in METHODS:
+        bias, doubt = t.bias(method)
+        columns = (bias, doubt, t.spread_over_bound(method), t.coverage(method))
+        keys = ("bias", "bias_sd", "spread_over_bound", "coverage95")
+        rows[method] = {
+            name: {key: _plain(column[i]) for key, column in zip(keys, columns, strict=True)}
+            for i, name in enumerate(t.names)
+        }
+    return {"seeds": t.seeds, **rows}
+
+
+def _bias(b: BiasMap) -> dict[str, Any]:
+    error = {method: [[[_plain(x) for x in w] for w in s] for s in b.error[method]] for method in METHODS}
+    axes = {"noise_m": b.noise_m.tolist(), "rad_s": b.rad_s.tolist(), "parameters": list(b.names), "seeds": b.seeds}
+    return {**axes, "amplitude_m": b.amplitude_m.tolist(), "median_error": error}
+
+
+def _design(d: Design) -> dict[str, Any]:
+    return {
+        "runs": [
+            {"count": count, "run": item.words, "minutes": item.information.minutes} for count, item in d.counted()
+        ],
+        "minutes_with_rest": minutes(d.items),
+        "minutes_given": minutes(d.given),
+        "relative_bounds": dict(zip(d.free, d.relative(d.items).tolist(), strict=True)),
+        "gain": dict(zip(d.free, d.gain.tolist(), strict=True)),
+        "gain_at_equal_time": dict(zip(d.free, d.gain_per_minute.tolist(), strict=True)),
+    }
