@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from vtank.diagnose.diagnosis import SCHEMA, diagnose
+from vtank.diagnose.score import linearise
 from vtank.dynamics.parameters import vector
 from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import CATALOGUE
@@ -84,3 +86,14 @@ def test_document_keeps_the_contract():
     assert {"none", "parameters", "unknown", "linear_drag"} <= set(document["probabilities"])
     assert document["absorbed"] == ["sonar_scale", "sonar_offset"]
     assert ["command_delay", "sonar_latency"] in [sorted(pair) for pair in document["tied"]]
+    for stated in document["baselines"].values():
+        assert math.isclose(sum(stated.values()), 1.0, rel_tol=1e-9)
+    assert max(document["baselines"]["BIC"], key=document["baselines"]["BIC"].get) == "parameters"
+
+
+def test_functions_that_the_parameters_take_up_explain_nothing_more():
+    near = linearise(diagnose(flown(OTHER), NOMINAL).selection.refit)
+    rest = near.remaining(near.jacobian)
+    assert np.linalg.norm(rest, axis=0) == pytest.approx(0.0, abs=1e-3 * np.linalg.norm(near.jacobian, axis=0).max())
+    stiff = near.jacobian @ np.random.default_rng(3).standard_normal((near.jacobian.shape[1], 4))
+    assert abs(near.explain(stiff)[0]) < 0.1

@@ -11,6 +11,7 @@ import numpy as np
 from ..dynamics.parameters import vector
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..identify.observed import Observed
+from .baselines import baselines
 from .foreign import grow, nominal_of, thinned
 from .selection import Selection, prepare, select
 from .verdict import Verdict, decide, probabilities
@@ -51,6 +52,7 @@ class Diagnosis:
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
             "tied": [[e.name, *(n for n in e.confused_with if BY_NAME[n].standing == "tied")]
                      for e in CATALOGUE if e.standing == "tied"][:1],
+            "baselines": baselines(self.selection),
             "seed": self.seed,
         }  # fmt: skip
 

@@ -18,6 +18,7 @@ from ..identify.observed import SPEED
 from ..identify.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
+from .score import Linearised, linearise
 
 HARMONICS = (2, 3, 4, 5)  # multiples of the drive frequency at which a force line is looked for
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
@@ -43,7 +44,7 @@ class Discrepancy:
 
 def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     """Gain of every family of unnamed discrepancies on top of a fitted hypothesis."""
-    problem, theta = named.problem, named.optimum.theta
+    problem, theta, near = named.problem, named.optimum.theta, linearise(named)
     tracks = problem.track(theta, simulated(problem, theta))
     shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
     lines = [_force_lines(setting, k) for k in range(len(tracks))]
@@ -55,11 +56,10 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     ]
     out = []
     for channel, family, columns, basis, shared in families:
-        gain, coefficients = _evidence(named, columns)
+        gain, coefficients = _evidence(near, columns)
         pieces = _combine(basis, coefficients, shared)
         out.append(Discrepancy(channel, family, gain, pieces))
-    out += [_outliers(setting, named), _lone_readings(setting, named)]
-    return out
+    return [*out, _outliers(setting, named)]
 
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
@@ -67,14 +67,10 @@ def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     return problem.with_noise(problem.noise.calm()).filter(theta)
 
 
-def _evidence(named: Fitted, columns: np.ndarray) -> tuple[float, np.ndarray]:
+def _evidence(near: Linearised, columns: np.ndarray) -> tuple[float, np.ndarray]:
     """Log Bayes factor of Gaussian coefficients on `columns` (sum M, K) against none, and the best coefficients."""
-    r = named.problem.residuals(named.optimum.theta, named.filtered)
-    J = named.problem.jacobian(named.optimum.theta, named.filtered, r)
-    solve = np.linalg.solve(named.optimum.information, J.T @ np.column_stack([columns, r]))
-    orthogonal = np.column_stack([columns, r]) - J @ solve
-    A = columns.T @ orthogonal[:, :-1]
-    b = -columns.T @ orthogonal[:, -1]
+    rest = near.remaining(columns)
+    A, b = columns.T @ rest, -rest.T @ near.residual
     kept = np.diag(A) > TAKEN_UP * np.sum(columns**2, axis=0)
     scale = np.sqrt(np.diag(A)[kept])
     values, vectors = np.linalg.eigh(A[np.ix_(kept, kept)] / np.outer(scale, scale))
@@ -204,11 +200,3 @@ def _outliers(setting: Setting, named: Fitted) -> Discrepancy:
     count, total = sum(int(f.sum()) for f in setting.flags), sum(f.size for f in setting.flags)
     gain = 0.0 if "sonar_multipath" in named.hypothesis.name else outliers.rate_evidence(count, total)
     return Discrepancy("sensor", "lone ranges", gain)
-
-
-def _lone_readings(setting: Setting, named: Fitted) -> Discrepancy:
-    """Lone propeller readings of any size and sign, where the named explanation has none."""
-    lone = outliers.lone_readings(setting.runs)
-    known = "tachometer_spikes" in named.hypothesis.name
-    gain = 0.0 if known else outliers.rate_evidence(lone.sizes.size, lone.total)
-    return Discrepancy("sensor", "lone propeller readings", gain)

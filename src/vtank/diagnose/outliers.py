@@ -1,14 +1,16 @@
-"""Readings that stand alone: lone long ranges (multipath) and lone propeller readings (spikes), found without a model.
+"""Readings that stand alone: lone long ranges (multipath), and readings of the propeller that the range gives the lie.
 
-A reading is flagged when it differs from the running median of its neighbours by more than six robust deviations.
-All hypotheses see the same flags: flagged ranges do not steer the filter, and a background of outliers from nowhere
-is granted to everybody, so that multipath or spikes win only by explaining what the background explains badly.
+A range is flagged when it lies off what its neighbours on both sides say by more than six robust deviations. All
+hypotheses see the same flags: flagged ranges do not steer the filter, and a background of outliers from nowhere is
+granted to everybody, so that multipath wins only by explaining what the background explains badly.
+
+A propeller may well do what a lone reading says: a controller that hunts makes it jump. Whether the tachometer spiked
+is therefore left to the other sensor, by the innovations of the range with the spikes taken off and left on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import median_filter
@@ -22,12 +24,31 @@ BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to ever
 SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
 SPIKE_SHARES = (0.12, 0.18, 0.27, 0.4, 0.6)  # sizes tried, over the root mean square of the input
 FEWEST = 3  # flags from which an outlier effect is considered
+NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
+CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
 
 
-def _stands_alone(values: np.ndarray, width: int, floor: float) -> np.ndarray:
-    away = np.abs(values - median_filter(values, size=width, mode="nearest"))
-    spread = float(np.quantile(away, 0.8)) / 1.2816  # robust to one outlier in five, and to readings that stand still
-    return away > max(THRESHOLD * spread, floor)
+def _away(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """How far each reading lies from the median of the chords between neighbours, shape (M,); 0 in steady motion."""
+    t, x = (np.pad(v, NEIGHBOURS, mode="reflect", reflect_type="odd") for v in (time, values))
+    here, chords = slice(NEIGHBOURS, -NEIGHBOURS), []
+    for j in range(1, NEIGHBOURS + 1):
+        before, after = slice(NEIGHBOURS - j, -NEIGHBOURS - j), slice(NEIGHBOURS + j, x.size - NEIGHBOURS + j)
+        share = (t[here] - t[before]) / (t[after] - t[before])
+        chords.append(x[before] + share * (x[after] - x[before]))
+    return np.asarray(values - np.median(chords, axis=0))
+
+
+def _stands_alone(time: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray:
+    if values.size <= NEIGHBOURS:
+        return np.zeros(values.size, dtype=bool)
+    away = np.abs(_away(time, values))
+    spread = float(np.sqrt(np.mean(np.minimum(away, np.quantile(away, CUT)) ** 2))) / SHRUNK
+    limit = max(THRESHOLD * spread, floor)
+    alone = away > limit
+    if np.any(alone):  # a good reading whose neighbours stand alone is not far from the other good ones
+        alone[alone] = np.abs(values[alone] - np.interp(time[alone], time[~alone], values[~alone])) > limit
+    return alone
 
 
 def long_ranges(run: Observed) -> np.ndarray:
@@ -37,7 +58,7 @@ def long_ranges(run: Observed) -> np.ndarray:
         chosen = run.kind == kind
         values = run.value[chosen]
         resolution = _resolution(values)
-        flags[chosen] = _stands_alone(values, 5, 4.0 * resolution)
+        flags[chosen] = _stands_alone(run.time_s[chosen], values, 4.0 * resolution)
     return flags
 
 
@@ -46,75 +67,34 @@ def _resolution(values: np.ndarray) -> float:
     return float(np.min(steps[steps > 1e-9])) if np.any(steps > 1e-9) else 0.0
 
 
-@dataclass(frozen=True)
-class LoneReadings:
-    """Lone propeller readings of all runs.
-
-    Attributes:
-        sizes: how far each stands from its neighbours [unit of the input], shape (count,).
-        spread: robust deviation of the other readings about their neighbours [unit of the input].
-        span: width over which a reading may fall [unit of the input].
-        total: number of readings.
-    """
-
-    sizes: np.ndarray
-    spread: float
-    span: float
-    total: int
-
-    @property
-    def size(self) -> float:
-        """Typical size [unit of the input]; 0 where there are too few to speak of."""
-        return float(np.median(self.sizes)) if self.sizes.size >= FEWEST else 0.0
-
-    def evidence(self) -> float:
-        """Log evidence of spikes of one size against a background of lone readings that are real."""
-        count = self.sizes.size
-        if count < FEWEST:
-            return none_seen(self.total)
-        p, sd = count / self.total, max(2.0 * self.spread, 0.02 * self.size)
-        near = np.exp(-0.5 * ((self.sizes - self.size) / sd) ** 2) / (sd * np.sqrt(2.0 * np.pi))
-        gain = np.log(p * near + BACKGROUND / self.span) - np.log(BACKGROUND / self.span)
-        return float(np.sum(gain) + (self.total - count) * np.log1p(-p) - np.log(self.total) - 0.5 * np.log(count))
-
-
-def lone_readings(runs: Sequence[Observed]) -> LoneReadings:
-    """Propeller readings that stand alone, in all runs.
-
-    They are looked for in n|n|: a controller that asks for a thrust makes n jump whenever it crosses zero.
-    """
-    sizes, moves, span = [], [], 0.0
-    for run in (run for run in runs if run.input.size >= 5):
-        deviation = run.input - median_filter(run.input, size=5, mode="nearest")
-        thrust = run.input * np.abs(run.input)
-        lone = _stands_alone(thrust, 5, 0.01 * float(np.max(np.abs(thrust))))
-        lone &= ~np.roll(lone, 1) & ~np.roll(lone, -1)
-        sizes.append(np.abs(deviation[lone]))
-        moves.append(np.abs(deviation[~lone]))
-        span = max(span, float(np.ptp(run.input)))
-    spread = 1.4826 * float(np.median(np.concatenate(moves))) if moves else 0.0
-    found = np.concatenate(sizes) if sizes else np.zeros(0)
-    return LoneReadings(found, spread, span, sum(run.input.size for run in runs))
-
-
 def spike_sizes(runs: Sequence[Observed]) -> list[float]:
     """Sizes of spikes to be tried [unit of the input]: that of the lone readings, and shares of the usual input."""
-    lone = lone_readings(runs).size
+    lone = _lone_size(runs)
     usual = float(np.sqrt(np.mean(np.concatenate([run.input for run in runs]) ** 2)))
     return ([lone] if lone > 0.0 else []) + [share * usual for share in SPIKE_SHARES]
 
 
-def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
-    """Log evidence of the readings themselves for spikes of a size, and their probability per reading [-].
+def _lone_size(runs: Sequence[Observed]) -> float:
+    """Typical size of the readings that stand alone in n|n| [unit of the input]; 0 where there are too few.
 
-    Spikes hidden in the usual scatter of the readings leave no trace there; only the range can tell them.
+    n itself jumps whenever a controller that asks for a thrust crosses zero.
     """
-    lone = lone_readings(runs)
-    repaired = sum(int(np.sum(_repaired(run.input, size))) for run in runs)
+    sizes = []
+    for run in runs:
+        thrust = run.input * np.abs(run.input)
+        lone = _stands_alone(run.input_time_s, thrust, 0.01 * float(np.max(np.abs(thrust))))
+        lone &= ~np.roll(lone, 1) & ~np.roll(lone, -1)
+        sizes.append(np.abs(_away(run.input_time_s, run.input)[lone]))
+    found = np.concatenate(sizes) if sizes else np.zeros(0)
+    return float(np.median(found)) if found.size >= FEWEST else 0.0
+
+
+def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
+    """Log evidence of having tried several sizes of spikes, and the share of readings a size takes off [-]."""
+    repaired, total = sum(int(np.sum(_repaired(run.input, size))) for run in runs), sum(run.input.size for run in runs)
     if repaired < FEWEST:
-        return none_seen(lone.total), 0.0
-    own = lone.evidence() if lone.sizes.size >= FEWEST else 0.0
-    return own - float(np.log(len(SPIKE_SHARES) + 1)), repaired / lone.total
+        return none_seen(total), 0.0
+    return -float(np.log(len(SPIKE_SHARES) + 1)), repaired / total
 
 
 def _repaired(n: np.ndarray, size: float) -> np.ndarray:
@@ -142,6 +122,8 @@ def multipath(filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tupl
     if e.size < FEWEST:
         return none_seen(total), 0.0, 0.0
     extra = float(np.median(e))
+    if extra <= 0.0:  # an echo by way of the surface is late, never early
+        return none_seen(total), 0.0, 0.0
     p = e.size / total
     near = np.exp(-0.5 * (e - extra) ** 2 / base) / np.sqrt(2.0 * np.pi * base)
     mixture = np.log(p * near + BACKGROUND / SPAN_M) - np.log(BACKGROUND / SPAN_M)

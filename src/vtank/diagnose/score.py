@@ -34,12 +34,16 @@ class Linearised:
     residual: np.ndarray
     jacobian: np.ndarray
 
+    def remaining(self, columns: np.ndarray) -> np.ndarray:
+        """What the fit's own parameters, held by their priors, cannot take up of columns (sum M, K)."""
+        J = self.jacobian
+        information = J.T @ J + np.diag(self.fit.prior.sd**-2)
+        return np.asarray(columns - J @ np.linalg.solve(information, J.T @ columns))
+
     def explain(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's parameters."""
-        J, r = self.jacobian, self.residual
-        taken = np.linalg.solve(self.fit.optimum.information, J.T @ np.column_stack([columns, r]))
-        A = columns.T @ columns - (columns.T @ J) @ taken[:, :-1]
-        b = -columns.T @ r + (columns.T @ J) @ taken[:, -1]
+        rest = self.remaining(columns)
+        A, b = columns.T @ rest, -rest.T @ self.residual
         scale = np.sqrt(np.maximum(np.diag(A), 1e-30))
         coefficients = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0] / scale
         return 0.5 * float(b @ coefficients), coefficients
