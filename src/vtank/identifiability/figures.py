@@ -129,7 +129,7 @@ def _bias_rows(band: Any, bias: BiasMap) -> None:
         for s, ax in enumerate(row):
             _bias(ax, bias, i, s)
             if i == 0:
-                ax.set_title(f"Bias of one run, sonar noise {1e3 * bias.noise_m[s]:g} mm")
+                ax.set_title(f"Bias of one run{', bars 2 sd' * (s == 0)}; sonar {1e3 * bias.noise_m[s]:g} mm")
             if i == len(axes) - 1:
                 ax.set_xlabel("frequency of the sinusoid [rad/s]")
         row[0].set_ylabel(f"{NAMES[bias.names[i]]}, bias [%]")
@@ -142,7 +142,7 @@ def _bias(ax: Any, bias: BiasMap, i: int, s: int) -> None:
         middle, doubt = 100.0 * bias.error[method][s, :, i], 100.0 * bias.doubt[method][s, :, i]
         at = bias.rad_s * (1.0 + 0.02 * (k - 1.5))
         ax.errorbar(at, middle, yerr=2.0 * doubt, color=COLOURS[method], marker=MARKS[method], ms=4, lw=1.0,
-                    elinewidth=0.8, label=TITLES[method])  # fmt: skip
+                    elinewidth=0.6, label=TITLES[method])  # fmt: skip
     ax.axhline(0.0, color=INK, lw=1.0)
     ax.set(xscale="log", yscale="symlog")
     ax.set_yscale("symlog", linthresh=LINEAR_PERCENT)

@@ -7,15 +7,17 @@ expected one: a parabola of the Cramer-Rao width where the model is as good as l
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..diagnose.experiments import recorded
 from ..dynamics.parameters import slot, vector
-from ..identify.maximum_likelihood import refit
-from ..identify.problem import Problem
-from .flown import Array
+from ..identify.levenberg import descend
+from ..identify.maximum_likelihood import beforehand
+from ..identify.problem import Filtered, Noise, Problem
+from .flown import Array, Flown
+from .information import inverse
 from .study import Study
 
 LOOSE = 0.01  # relative bound from which a parameter counts as weak; a choice
@@ -30,7 +32,7 @@ class Profile:
     Attributes:
         name: of the parameter.
         deviations: distance over the Cramer-Rao deviation, shape (K,).
-        drop: 2 (log L at the truth - log L), shape (K,); deviations^2 where the likelihood is normal.
+        drop: 2 (log L at the truth - log L), shape (K,): deviations^2 where the likelihood is normal.
     """
 
     name: str
@@ -63,22 +65,42 @@ def weak(study: Study) -> list[str]:
 
 def profiles(study: Study, names: Sequence[str] | None = None, reach: Array = REACH) -> list[Profile]:
     """Of the weak parameters, or of these, at `reach` deviations by the bound, shape (K,)."""
-    first = study.flown[0]
     runs = tuple(recorded(f.run, f.p, f.scenario.standoff_m) for f in study.flown)
-    sd = dict(zip(study.free, study.bound, strict=True))
-    best = _likelihood(Problem(runs, first.p, study.free, noise=first.noise))
+    truth = Problem(runs, study.flown[0].p, study.free, noise=shared_noise(study.flown))
+    filtered = truth.filter(at_rest(truth))
+    sd = dict(zip(study.free, bound(truth, filtered), strict=True))
     out = []
     for name in weak(study) if names is None else names:
         left = tuple(other for other in study.free if other != name)
-        held = [vector({name: float(first.p[slot(name)]) + k * sd[name]}, first.p) for k in reach]
-        drop = [2.0 * (best - _likelihood(Problem(runs, p, left, noise=first.noise))) for p in held]
-        out.append(Profile(name, reach, np.array(drop)))
+        held = [vector({name: float(truth.base[slot(name)]) + k * sd[name]}, truth.base) for k in reach]
+        problems = [replace(truth, base=p, free=left) for p in held]
+        out.append(Profile(name, reach, np.array([least(problem, filtered) for problem in problems])))
     return out
 
 
-def _likelihood(problem: Problem) -> float:
-    """At the optimum near the problem's own parameters and a start from rest."""
+def shared_noise(flown: Sequence[Flown]) -> Noise:
+    """One noise level for all runs, as the likelihood has it: the disturbance at its rms over the runs."""
+    noise = flown[0].noise
+    return replace(noise, sigma=float(np.sqrt(np.mean([f.noise.sigma**2 for f in flown]))))
+
+
+def bound(truth: Problem, filtered: Sequence[Filtered]) -> Array:
+    """Cramer-Rao deviations of the free parameters at that noise level, shape (P,)."""
+    theta = at_rest(truth)
+    J = truth.jacobian(theta, filtered)
+    information = J.T @ J + np.diag(beforehand(truth, theta).weight)
+    return np.asarray(np.sqrt(np.diag(inverse(information))[: len(truth.free)]))
+
+
+def at_rest(problem: Problem) -> Array:
+    """Unknowns as in the problem's base, every run at rest at x = 0 at first, shape (size,)."""
     theta = problem.initial()
     for k in range(len(problem.runs)):
         theta[problem.own_slice(k)] = 0.0
-    return refit(problem, theta).log_likelihood
+    return theta
+
+
+def least(problem: Problem, filtered: Sequence[Filtered]) -> float:
+    """Least sum of squared innovations over their deviations near the base, with the filter's gains at the truth."""
+    theta = at_rest(problem)
+    return descend(problem, theta, filtered, beforehand(problem, theta)).cost
