@@ -78,9 +78,10 @@ def _ellipse(ax: Any, study: Study, trials: Trials | None, i: int, j: int) -> No
 
 def outline(covariance: Array, i: int, j: int) -> tuple[Array, Array]:
     """Points of the 95 % ellipse of two parameters."""
-    part = covariance[np.ix_([i, j], [i, j])]
+    values, vectors = np.linalg.eigh(covariance[np.ix_([i, j], [i, j])])
     angle = np.linspace(0.0, 2.0 * np.pi, 120)
-    x, y = np.linalg.cholesky(part) @ np.array([np.cos(angle), np.sin(angle)]) * np.sqrt(CHI2)
+    circle = np.array([np.cos(angle), np.sin(angle)])
+    x, y = (vectors * np.sqrt(np.maximum(CHI2 * values, 0.0))) @ circle
     return x, y
 
 
