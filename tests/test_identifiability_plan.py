@@ -100,7 +100,7 @@ def test_sentences_carry_the_computed_numbers(slow, advised):
     latency = next(r for r in found if r.pair is None and r.verdict.effect.name == "sonar_latency")
     assert f"sonar latency of 0.1 s is hardly seen: {latency.before:.1f} of" in text
     assert f"{latency.before:.1f} -> {latency.after:.0f}" in text
-    assert "sonar scale is absorbed: at 0.01, alpha +1 %, beta +1 % take its place." in text
+    assert "sonar scale is absorbed: at 0.01, its place is taken by alpha +1 %, beta +1 %." in text
 
 
 # --- Monte Carlo ---------------------------------------------------------------------------------------------------

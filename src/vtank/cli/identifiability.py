@@ -77,38 +77,61 @@ def _chosen(args: argparse.Namespace) -> tuple[list[Scenario], Truth, Model]:
 
 
 def _found(args: argparse.Namespace, scenarios: list[Scenario], truth: Truth, model: Model) -> Findings:
+    """Bounds and advice always, the rest as asked for."""
     from ..identifiability.advice import library, options, remedies
-    from ..identifiability.bias import bias_map, cells, seeds_of_cell
-    from ..identifiability.design import confirmed, longest, pool
     from ..identifiability.findings import Findings
     from ..identifiability.profile import profiles
     from ..identifiability.study import study
-    from ..identifiability.trials import trials
     from .progress import progress
 
     looked = study(scenarios, truth, model, args.seed)
     some = library(looked)
     with progress("runs that could be added", len(some)) as advance:
         advice = remedies(looked, options(looked, some, advance))
-    chance = (args.seed, args.processes)
-    tried = bias = found = checked = None
+    found = Findings(looked, tuple(advice), tuple(profiles(looked)))
     if args.seeds:
-        with progress("Monte Carlo", args.seeds) as advance:
-            tried = trials(scenarios, truth, model, looked.bound, args.seeds, *chance, advance)
-        map_of = cells(scenarios[0], truth)
-        with progress("bias over frequency and noise", len(map_of)) as advance:
-            bias = bias_map(map_of, truth, model, seeds_of_cell(args.seeds), *chance, advance)
-    if args.design:
-        some = longest(looked)
-        with progress("runs to choose from", len(some)) as advance:
-            items = pool(looked, some, advance)
-        found = confirmed(looked, items, args.processes)
-        if args.seeds:
-            plan = [item.flown.scenario for item in found.items]
-            bound = found.relative(found.items) * looked.information.sizes(looked.free)
-            with progress("Monte Carlo of the design", args.seeds) as advance:
-                checked = trials(plan, truth, model, bound, args.seeds, *chance, advance)
-    return Findings(looked, tuple(advice), tuple(profiles(looked)), tried, bias, found, checked)
+        found = _tried(args, found, scenarios)
+    return _designed(args, found) if args.design else found
+
+
+def _tried(args: argparse.Namespace, found: Findings, scenarios: list[Scenario]) -> Findings:
+    """With the Monte Carlo of the plan, and single runs over frequency and noise."""
+    from dataclasses import replace
+
+    from ..identifiability.bias import bias_map, cells, seeds_of_cell
+    from ..identifiability.trials import trials
+    from .progress import progress
+
+    looked, rest = found.study, (args.seed, args.processes)
+    with progress("Monte Carlo", args.seeds) as advance:
+        tried = trials(scenarios, looked.truth, looked.model, looked.bound, args.seeds, *rest, advance)
+    some = cells(scenarios[0], looked.truth)
+    with progress("bias over frequency and noise", len(some)) as advance:
+        bias = bias_map(some, looked.truth, looked.model, seeds_of_cell(args.seeds), *rest, advance)
+    return replace(found, trials=tried, bias=bias)
+
+
+def _designed(args: argparse.Namespace, found: Findings) -> Findings:
+    """With a better plan, and its Monte Carlo."""
+    from dataclasses import replace
+
+    from ..identifiability.design import confirmed, longest, pool
+    from ..identifiability.trials import trials
+    from .progress import progress
+
+    looked = found.study
+    some = longest(looked)
+    with progress("runs to choose from", len(some)) as advance:
+        items = pool(looked, some, advance)
+    plan = confirmed(looked, items, args.processes)
+    if not args.seeds:
+        return replace(found, design=plan)
+    scenarios = [item.flown.scenario for item in plan.items]
+    bound = plan.relative(plan.items) * looked.information.sizes(looked.free)
+    with progress("Monte Carlo of the design", args.seeds) as advance:
+        rest = (args.seed, args.processes, advance)
+        checked = trials(scenarios, looked.truth, looked.model, bound, args.seeds, *rest)
+    return replace(found, design=plan, checked=checked)
 
 
 def _print(found: Findings) -> None:

@@ -61,8 +61,12 @@ class Design:
 
     def relative(self, items: Sequence[Item]) -> Array:
         """Relative bounds of the parameters by these runs, shape (P,)."""
-        total = sum((item.information for item in items[1:]), items[0].information)
-        return np.asarray(np.sqrt(np.diag(total.covariance(self.free))))
+        return np.asarray(np.sqrt(np.diag(summed(items).covariance(self.free))))
+
+    @property
+    def information(self) -> Information:
+        """Of the whole plan."""
+        return summed(self.items)
 
     @property
     def gain(self) -> Array:
@@ -79,6 +83,11 @@ class Design:
         counts = Counter(item.words for item in self.items)
         first = {item.words: item for item in reversed(self.items)}
         return [(count, first[words]) for words, count in counts.items()]
+
+
+def summed(items: Sequence[Item]) -> Information:
+    """Information of these runs together."""
+    return sum((item.information for item in items[1:]), items[0].information)
 
 
 def minutes(items: Sequence[Item]) -> float:

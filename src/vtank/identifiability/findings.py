@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..identify.paper_settings import PaperSettings
 from ..identify.report_text import Sheet
 from ..reproduce.document import Block, Heading, Paragraph, Picture, Table, html
 from .advice import Remedy
@@ -18,8 +19,8 @@ from .profile import Profile
 from .study import Study
 from .tables import bounds_sheet, design_sheet, effects_sheet, trials_sheet
 from .trials import Trials
-from .verdicts import Verdict
-from .words import called, sentences
+from .verdicts import Verdict, closest
+from .words import called, plain, sentences
 
 SCHEMA = "vtank-identifiability-1"
 
@@ -57,18 +58,22 @@ class Findings:
         most, cover = 100.0 * np.abs(t.bias(likelihood)[0]).max(), 100.0 * t.coverage(likelihood)
         off = {m: ", ".join(f"{called(n)} {100.0 * b:+.0f} %" for n, b in zip(t.names, t.bias(m)[0], strict=True))
                for m in METHODS}  # fmt: skip
+        wide = np.nanmedian(t.claimed["kalman"] / t.bound, axis=0)
+        tau = self.study.truth.tau_s
         return [
-            f"On {t.seeds} seeds the likelihood's bias stays within {most:.2g} %, its 95 % intervals hold the truth in "
-            f"{cover.min():.0f} to {cover.max():.0f} % of cases.",
+            f"On {t.seeds} seeds the likelihood's bias stays within {most:.2g} %; its 95 % intervals hold the truth in "
+            f"{cover.min():.0f} % of cases at least.",
             f"On the same recordings the paper's Kalman filter is off by {off['kalman']} (median), its two-stage form "
             f"by {off['two_stage']}, least squares by {off['least_squares']}: their regression differentiates the "
-            "sonar, and its step of 0.5 s is about as long as the lag.",
+            f"sonar and steps {PaperSettings().regression_step_s:g} s at a time, with a lag of {tau:g} s.",
+            f"The Kalman filter's intervals are {wide.min():.2g} to {wide.max():.2g} times as wide as the bound: "
+            "what they hold says nothing about its estimates.",
         ]
 
     def _design(self) -> list[str]:
         if self.design is None:
             return []
-        d = self.design
+        d, s = self.design, self.study
         gains = ", ".join(f"{called(n)} {g:.2g}" for n, g in zip(d.free, d.gain, strict=True))
         text = (
             f"In the same {minutes(d.given):g} min ({REST_MIN:g} min of rest a run) the designed plan's bounds are "
@@ -77,7 +82,12 @@ class Findings:
         if self.checked is not None and self.trials is not None:
             ratio = self.trials.spread(METHODS[0]) / self.checked.spread(METHODS[0])
             seen = ", ".join(f"{called(n)} {r:.2g}" for n, r in zip(d.free, ratio, strict=True))
-            text += f" On {self.checked.seeds} seeds the likelihood's spread is smaller by {seen}."
+            doubt = 100.0 * 0.9 * np.sqrt(1.0 / self.trials.seeds + 1.0 / self.checked.seeds)
+            text += f" On {self.checked.seeds} seeds the likelihood's spread is smaller by {seen} (+- {doubt:.0f} %)."
+        near = [closest(info, s.flown, s.free) for info in (s.information, d.information)]
+        told = [f"{plain(p.a.name)} and {plain(p.b.name)} ({p.separation:.0f} deviations)" for p in near if p]
+        if len(told) == 2:
+            text += f" The closest effects are {told[1]}, by the given plan {told[0]}."
         return [text]
 
     def document(self) -> dict[str, Any]:

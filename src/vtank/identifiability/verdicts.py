@@ -19,6 +19,7 @@ from .sensitivity import OUTLIERS, Quantity
 
 SEEN = 3.0  # deviations from which two accounts of the data are told apart: one chance in a thousand
 NONE_LEFT = 1e-3  # share of an effect below which nothing is left of it but rounding
+ONE = 0.1  # deviations below which two effects are one and the same to a sonar, whatever the run; a choice
 JUDGED = ("separable", "tied", "too small")  # effects that are neither in the model nor absorbed nor outliers
 MATTERS = 0.7  # share of its deviations that a rival must leave of an effect for the two to be no pair; a choice
 CLEAR = 10.0  # deviations below which telling apart is still a matter of luck: the right one is named 4 times in 5
@@ -176,3 +177,9 @@ def doubles(found: Sequence[Verdict]) -> set[str]:
     order = [v.effect.name for v in found]
     return {v.effect.name for v in found if v.standing in JUDGED for rival, left in v.rivals
             if left < NONE_LEFT * v.left and order.index(rival) > order.index(v.effect.name)}  # fmt: skip
+
+
+def closest(info: Information, flown: Sequence[Flown], free: Sequence[str]) -> Pair | None:
+    """The closest pair of effects that are two at all to these runs."""
+    found = pairs(info, verdicts(info, flown, free), free)
+    return next((pair for pair in found if pair.separation > ONE), None)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..dynamics.parameters import slot
 from ..identify.report_text import NAMES, number
 from .advice import Remedy
 from .study import Study
@@ -32,7 +33,12 @@ def size(v: Verdict) -> str:
 
 def moved(v: Verdict) -> str:
     """What an effect that is left out does to the model's parameters: "alpha +3 %, tau -5 %"."""
-    return ", ".join(f"{called(name)} {100.0 * by:+.2g} %" for name, by in v.moves if abs(by) >= NOTED)
+    return ", ".join(f"{called(name)} {percent(by)}" for name, by in v.moves if abs(by) >= NOTED)
+
+
+def percent(share: float) -> str:
+    """A signed share in per cent, of two digits or more."""
+    return f"{100.0 * share:+.0f} %" if abs(share) >= 0.1 else f"{100.0 * share:+.2g} %"
 
 
 def sentences(study: Study, remedies: Sequence[Remedy]) -> list[str]:
@@ -45,6 +51,11 @@ def _parameters(study: Study) -> Iterator[str]:
     minutes = study.information.minutes
     runs = f"These {len(study.flown)} runs of {minutes:g} min in all" if len(study.flown) > 1 else "This run"
     yield f"{runs} can tell {', '.join(parts)} (one deviation)."
+    for name in ("thrust_loss.gamma", "thrust_lag.tau"):
+        value = study.flown[0].p[slot(name)]
+        if value != 0.0 and name not in study.free:
+            known = f"the truth has {called(name)} = {value:.3g}, which Model {study.model} leaves out"
+            yield f"Mind that {known}: the bounds take it as known, and the estimators below do not know it."
     deviation, direction = study.weakest
     ups = [f"{called(n)} {'up' if d > 0.0 else 'down'}" for n, d in zip(study.free, direction, strict=True)
            if abs(d) > 0.2]  # fmt: skip
@@ -58,7 +69,7 @@ def _parameters(study: Study) -> Iterator[str]:
 def _absorbed(study: Study) -> Iterator[str]:
     for v in study.verdicts:
         if v.standing == "absorbed":
-            by = f"{moved(v)} take its place" if moved(v) else "the unknown start of each run takes its place"
+            by = f"its place is taken by {moved(v) or 'the unknown start of each run'}"
             yield f"{plain(v.effect.name)} is absorbed: at {v.size:.2g} {v.unit}".rstrip() + f", {by}."
 
 
