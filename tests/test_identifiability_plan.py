@@ -28,18 +28,23 @@ from vtank.identifiability.design import (
     pool,
     scenario_texts,
 )
-from vtank.identifiability.estimators import METHODS, _paper
+from vtank.identifiability.estimators import METHODS, _paper, likelihood
 from vtank.identifiability.findings import Findings
+from vtank.identifiability.flown import noise_of
 from vtank.identifiability.study import PAPER, study
 from vtank.identifiability.trials import Trials, trials
 from vtank.identifiability.verdicts import separation, slots_of
 from vtank.identifiability.words import sentences
+from vtank.identify.maximum_likelihood import identify
+from vtank.identify.observed import observe
 from vtank.identify.paper import estimate
 from vtank.identify.paper_settings import PaperSettings
 from vtank.identify.regression import regression
+from vtank.pilot.plan import plan_run
 from vtank.scenario.clearance import MARGIN_M, clearances
 from vtank.scenario.scenario import load_scenario, scenario_names
 from vtank.scenario.written import as_toml
+from vtank.simulate import simulate_surge
 from vtank.waves import Waves
 
 QUIET = ("tachometer.noise_rev_s=0",)
@@ -125,6 +130,18 @@ def test_least_squares_is_biased_where_the_likelihood_is_not(quiet_trials):
     (likelihood, _), (squares, doubt) = found.bias("likelihood"), found.bias("least_squares")
     assert abs(likelihood[tau]) < 0.05
     assert squares[tau] < -0.3 and abs(squares[tau]) > 10.0 * doubt[tau]
+
+
+def test_the_likelihood_of_the_trials_is_that_of_the_command():
+    scenarios = [load_scenario(name) for name in PAPER]
+    plans = [plan_run(scenario, i, 4, TRUTH) for i, scenario in enumerate(scenarios)]
+    runs = [result.run for result in simulate_surge(plans)]
+    noise = noise_of(scenarios[0], plans[0].p, runs[0].columns["n_rev_s"])
+    quick, slow = likelihood(runs, "II", {}, noise), identify([observe(run) for run in runs], "II")
+    assert not slow.problem.noise.quiet
+    sd = np.array(list(slow.sd.values()))
+    assert (quick.value - list(slow.values.values())) / sd == pytest.approx(0.0, abs=0.1)
+    assert quick.sd == pytest.approx(sd, rel=0.1)
 
 
 def test_the_same_seed_gives_the_same_bytes_on_one_process_and_two():

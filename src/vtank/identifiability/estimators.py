@@ -3,7 +3,6 @@ two-stage form of it and least squares.
 
 The paper takes a run at a time; here its regression goes on from run to run, so that all four see the same data. Its
 intervals are those of the covariance that each claims for its coefficients C, carried to the parameters to first order.
-The likelihood is that of `vtank identify`, from the best of its first guesses alone, for speed.
 """
 
 from __future__ import annotations
@@ -16,11 +15,13 @@ import numpy as np
 from ..dynamics.parameters import vector
 from ..errors import InputError
 from ..identify.first_guess import first_guesses
-from ..identify.maximum_likelihood import MODELS, fit
+from ..identify.levenberg import descend
+from ..identify.maximum_likelihood import MODELS, beforehand, fit, refit
 from ..identify.observed import observe
 from ..identify.paper import estimate
 from ..identify.paper_settings import ESTIMATORS, Estimator, PaperSettings
-from ..identify.problem import Problem
+from ..identify.problem import Noise, Problem
+from ..identify.process_noise import noise_level
 from ..identify.regression import Model, Regression, lump_all, regression
 from ..identify.signals import run_signals
 from ..record.run import Run
@@ -46,17 +47,26 @@ class Answer:
     sd: Array
 
 
-def answers(runs: Sequence[Run], model: Model, effects: dict[str, float]) -> dict[str, Answer]:
-    """By each of METHODS; effects: slots that are known to differ from their null, to the likelihood alone."""
-    found = {LIKELIHOOD: _likelihood(runs, model, effects)}
+def answers(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> dict[str, Answer]:
+    """By each of METHODS.
+
+    effects: slots that are known to differ from their null; noise: a first guess; both for the likelihood alone.
+    """
+    found = {LIKELIHOOD: likelihood(runs, model, effects, noise)}
     rows = _rows(runs, model)
     return found | {name: _paper(rows, model, name) for name in ESTIMATORS}
 
 
-def _likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float]) -> Answer:
+def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> Answer:
+    """That of `vtank identify`; where there is a disturbance, its level is sought from the true one, for speed."""
     base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5, **effects})
-    problem = Problem(tuple(observe(run) for run in runs), base, MODELS[model])
-    found = fit(problem, first_guesses(problem, 1))
+    problem = Problem(tuple(observe(run) for run in runs), base, MODELS[model], noise=noise)
+    guess = first_guesses(problem, 1)[0]
+    if noise.quiet:
+        found = fit(problem, [guess])
+    else:
+        theta = descend(problem, guess, problem.filter(guess), beforehand(problem, guess)).theta
+        found = refit(problem.with_noise(noise_level(problem, theta)), theta)
     return Answer(np.array(list(found.values.values())), np.array(list(found.sd.values())))
 
 

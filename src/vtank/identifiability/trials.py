@@ -18,7 +18,7 @@ from ..pilot.plan import plan_run
 from ..scenario.scenario import Scenario
 from ..simulate.surge_model import simulate_surge
 from .estimators import METHODS, Answer, answers
-from .flown import Array
+from .flown import Array, noise_of
 
 NORMAL95 = 1.959964
 CENTRAL = (15.87, 84.13)  # per cent: one deviation to either side of a normal variable's median
@@ -79,7 +79,8 @@ def one_seed(scenarios: Sequence[Scenario], truth: Truth, model: Model, seed: in
     """All estimators on the plan's recordings with random streams `number`."""
     plans = [plan_run(s, len(scenarios) * number + i, seed, truth) for i, s in enumerate(scenarios)]
     runs = [result.run for result in simulate_surge(plans)]
-    return answers(runs, model, known_effects(plans[0].p))
+    noise = noise_of(scenarios[0], plans[0].p, runs[0].columns["n_rev_s"])
+    return answers(runs, model, known_effects(plans[0].p), noise)
 
 
 def trials(
