@@ -66,7 +66,7 @@ class Findings:
             f"On the same recordings the paper's Kalman filter is off by {off['kalman']} (median), its two-stage form "
             f"by {off['two_stage']}, least squares by {off['least_squares']}: their regression differentiates the "
             f"sonar and steps {PaperSettings().regression_step_s:g} s at a time, with a lag of {tau:g} s.",
-            f"The Kalman filter's intervals are {wide.min():.2g} to {wide.max():.2g} times as wide as the bound: "
+            f"The Kalman filter's intervals are {wide.min():.0f} to {wide.max():.0f} times as wide as the bound: "
             "what they hold says nothing about its estimates.",
         ]
 
