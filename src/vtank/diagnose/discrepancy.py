@@ -13,6 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ..identify.observed import SPEED
 from ..identify.problem import Filtered, Problem
@@ -21,6 +22,8 @@ from .evidence import Fitted, Setting
 from .score import Linearised, linearise
 
 HARMONICS = (2, 3, 4, 5)  # multiples of the drive frequency at which a force line is looked for
+EVENED = 21  # samples over which speed is averaged, twice, before its rate is taken: noise of the tachometer shakes the
+# simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
 SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
 
@@ -181,7 +184,8 @@ def _sensor_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
     """Smooth sensor errors at a run's measurements, shape (M, K); errors of position read the other way as a range."""
     run = setting.runs[k]
     t, x, u = run.time_s, track[:, 0], track[:, 1]
-    a = np.gradient(u, t, edge_order=1) if np.all(np.diff(t) > 0) else np.zeros_like(u)
+    even = uniform_filter1d(uniform_filter1d(u, EVENED), EVENED)
+    a = np.gradient(even, t, edge_order=1) if np.all(np.diff(t) > 0) else np.zeros_like(u)
     s, v = t / 60.0, u / 0.3
     columns = [v, v * np.abs(v), v**2, a / 0.2, x * x, x**3, s, s * s, s * v, np.tanh(u / 0.02), x * v]
     basis = 1e-2 * np.column_stack(columns)

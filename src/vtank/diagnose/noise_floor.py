@@ -8,11 +8,13 @@ for turbulence and wake, by the likelihood of the innovations.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize
 
+from ..identify.noise_likelihood import Linear, linearised, squares_and_logs
 from ..identify.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
 
@@ -22,27 +24,25 @@ SETTLED = 0.2  # change of log sigma that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
 MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
+STARTS_S = (0.5, 4.0)  # [s] memories from which the search sets out: the likelihood often has two hills
+EVALUATIONS = 80  # of the likelihood in a search for two numbers; twice that for four
+FIRST_STEPS = (-1.0, 0.7, -0.7, 0.5)  # of the search, in powers of e
 
 
-def noise_at(problem: Problem, theta: np.ndarray, evaluations: int = 60) -> Noise:
+def noise_at(problem: Problem, theta: np.ndarray) -> Noise:
     """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar."""
-    plain, cost = _search(problem, theta, False, evaluations)
-    coloured, other = _search(problem, theta, True, 2 * evaluations)
+    runs = linearised(problem, theta)
+    plain, cost = min((_search(runs, problem.noise, time_s, False) for time_s in STARTS_S), key=lambda found: found[1])
+    coloured, other = min((_search(runs, problem.noise, time_s, True) for time_s in STARTS_S), key=lambda f: f[1])
     return coloured if other < cost - COLOURED else plain
 
 
-def noise_again(problem: Problem, theta: np.ndarray, evaluations: int = 30) -> Noise:
-    """The same near the problem's own noise, of its own kind."""
-    return _search(problem, theta, problem.noise.colour_sigma > 0.0, evaluations)[0]
-
-
-def _search(problem: Problem, theta: np.ndarray, coloured: bool, evaluations: int) -> tuple[Noise, float]:
+def _search(runs: Sequence[Linear], noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
     """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant).
 
     The overall scale is concentrated out: what is searched are the disturbance and the coloured error over the white
     noise, and their memories.
     """
-    noise = problem.noise
 
     def shape(q: np.ndarray) -> Noise:
         size, memory = np.exp(np.clip(q[0::2], np.log(LEAST_SIGMA), 3.0)), np.exp(np.clip(q[1::2], *np.log(MEMORY_S)))
@@ -50,24 +50,19 @@ def _search(problem: Problem, theta: np.ndarray, coloured: bool, evaluations: in
         return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
 
     def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
-        trial = problem.with_noise(shape(q))
-        squares, logs, count = 0.0, 0.0, 0
-        for k, f in enumerate(trial.filter(theta)):
-            e, S = f.innovation[problem.used(k)], f.variance[problem.used(k)]
-            squares, logs, count = squares + float(np.sum(e**2 / S)), logs + float(np.sum(np.log(S))), count + e.size
+        squares, logs, count = squares_and_logs(runs, shape(q))
         cost = 0.5 * (count * np.log(squares / count) + logs)
         return squares / count, cost if np.isfinite(cost) else 1e12
 
-    start = [max(noise.sigma, 10.0 * LEAST_SIGMA), noise.correlation_time]
+    start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
     origin = np.log(start)
-    steps = np.diag([-1.0, 0.7, -0.7, 0.5][: origin.size])
     options = {
-        "maxfev": evaluations,
+        "maxfev": EVALUATIONS * (1 + coloured),
         "xatol": 0.05,
         "fatol": 0.3,
-        "initial_simplex": origin + np.vstack([0.0 * origin, steps]),
+        "initial_simplex": origin + np.vstack([0.0 * origin, np.diag(FIRST_STEPS[: origin.size])]),
     }
     best = minimize(lambda q: scale_and_cost(q)[1], origin, method="Nelder-Mead", options=options).x
     (scale, cost), found = scale_and_cost(best), shape(best)
@@ -80,15 +75,17 @@ def _search(problem: Problem, theta: np.ndarray, coloured: bool, evaluations: in
 def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
     """The setting at the noise level of the contender that, with its own level, is most likely."""
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
-    best: tuple[float, Noise] | None = None
-    for fit in ranked:
-        for turn in range(ROUNDS):
-            noise = (noise_again if turn else noise_at)(fit.problem, fit.optimum.theta)
-            change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
-            fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
-            if change < SETTLED:
-                break
-        if best is None or fit.log_evidence > best[0]:
-            best = fit.log_evidence, noise
-    assert best is not None
-    return setting.with_noise(best[1])
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
+    return setting.with_noise(max(found, key=lambda pair: pair[0])[1])
+
+
+def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
+    """Log evidence of a hypothesis with the noise level it prefers, and that level: fit and level in turns."""
+    for _ in range(ROUNDS):
+        noise = noise_at(fit.problem, fit.optimum.theta)
+        change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
+        fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
+        if change < SETTLED:
+            break
+    return fit.log_evidence, noise

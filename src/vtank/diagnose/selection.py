@@ -69,7 +69,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     effects = candidates(setting.nominal, setting.runs, names)
     say("refit of the nominal's own parameters")
     refit = evaluate(setting, Hypothesis())
-    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta, 60))
+    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
     say(f"{len(effects)} effects, one by one")
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]

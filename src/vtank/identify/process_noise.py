@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import minimize, minimize_scalar
 
 from .first_guess import typical_acceleration
+from .noise_likelihood import linearised, squares_and_logs
 from .observed import CHANNELS
 from .problem import Filtered, Noise, Problem
 
@@ -60,17 +61,16 @@ def noise_level(problem: Problem, theta: np.ndarray, hold_memory: bool = False) 
     hold_memory: leave the memory as it is in the problem.
     """
     noise = problem.noise
+    runs = linearised(problem, theta)
     start = np.log([noise.sigma or 0.1 * typical_acceleration(problem.runs), noise.correlation_time])
 
     def level(q: np.ndarray) -> tuple[Noise, float]:
         memory = float(np.clip(np.exp(q[1]), *MEMORY_S))
         trial = replace(noise, sigma=float(np.exp(np.clip(q[0], -25.0, 5.0))), correlation_time=memory)
-        filtered = problem.with_noise(trial).filter(theta)
-        S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
-        e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
-        scale = float(np.mean(e**2 / S))
+        squares, logs, count = squares_and_logs(runs, trial)
+        scale = squares / count
         a, b, c = (max(scale * v, LEAST) for v in noise.variance)
-        cost = 0.5 * float(e.size * np.log(scale) + np.sum(np.log(S)) + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
+        cost = 0.5 * float(count * np.log(scale) + logs + (np.log(memory / USUAL_MEMORY_S) / SPREAD) ** 2)
         return Noise((a, b, c), trial.sigma * float(np.sqrt(scale)), memory), cost
 
     if hold_memory:

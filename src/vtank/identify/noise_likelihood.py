@@ -1,0 +1,140 @@
+"""Likelihood of a noise level at known parameters, quick enough to search for it.
+
+The surge model is linearised once along its simulation; what the measurements lie off it is then the output of a linear
+system with four states, driven by turbulence alone: errors of place [m], speed [m/s], the disturbance [m/s2] and the
+coloured error of the sonar [m]. The covariance recursion is that of `innovations.kalman`, without the model in it
+(Anderson and Moore, Optimal Filtering, 1979, ch. 8: the linearised filter).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..compiled import law
+from .innovations import held_from, next_stop, output, propeller_speed, schedule, slope, step
+from .problem import Noise, Problem
+
+NUDGE = 1e-5  # [m, m/s, m/s2] step of the finite differences
+
+
+@dataclass(frozen=True)
+class Linear:
+    """A run linearised along its simulation, in the order in which its measurements were true.
+
+    Attributes:
+        error: measurement less simulation, shape (M,) [m or m/s].
+        gap_s: time since the measurement before, shape (M,) [s].
+        transition: of place, speed and by a unit acceleration in that time, shape (M, 2, 3).
+        row: derivative of the measurement with respect to place, speed and the sonar's error, shape (M, 3).
+        kind: channel, shape (M,).
+        weight: factor on the variance of the measurement, shape (M,).
+        used: whether it counts, shape (M,) of bool.
+    """
+
+    error: np.ndarray
+    gap_s: np.ndarray
+    transition: np.ndarray
+    row: np.ndarray
+    kind: np.ndarray
+    weight: np.ndarray
+    used: np.ndarray
+
+
+def linearised(problem: Problem, theta: np.ndarray) -> list[Linear]:
+    """All runs of a problem along their simulations at theta."""
+    out = []
+    for k, run in enumerate(problem.runs):
+        p, start = problem.model(theta, k)
+        size = run.time_s.size
+        error, gap, transition, row = np.empty(size), np.empty(size), np.zeros((size, 2, 3)), np.zeros((size, 3))
+        order = along(p, start, run.input_time_s, run.input, run.time_s, run.value, run.kind,
+                      error, gap, transition, row)  # fmt: skip
+        weight = np.ones(size) if problem.weight is None else problem.weight[k]
+        out.append(Linear(error, gap, transition, row, run.kind[order], weight[order], problem.used(k)[order]))
+    return out
+
+
+def squares_and_logs(runs: Sequence[Linear], noise: Noise) -> tuple[float, float, int]:
+    """Sum of squared innovations over their variances, sum of the logarithms of these, and the number that counts."""
+    squares, logs, count = 0.0, 0.0, 0
+    for run in runs:
+        variance = np.array(noise.variance)[run.kind] * run.weight
+        e, S = np.empty(run.error.size), np.empty(run.error.size)
+        whiten(run.error, run.gap_s, run.transition, run.row, variance, noise.sigma, noise.correlation_time,
+               noise.colour_sigma, noise.colour_time, e, S)  # fmt: skip
+        e, S = e[run.used], S[run.used]
+        squares, logs, count = squares + float(np.sum(e * e / S)), logs + float(np.sum(np.log(S))), count + e.size
+    return squares, logs, count
+
+
+@law
+def along(p, start, stamps, reading, time, value, kind, error, gap, transition, row):
+    """Simulate a run with copies nudged afresh at every measurement; returns the order of the measurements."""
+    n = propeller_speed(reading, p)
+    instant, order = schedule(time, kind, p)
+    s = (start[0], start[1], start[2], start[3], 0.0)
+    now, j, i = instant[order[0]], 0, 0
+    for k in order:
+        c = s
+        a = (s[0] + NUDGE, s[1], s[2], s[3], 0.0)
+        b = (s[0], s[1] + NUDGE, s[2], s[3], 0.0)
+        gap[i] = max(instant[k] - now, 0.0)
+        while now < instant[k] - 1e-9:
+            j = held_from(now, j, stamps, p)
+            stop = next_stop(now, instant[k], j, stamps, p)
+            s = step(now, stop, s, n[j], 0.0, 1.0, p)
+            a = step(now, stop, a, n[j], 0.0, 1.0, p)
+            b = step(now, stop, b, n[j], 0.0, 1.0, p)
+            c = step(now, stop, c, n[j], NUDGE, 1.0, p)
+            now = stop
+        for m in range(2):
+            transition[i, m, 0] = (a[m] - s[m]) / NUDGE
+            transition[i, m, 1] = (b[m] - s[m]) / NUDGE
+            transition[i, m, 2] = (c[m] - s[m]) / NUDGE
+        error[i] = value[k] - output(s[0], s[1], kind[k], p)
+        row[i, 1 if kind[k] == 2 else 0] = slope(kind[k], p)
+        row[i, 2] = 1.0 if kind[k] == 0 else 0.0
+        i += 1
+    return order
+
+
+@law
+def whiten(error, gap, transition, row, noise_var, sigma, memory, colour_sigma, colour_time, innovation, variance):
+    """Innovations and their variances of the linear system, written in place, shape (M,) each."""
+    xx, xu, uu, xd, ud, dd = 0.0, 0.0, 0.0, 0.0, 0.0, sigma * sigma
+    xb, ub, db, bb = 0.0, 0.0, 0.0, colour_sigma * colour_sigma
+    x, u, d, b = 0.0, 0.0, 0.0, 0.0
+    for k in range(error.size):
+        h = gap[k]
+        if h > 0.0:
+            keep, fade = math.exp(-h / memory), math.exp(-h / colour_time)
+            mean = (1.0 - keep) * memory / h
+            T = transition[k]
+            f00, f01, f02 = T[0, 0], T[0, 1], T[0, 2] * mean
+            f10, f11, f12 = T[1, 0], T[1, 1], T[1, 2] * mean
+            x, u, d, b = f00 * x + f01 * u + f02 * d, f10 * x + f11 * u + f12 * d, keep * d, fade * b
+            p0, p1, p2 = f00 * xx + f01 * xu + f02 * xd, f00 * xu + f01 * uu + f02 * ud, f00 * xd + f01 * ud + f02 * dd
+            q0, q1, q2 = f10 * xx + f11 * xu + f12 * xd, f10 * xu + f11 * uu + f12 * ud, f10 * xd + f11 * ud + f12 * dd
+            xb, ub = fade * (f00 * xb + f01 * ub + f02 * db), fade * (f10 * xb + f11 * ub + f12 * db)
+            db *= fade * keep
+            xx, xu, uu = p0 * f00 + p1 * f01 + p2 * f02, p0 * f10 + p1 * f11 + p2 * f12, q0 * f10 + q1 * f11 + q2 * f12
+            xd, ud, dd = keep * p2, keep * q2, keep * keep * dd
+            bb = fade * fade * bb + (1.0 - fade * fade) * colour_sigma * colour_sigma
+            fed = (sigma * memory) ** 2 * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
+            met = sigma * sigma * memory * (1.0 - keep) * (1.0 - keep)
+            xx, xu, uu = xx + 3.0 / 20.0 * h * h * fed, xu + 3.0 / 8.0 * h * fed, uu + fed
+            xd, ud, dd = xd + h / 3.0 * met, ud + met, dd + sigma * sigma * (1.0 - keep * keep)
+        r0, r1, r2 = row[k, 0], row[k, 1], row[k, 2]
+        e = error[k] - r0 * x - r1 * u - r2 * b
+        cx, cu = r0 * xx + r1 * xu + r2 * xb, r0 * xu + r1 * uu + r2 * ub
+        cd, cb = r0 * xd + r1 * ud + r2 * db, r0 * xb + r1 * ub + r2 * bb
+        S = r0 * cx + r1 * cu + r2 * cb + noise_var[k]
+        innovation[k], variance[k] = e, S
+        gx, gu, gd, gb = cx / S, cu / S, cd / S, cb / S
+        x, u, d, b = x + gx * e, u + gu * e, d + gd * e, b + gb * e
+        xx, xu, uu, xd, ud, dd = xx - gx * cx, xu - gx * cu, uu - gu * cu, xd - gx * cd, ud - gu * cd, dd - gd * cd
+        xb, ub, db, bb = xb - gx * cb, ub - gu * cb, db - gd * cb, bb - gb * cb

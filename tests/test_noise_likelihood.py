@@ -1,0 +1,72 @@
+"""The quick likelihood of a noise level against the extended Kalman filter, and the level it finds."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vtank.diagnose.noise_floor import noise_at
+from vtank.dynamics.parameters import vector
+from vtank.dynamics.truth import load_truth
+from vtank.identify.maximum_likelihood import refit
+from vtank.identify.noise_likelihood import linearised, squares_and_logs
+from vtank.identify.observed import observe
+from vtank.identify.problem import FLAGGED, Noise, Problem
+from vtank.pilot.plan import plan_run
+from vtank.scenario.scenario import load_scenario
+from vtank.simulate import simulate_surge
+
+P = load_truth("paper-ii").vector()
+STILL = ("sonar.resolution_m=0", "sonar.noise_m=0.006", "tachometer.noise_rev_s=0")
+NOISE = Noise((3.6e-5, 3.6e-5, 3.6e-5), 0.002, 2.0)
+COLOURED = replace(NOISE, variance=(1e-6, 1e-6, 1e-6), colour_sigma=0.006, colour_time=0.5)
+
+
+LATE = {"sonar_latency.d": 0.25, "clock_skew.s": 0.003}
+
+
+def flown(settings, seed=3, values=None):
+    names = ("paper-ds1", "paper-ds3")
+    plans = [plan_run(load_scenario(name, settings), run=k, seed=seed) for k, name in enumerate(names)]
+    plans = [replace(plan, p=vector(values or {}, plan.p)) for plan in plans]
+    return tuple(observe(result.run) for result in simulate_surge(plans))
+
+
+def fitted(runs, p=P, **more):
+    """The problem and theta at its optimum under NOISE."""
+    problem = Problem(runs, p, ("alpha", "beta"), **more)
+    return problem, refit(problem.with_noise(NOISE), problem.initial()).theta
+
+
+@pytest.mark.parametrize("noise", [NOISE, COLOURED, replace(NOISE, sigma=1e-5)])
+def test_agrees_with_the_kalman_filter_where_the_model_is_right(noise):
+    problem, theta = fitted(flown((*STILL, "turbulence.acceleration_m_s2=0.002", "turbulence.time_s=2")))
+    squares, logs, count = squares_and_logs(linearised(problem, theta), noise)
+    exact = problem.with_noise(noise)
+    filtered = exact.filter(theta)
+    sigma = np.sqrt(0.5 * sum(f.innovation.size for f in filtered))  # scatter of a log-likelihood
+    assert -0.5 * (squares + logs + count * np.log(2 * np.pi)) == pytest.approx(
+        exact.log_likelihood(filtered), abs=0.02 * sigma + 0.002 * abs(squares - count)
+    )
+
+
+def test_late_skewed_and_flagged_measurements_are_met_in_the_filters_order():
+    runs = flown(STILL, values=LATE)
+    weight = tuple(np.where(np.arange(run.time_s.size) % 7 == 0, FLAGGED, 1.0) for run in runs)
+    problem, theta = fitted(runs, vector(LATE, P), weight=weight)
+    exact = problem.with_noise(NOISE)
+    squares, logs, count = squares_and_logs(linearised(problem, theta), NOISE)
+    assert count == sum(int(np.sum(problem.used(k))) for k in range(len(runs)))
+    got, want = -0.5 * (squares + logs + count * np.log(2 * np.pi)), exact.log_likelihood(exact.filter(theta))
+    assert got == pytest.approx(want, abs=2.0)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_turbulence_of_long_memory_is_found_again(seed):
+    problem, theta = fitted(flown((*STILL, "turbulence.acceleration_m_s2=0.0015", "turbulence.time_s=4"), seed))
+    found = noise_at(problem, theta)
+    assert found.colour_sigma == 0.0
+    assert found.variance[0] == pytest.approx(3.6e-5, rel=0.1)
+    assert found.sigma == pytest.approx(0.0015, rel=0.4) and 1.5 < found.correlation_time < 12.0
