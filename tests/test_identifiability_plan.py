@@ -18,8 +18,6 @@ from vtank.identifiability.advice import library, options, remedies
 from vtank.identifiability.candidates import AT_LIMIT
 from vtank.identifiability.design import (
     REST_MIN,
-    Item,
-    _Search,
     confirmed,
     design,
     given,
@@ -28,9 +26,11 @@ from vtank.identifiability.design import (
     pool,
     scenario_texts,
 )
+from vtank.identifiability.document import document
 from vtank.identifiability.estimators import METHODS, _paper, likelihood
 from vtank.identifiability.findings import Findings
 from vtank.identifiability.flown import noise_of
+from vtank.identifiability.search import Search
 from vtank.identifiability.study import PAPER, study
 from vtank.identifiability.trials import Trials, trials
 from vtank.identifiability.verdicts import separation, slots_of
@@ -185,27 +185,23 @@ def test_claimed_deviations_are_those_of_the_coefficients():
 
 
 # --- design --------------------------------------------------------------------------------------------------------
-def items(study_, matrices, lengths):
-    """Made-up runs with this information about the model's parameters."""
-    base = given(study_)[0]
-    at, out = base.information.index(study_.free), []
-    for k, (matrix, length) in enumerate(zip(matrices, lengths, strict=True)):
-        whole = np.zeros_like(base.information.matrix)
-        whole[np.ix_(at, at)] = matrix
-        out.append(Item(f"run {k}", base.flown, replace(base.information, matrix=whole, minutes=length)))
-    return out
-
-
-def test_the_search_finds_what_trying_all_plans_finds(slow):
+def test_the_search_finds_what_trying_all_plans_finds():
     rng = np.random.default_rng(11)
     factors = rng.normal(size=(7, 3, 3)) * rng.choice([1.0, 5.0], size=(7, 1, 1))
-    some = items(slow, factors @ factors.transpose(0, 2, 1), [1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 1.0])
-    search, budget = _Search(some, slow.free), 9.0
+    matrix = factors @ factors.transpose(0, 2, 1)
+    search, budget = Search(matrix, np.array([2.0, 2.0, 3.0, 3.0, 4.0, 4.0, 2.0])), 9.0
     plans = itertools.chain.from_iterable(itertools.combinations_with_replacement(range(7), k) for k in range(1, 5))
     best = min(search.cost(plan) for plan in plans if search.minutes[list(plan)].sum() <= budget)
     starts = [search.exchanged(search.filled(start, budget), budget) for start in ([], *([k] for k in range(7)))]
     assert min(map(search.cost, starts)) == pytest.approx(best)
     assert all(search.minutes[plan].sum() <= budget for plan in starts)
+
+
+def test_cost_is_the_trace_of_the_inverse_and_infinite_without_information():
+    matrix = np.array([[[4.0, 0.0], [0.0, 0.0]], [[0.0, 0.0], [0.0, 2.0]]])
+    search = Search(matrix, np.ones(2))
+    assert search.cost([0, 1]) == pytest.approx(0.25 + 0.5)
+    assert search.cost([0]) == np.inf
 
 
 def test_the_design_is_better_in_no_more_time_and_never_worse_than_the_plan(paper):
@@ -218,16 +214,14 @@ def test_the_design_is_better_in_no_more_time_and_never_worse_than_the_plan(pape
 
 def test_designed_runs_fly_in_the_tank_from_their_files(slow, tmp_path, capsys):
     found = confirmed(slow, pool(slow, longest(slow)))
-    texts, runs = scenario_texts(found)
-    for name, text in texts.items():
+    texts = scenario_texts(found)
+    for (name, text), item in zip(texts.items(), found.items, strict=True):
         (tmp_path / name).write_text(text, encoding="utf-8")
-    for item in found.items:
-        if item not in found.given:
-            again = load_scenario(tmp_path / f"{item.flown.scenario.name}.toml")
-            assert replace(again, path=item.flown.scenario.path) == item.flown.scenario
-    paths = [str(tmp_path / name) for name in runs]
+        wanted, again = item.flown.scenario, load_scenario(tmp_path / name)
+        assert replace(again, path=wanted.path, name=wanted.name) == wanted
+    paths = [str(path) for path in sorted(tmp_path.glob("*.toml"))]
     assert main(["run", *paths, "--model", "surge", "--out", str(tmp_path / "data")]) == 0
-    assert len(list((tmp_path / "data").glob("*.csv"))) == len(runs)
+    assert len(list((tmp_path / "data").glob("*.csv"))) == len(found.items)
 
 
 STILL = [name for name in scenario_names() if load_scenario(name).waves == Waves()]
@@ -299,6 +293,6 @@ def test_help_loads_nothing_heavy():
 
 
 def test_a_plan_without_seeds_has_a_document_without_estimators(slow):
-    content = Findings(slow, (), ()).document()
+    content = document(Findings(slow, (), ()))
     assert "estimators" not in content and "bias" not in content and "design" not in content
     assert content["parameters"]["alpha"]["truth"] == pytest.approx(TRUTH.alpha_per_m)

@@ -148,11 +148,12 @@ def _print(found: Findings) -> None:
 def _write(args: argparse.Namespace, found: Findings) -> None:
     import json
 
+    from ..identifiability.document import document
     from ..identifiability.figures import page
     from ..record.atomic import write_bytes, write_text
     from ..reproduce.document import csv_text
 
-    content = json.dumps(found.document(), indent=2, allow_nan=False) + "\n"
+    content = json.dumps(document(found), indent=2, allow_nan=False) + "\n"
     if args.json:
         write_text(args.json, content)
     if args.out:
@@ -176,8 +177,8 @@ def _write_plan(folder: Path, found: Findings) -> None:
     from ..record.atomic import write_text
 
     assert found.design is not None
-    texts, runs = scenario_texts(found.design)
+    texts = scenario_texts(found.design)
     for name, text in texts.items():
         write_text(folder / name, text)
     print(f"\nwrote {', '.join(texts)} in {folder}; fly them with")
-    print(f"  vtank run {' '.join(str(folder / name) for name in runs)} --out data")
+    print(f"  vtank run {folder}/*.toml --out data")

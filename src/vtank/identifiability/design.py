@@ -1,9 +1,7 @@
 """A better plan: of the experiments that fit the tank, those with the smallest bounds for the same time.
 
-Information adds over runs, so a plan is a list of runs and its bound the inverse of a sum. What is made small is the
-sum of the squared relative bounds (A-optimality: Atkinson, Donev, Tobias, Optimum Experimental Designs, with SAS, 2007)
-in the time that a given plan takes, rest between runs included. The search exchanges runs (Fedorov, Theory of Optimal
-Experiments, 1972) from the given plan and from nothing, so that it never ends worse than the given plan.
+What is made small is the sum of the squared relative bounds in the time that a given plan takes, rest between runs
+included. The search starts from the given plan too, so that it never ends worse.
 """
 
 from __future__ import annotations
@@ -22,12 +20,12 @@ from ..simulate import simulate_tank
 from .candidates import Candidate, candidates
 from .flown import Array, Flown
 from .information import Information, information
+from .search import Search
 from .sensitivity import sensitivity
 from .study import Study
 
 REST_MIN = 1.0  # [min] between runs, for the water to come to rest and the vehicle to its place; a guess
 LENGTHS_MIN = (0.5, 1.0, 2.0, 4.0)  # of a run
-SWAPS = 200  # most exchanges of a search; it ends far earlier
 STARTS = 20  # random plans from which a search starts, beside the given plan and none
 
 
@@ -131,7 +129,9 @@ def design(study: Study, items: Sequence[Item]) -> Design:
     """The best plan in no more time than the study's; items: as by `pool`."""
     own = given(study)
     budget = minutes(own)
-    search = _Search(items, study.free)
+    at = study.information.index(study.free)
+    matrix = np.array([item.information.matrix[np.ix_(at, at)] for item in items])
+    search = Search(matrix, np.array([item.minutes for item in items]))
     start = [items.index(next(i for i in items if i.words == item.words)) for item in own]
     chance = np.random.default_rng(study.seed)
     starts = [start, [], *([int(k)] for k in chance.integers(len(items), size=STARTS))]
@@ -161,60 +161,9 @@ def in_tank(items: Sequence[Item], seed: int, threads: int = 1) -> list[bool]:
     return out
 
 
-def scenario_texts(found: Design) -> tuple[dict[str, str], list[str]]:
-    """Scenario files by name, and the files in the order in which the plan is flown."""
-    texts = {f"{i.flown.scenario.name}.toml": as_toml(i.flown.scenario, i.words) for i in found.items}
-    return texts, [f"{item.flown.scenario.name}.toml" for item in found.items]
-
-
-class _Search:
-    """Plans as lists of indices into the items."""
-
-    def __init__(self, items: Sequence[Item], free: Sequence[str]) -> None:
-        at = items[0].information.index(free)
-        self.matrix = np.array([item.information.matrix[np.ix_(at, at)] for item in items])
-        self.minutes = np.array([item.minutes for item in items])
-
-    def cost(self, plan: Sequence[int]) -> float:
-        """Sum of the squared relative bounds."""
-        return float(_traces(self.matrix[list(plan)].sum(axis=0)[None])[0])
-
-    def with_one_more(self, plan: Sequence[int]) -> Array:
-        """Cost of the plan with each item added, shape (J,)."""
-        return _traces(self.matrix[list(plan)].sum(axis=0) + self.matrix)
-
-    def filled(self, plan: Sequence[int], budget: float) -> list[int]:
-        """The plan with runs added, each time the one with the smallest bound per time, until none has room."""
-        plan = list(plan)
-        while True:
-            used = float(self.minutes[plan].sum())
-            room = self.minutes <= budget - used + 1e-9
-            if not room.any():
-                return plan
-            per_time = self.with_one_more(plan) * (used + self.minutes)
-            plan.append(int(np.argmin(np.where(room, per_time, np.inf))))
-
-    def exchanged(self, plan: Sequence[int], budget: float) -> list[int]:
-        """The plan improved by taking a run out and filling the room again, one other run or several."""
-        plan = list(plan)
-        for _ in range(SWAPS):
-            trials = [trial for k in range(len(plan)) for trial in self._without(plan, k, budget)]
-            best = min(trials, key=self.cost)
-            if self.cost(best) >= self.cost(plan) * (1.0 - 1e-9):
-                return plan
-            plan = best
-        return plan
-
-    def _without(self, plan: Sequence[int], k: int, budget: float) -> list[list[int]]:
-        rest = [*plan[:k], *plan[k + 1 :]]
-        room = self.minutes <= budget - self.minutes[rest].sum() + 1e-9
-        costs = np.where(room, self.with_one_more(rest), np.inf)
-        return [self.filled([*rest, int(np.argmin(costs))], budget), self.filled(rest, budget)]
-
-
-def _traces(information: Array) -> Array:
-    """Trace of the inverse of each, infinite where there is none, shape (J, P, P) -> (J,)."""
-    values = np.linalg.eigvalsh(information)
-    with np.errstate(divide="ignore"):
-        inverse = np.where(values > 1e-12 * values[:, -1:], 1.0 / values, np.inf)
-    return np.asarray(inverse.sum(axis=1))
+def scenario_texts(found: Design) -> dict[str, str]:
+    """One scenario file for every run of the plan, numbered in the order in which they may be flown."""
+    return {
+        f"{k:02d}-{item.flown.scenario.name}.toml": as_toml(item.flown.scenario, f"Run {k} of a designed plan")
+        for k, item in enumerate(found.items, 1)
+    }

@@ -21,6 +21,9 @@ COLOURS = dict(zip(METHODS, (BLUE, CRIMSON, ORANGE, GREEN), strict=True))
 MARKS = dict(zip(METHODS, ("o", "s", "D", "^"), strict=True))
 CHI2 = 5.9915  # 95 % of two normal variables together
 LINEAR_PERCENT = 1.0  # [%] bias up to which its axis is linear, logarithmic beyond
+MOST_PERCENT = 1000.0  # [%] bias beyond it is drawn at the edge
+TICKS = ["-1000", "-100", "-10", "-1", "0", "1", "10", "100", "1000"]
+ELLIPSES = 3  # pairs of parameters that are drawn, those that go together most
 DPI = 120
 
 
@@ -29,11 +32,10 @@ def page(study: Study, trials: Trials | None, bias: BiasMap | None, profiles: li
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
+    heights = [3.2, *([2.7] if trials else []), *([0.6 + 1.75 * len(bias.names)] if bias else [])]
     with rc_context(STYLE):
-        rows = 1 + (trials is not None) + (len(bias.noise_m) if bias else 0) / 2
-        figure = Figure(figsize=(11.0, 3.1 * rows + 0.8), layout="constrained")
+        figure = Figure(figsize=(11.0, 0.4 + sum(heights)), layout="constrained")
         figure.suptitle(title(study, trials), x=0.01, ha="left", color=INK)
-        heights = [1.0, *([0.8] if trials else []), *([1.6] if bias else [])]
         bands = iter(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
         _first_row(next(bands), study, trials, profiles)
         if trials:
@@ -53,12 +55,16 @@ def title(study: Study, trials: Trials | None) -> str:
 
 
 def _first_row(band: Any, study: Study, trials: Trials | None, profiles: list[Profile]) -> None:
-    pairs = list(itertools.combinations(range(len(study.free)), 2))[:3]
+    together = sorted(itertools.combinations(range(len(study.free)), 2), key=lambda pair: -abs(study.correlation[pair]))
+    pairs = together[:ELLIPSES]
     axes = band.subplots(1, len(pairs) + 1)
     for ax, (i, j) in zip(axes, pairs, strict=False):
         _ellipse(ax, study, trials, i, j)
     axes[0].set_title("Bound (95 %) and estimates by likelihood" if trials else "Cramer-Rao bound (95 %)")
     _profiles(axes[-1], profiles)
+    if trials:
+        handles, labels = axes[0].get_legend_handles_labels()
+        band.legend(handles, labels, loc="outside lower left", ncols=len(labels))
 
 
 def _ellipse(ax: Any, study: Study, trials: Trials | None, i: int, j: int) -> None:
@@ -72,8 +78,6 @@ def _ellipse(ax: Any, study: Study, trials: Trials | None, i: int, j: int) -> No
     ax.plot(x, y, color=INK, lw=1.6, label="bound")
     ax.plot(0.0, 0.0, ls="", marker="+", ms=9, color=INK)
     ax.set(xlabel=f"{NAMES[study.free[i]]}, error [%]", ylabel=f"{NAMES[study.free[j]]}, error [%]")
-    if i == 0 and j == 1 and trials is not None:
-        ax.legend(loc="best", fontsize=7.5)
 
 
 def outline(covariance: Array, i: int, j: int) -> tuple[Array, Array]:
@@ -121,7 +125,8 @@ def _coverage_row(band: Any, trials: Trials) -> None:
     for ax in (left, right):
         ax.set_xticks(place, [NAMES[name] for name in trials.names])
         ax.grid(axis="x", visible=False)
-    right.legend(loc="upper right", fontsize=7.5)
+    handles, labels = right.get_legend_handles_labels()
+    band.legend(handles, labels, loc="outside lower left", ncols=len(METHODS))
 
 
 def _bias_rows(band: Any, bias: BiasMap) -> None:
@@ -134,22 +139,18 @@ def _bias_rows(band: Any, bias: BiasMap) -> None:
             if i == len(axes) - 1:
                 ax.set_xlabel("frequency of the sinusoid [rad/s]")
         row[0].set_ylabel(f"{NAMES[bias.names[i]]}, bias [%]")
-    handles, labels = axes[0][0].get_legend_handles_labels()
-    band.legend(handles, labels, loc="outside lower left", ncols=len(METHODS))
 
 
 def _bias(ax: Any, bias: BiasMap, i: int, s: int) -> None:
     for k, method in enumerate(METHODS):
         middle, doubt = 100.0 * bias.error[method][s, :, i], 100.0 * bias.doubt[method][s, :, i]
         at = bias.rad_s * (1.0 + 0.02 * (k - 1.5))
-        ax.errorbar(at, middle, yerr=2.0 * doubt, color=COLOURS[method], marker=MARKS[method], ms=4, lw=1.0,
-                    elinewidth=0.6, label=TITLES[method])  # fmt: skip
+        ax.errorbar(at, np.clip(middle, -MOST_PERCENT, MOST_PERCENT), yerr=2.0 * doubt, color=COLOURS[method],
+                    marker=MARKS[method], ms=4, lw=1.0, elinewidth=0.6, label=TITLES[method])  # fmt: skip
     ax.axhline(0.0, color=INK, lw=1.0)
     ax.set(xscale="log", yscale="symlog")
     ax.set_yscale("symlog", linthresh=LINEAR_PERCENT)
-    ax.set_ylim(-1000.0, 1000.0)
-    ax.set_yticks(
-        [-1000, -100, -10, -1, 0, 1, 10, 100, 1000], ["-1000", "-100", "-10", "-1", "0", "1", "10", "100", "1000"]
-    )
+    ax.set_ylim(-1.3 * MOST_PERCENT, 1.3 * MOST_PERCENT)
+    ax.set_yticks([-1000, -100, -10, -1, 0, 1, 10, 100, 1000], TICKS)
     ax.set_xticks(bias.rad_s, [f"{w:g}" for w in bias.rad_s])
     ax.set_xticks([], minor=True)

@@ -1,10 +1,9 @@
-"""Everything found about a plan: sentences, tables, a document for JSON, and the page."""
+"""Everything found about a plan: sentences, tables and the page."""
 
 from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -19,10 +18,8 @@ from .profile import Profile
 from .study import Study
 from .tables import bounds_sheet, design_sheet, effects_sheet, trials_sheet
 from .trials import Trials
-from .verdicts import Verdict, closest
+from .verdicts import closest
 from .words import called, plain, sentences
-
-SCHEMA = "vtank-identifiability-1"
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,39 +87,6 @@ class Findings:
             text += f" The closest effects are {told[1]}, by the given plan {told[0]}."
         return [text]
 
-    def document(self) -> dict[str, Any]:
-        """For JSON."""
-        s = self.study
-        content: dict[str, Any] = {
-            "schema": SCHEMA,
-            "scenarios": [f.scenario.name for f in s.flown],
-            "truth": s.truth.name,
-            "model": s.model,
-            "seed": s.seed,
-            "minutes": s.information.minutes,
-            "verdicts": self.sentences(),
-            "parameters": {
-                name: {"truth": float(true), "bound": float(bound), "relative": float(relative)}
-                for name, true, bound, relative in zip(s.free, s.true, s.bound, s.relative, strict=True)
-            },
-            "correlation": s.correlation.tolist(),
-            "condition": s.condition,
-            "effects": {v.effect.name: _effect(v) for v in s.verdicts},
-            "one_run_more": [_remedy(r) for r in self.remedies],
-            "profiles": {
-                p.name: {"deviations": p.deviations.tolist(), "drop": p.drop.tolist(),
-                         "interval95": [_plain(x) for x in p.interval95]}
-                for p in self.profiles
-            },
-        }  # fmt: skip
-        if self.trials:
-            content["estimators"] = _trials(self.trials)
-        if self.bias:
-            content["bias"] = _bias(self.bias)
-        if self.design:
-            content["design"] = _design(self.design) | ({"estimators": _trials(self.checked)} if self.checked else {})
-        return content
-
     def page(self, png: bytes) -> str:
         """One HTML file with the picture in it."""
         s = self.study
@@ -132,66 +96,3 @@ class Findings:
         for sheet in self.sheets():
             blocks += [Heading(sheet.title), Table(sheet.header, sheet.rows, sheet.notes, left=sheet.left)]
         return html(title, blocks)
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _effect(v: Verdict) -> dict[str, Any]:
-    return {
-        "standing": v.standing,
-        "size": v.size,
-        "unit": v.unit,
-        "signature": v.signature,
-        "left": v.left,
-        "kept": v.kept,
-        "seen_from": _plain(v.needed),
-        "rivals": dict(v.rivals),
-        "moves": dict(v.moves),
-    }
-
-
-def _remedy(r: Remedy) -> dict[str, Any]:
-    rival = None if r.pair is None else r.pair.b.name
-    return {
-        "effect": r.verdict.effect.name,
-        "rival": rival,
-        "before": r.before,
-        "repeat": r.repeat,
-        "after": r.after,
-        "experiment": r.experiment,
-        "needs_speed_sensor": r.sensor,
-    }
-
-
-def _trials(t: Trials) -> dict[str, Any]:
-    rows = {}
-    for method in METHODS:
-        bias, doubt = t.bias(method)
-        columns = (bias, doubt, t.spread_over_bound(method), t.coverage(method))
-        keys = ("bias", "bias_sd", "spread_over_bound", "coverage95")
-        rows[method] = {
-            name: {key: _plain(column[i]) for key, column in zip(keys, columns, strict=True)}
-            for i, name in enumerate(t.names)
-        }
-    return {"seeds": t.seeds, **rows}
-
-
-def _bias(b: BiasMap) -> dict[str, Any]:
-    error = {method: [[[_plain(x) for x in w] for w in s] for s in b.error[method]] for method in METHODS}
-    axes = {"noise_m": b.noise_m.tolist(), "rad_s": b.rad_s.tolist(), "parameters": list(b.names), "seeds": b.seeds}
-    return {**axes, "amplitude_m": b.amplitude_m.tolist(), "median_error": error}
-
-
-def _design(d: Design) -> dict[str, Any]:
-    return {
-        "runs": [
-            {"count": count, "run": item.words, "minutes": item.information.minutes} for count, item in d.counted()
-        ],
-        "minutes_with_rest": minutes(d.items),
-        "minutes_given": minutes(d.given),
-        "relative_bounds": dict(zip(d.free, d.relative(d.items).tolist(), strict=True)),
-        "gain": dict(zip(d.free, d.gain.tolist(), strict=True)),
-        "gain_at_equal_time": dict(zip(d.free, d.gain_per_minute.tolist(), strict=True)),
-    }
