@@ -102,9 +102,10 @@ def _deviations(value: float) -> str:
 
 
 def _rest(study: Study) -> Iterator[str]:
-    clear = [v for v in study.verdicts if v.standing == "separable" and v.left >= CLEAR]
+    separable = [v for v in study.verdicts if v.standing == "separable"]
+    clear = [v for v in separable if min(v.left, *(left for _, left in v.rivals)) >= CLEAR]
     if clear:
         names = ", ".join(plain(v.effect.name) for v in clear)
-        yield f"Clearly seen and separable at their typical size: {names}."
+        yield f"Clearly seen and apart from every other at their typical size: {names}."
     lone = [plain(v.effect.name) for v in study.verdicts if v.standing == "lone readings"]
     yield f"Seen as lone readings, whatever the plan: {', '.join(lone)}."
