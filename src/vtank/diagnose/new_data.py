@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 from scipy.signal import lfilter
+from scipy.special import expit
 
 from ..identify.innovations import GAINS
 from ..identify.observed import RANGE
@@ -20,7 +21,7 @@ from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
 from .selection import Selection
-from .verdict import Verdict, probabilities
+from .verdict import Verdict, probabilities, unknown_odds
 
 UNLIKELY = 0.02  # probability over the largest below which a cause is left out
 CHANCE = 2.0  # [-] mean square over its expectation that turbulence may reach by chance in a few runs; a guess
@@ -114,7 +115,9 @@ class NewData:
         fits = [self.selection.nominal, self.selection.refit, *self.selection.named]
         found: list[tuple[float, Fitted, Discrepancy | None]] = [(chances[f.hypothesis.name], f, None) for f in fits]
         unnamed = max(self.selection.unnamed, key=lambda d: d.gain)
-        found += [(chances["unknown"], self.selection.best, unnamed)]
+        traces, mimic = unknown_odds(self.selection)
+        leaves = float(expit(traces - mimic))  # a cause that mimics the best is the best for all that follows
+        found += [(chances["unknown"] * leaves, self.selection.best, unnamed)]
         most = max(chance for chance, _, _ in found)
         likely = sorted((f for f in found if f[0] > UNLIKELY * most), key=lambda f: -f[0])
         total = sum(chance for chance, _, _ in likely)

@@ -7,14 +7,15 @@ for turbulence and wake, by the likelihood of the innovations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import minimize
 
-from ..identify.noise_likelihood import Linear, linearised, squares_and_logs
+from ..identify.noise_likelihood import linearised, squares_and_logs
 from ..identify.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
 
@@ -27,17 +28,34 @@ MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance tha
 STARTS_S = (0.5, 4.0)  # [s] memories from which the search sets out: the likelihood often has two hills
 EVALUATIONS = 80  # of the likelihood in a search for two numbers; twice that for four
 FIRST_STEPS = (-1.0, 0.7, -0.7, 0.5)  # of the search, in powers of e
+Likelihood = Callable[[Noise], tuple[float, float, int]]  # squares, logarithms and number, see squares_and_logs
 
 
-def noise_at(problem: Problem, theta: np.ndarray) -> Noise:
-    """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar."""
-    runs = linearised(problem, theta)
-    plain, cost = min((_search(runs, problem.noise, time_s, False) for time_s in STARTS_S), key=lambda found: found[1])
-    coloured, other = min((_search(runs, problem.noise, time_s, True) for time_s in STARTS_S), key=lambda f: f[1])
-    return coloured if other < cost - COLOURED else plain
+def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
+    """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar.
+
+    exact: search on with the extended Kalman filter itself, for recordings more disturbed than driven.
+    """
+    linear = partial(squares_and_logs, linearised(problem, theta))
+    plain, cost = min(
+        (_search(linear, problem.noise, time_s, False) for time_s in STARTS_S), key=lambda found: found[1]
+    )
+    coloured, other = min((_search(linear, problem.noise, time_s, True) for time_s in STARTS_S), key=lambda f: f[1])
+    found = coloured if other < cost - COLOURED else plain
+    if not exact:
+        return found
+    return _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)[0]
 
 
-def _search(runs: Sequence[Linear], noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
+def _filtered(problem: Problem, theta: np.ndarray, noise: Noise) -> tuple[float, float, int]:
+    """The same as `squares_and_logs`, by the extended Kalman filter."""
+    filtered = problem.with_noise(noise).filter(theta)
+    e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
+    S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
+    return float(np.sum(e * e / S)), float(np.sum(np.log(S))), e.size
+
+
+def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
     """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant).
 
     The overall scale is concentrated out: what is searched are the disturbance and the coloured error over the white
@@ -50,7 +68,7 @@ def _search(runs: Sequence[Linear], noise: Noise, memory_s: float, coloured: boo
         return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
 
     def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
-        squares, logs, count = squares_and_logs(runs, shape(q))
+        squares, logs, count = likelihood(shape(q))
         cost = 0.5 * (count * np.log(squares / count) + logs)
         return squares / count, cost if np.isfinite(cost) else 1e12
 
@@ -83,7 +101,7 @@ def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
 def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with the noise level it prefers, and that level: fit and level in turns."""
     for _ in range(ROUNDS):
-        noise = noise_at(fit.problem, fit.optimum.theta)
+        noise = noise_at(fit.problem, fit.optimum.theta, setting.foreign)
         change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:

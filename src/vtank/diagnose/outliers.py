@@ -23,6 +23,8 @@ THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
 BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to every hypothesis; a guess
 SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
 SPIKE_SHARES = (0.12, 0.18, 0.27, 0.4, 0.6)  # sizes tried, over the root mean square of the input
+HIDDEN, ROUNDS = (2.5, 3.5, 5.0), 15  # deviations of hidden late pings that a fit begins at, and its rounds; choices
+LEAST_M, MOST = 0.02, 0.3  # [m, -] shortest excess path and largest share of late pings, as in the catalogue
 FEWEST = 3  # flags from which an outlier effect is considered
 NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
@@ -115,20 +117,35 @@ def rate_evidence(count: int, total: int) -> float:
 
 
 def multipath(filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tuple[float, float, float]:
-    """Log evidence of multipath against the background, its probability per ping [-] and its excess path [m]."""
-    e = np.concatenate([f.innovation[flag] for f, flag in zip(filtered, flags, strict=True)])
-    base = np.concatenate([_spread(f, flag) for f, flag in zip(filtered, flags, strict=True)])
-    total = sum(flag.size for flag in flags)
-    if e.size < FEWEST:
-        return none_seen(total), 0.0, 0.0
-    extra = float(np.median(e))
-    if extra <= 0.0:  # an echo by way of the surface is late, never early
-        return none_seen(total), 0.0, 0.0
-    p = e.size / total
-    near = np.exp(-0.5 * (e - extra) ** 2 / base) / np.sqrt(2.0 * np.pi * base)
-    mixture = np.log(p * near + BACKGROUND / SPAN_M) - np.log(BACKGROUND / SPAN_M)
-    occam = np.log(total) + 0.5 * np.log(e.size)
-    return float(np.sum(mixture) + (total - e.size) * np.log1p(-p) - occam), p, extra
+    """Log evidence of multipath against the background, its probability per ping [-] and its excess path [m].
+
+    Each innovation is a mixture of a good ping and a late one, fitted by expectation and maximisation (Dempster, Laird,
+    Rubin, J. Royal Statistical Society B 39, 1977). Flagged pings are compared with the background, the others with
+    the Gaussian that all hypotheses grant them.
+    """
+    late = np.concatenate([f.innovation[flag] for f, flag in zip(filtered, flags, strict=True)])
+    wide = np.concatenate([_spread(f, flag) for f, flag in zip(filtered, flags, strict=True)])
+    e = np.concatenate([f.innovation[~flag] for f, flag in zip(filtered, flags, strict=True)])
+    S = np.concatenate([f.variance[~flag] for f, flag in zip(filtered, flags, strict=True)])
+    total, usual = e.size + late.size, float(np.sqrt(np.median(S))) if S.size else 0.0
+    starts = [float(np.median(late))] if late.size >= FEWEST else [usual * k for k in HIDDEN]
+    best = none_seen(total), 0.0, 0.0
+    for extra in (x for x in starts if x > 0.0):  # an echo by way of the surface is late, never early
+        p = 0.01
+        for _ in range(ROUNDS):
+            odds = np.exp(np.minimum((e - 0.5 * extra) * extra / S, 700.0))
+            near = np.exp(-0.5 * (late - extra) ** 2 / wide) / np.sqrt(2.0 * np.pi * wide)
+            share, lone = p * odds / (1.0 - p + p * odds), p * near / (p * near + BACKGROUND / SPAN_M)
+            count = max(float(np.sum(share) + np.sum(lone)), 1e-9)
+            p = min(count / total, MOST)
+            extra = float((share / S) @ e + (lone / wide) @ late) / float(
+                np.sum(share / S) + np.sum(lone / wide) + 1e-30
+            )
+        gain = np.sum(np.log(1.0 - p + p * odds)) + np.sum(np.log1p(p * near * SPAN_M / BACKGROUND))
+        gain -= np.log(total) + 0.5 * np.log(max(count, 1.0)) + np.log(len(starts))
+        if count >= FEWEST and extra > LEAST_M and gain > best[0]:
+            best = float(gain), p, extra
+    return best
 
 
 def _spread(f: Filtered, flag: np.ndarray) -> np.ndarray:

@@ -12,17 +12,25 @@ import numpy as np
 
 from .evidence import Fitted
 from .selection import Selection
-from .ties import tied_class
+from .ties import OUTLIERS, SEPARABLE, separation, tied_class
 
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Frozen numbers of calibration.toml: exponent on the evidence, prior of each kind, widening of the interval."""
+    """Frozen numbers of calibration.toml.
+
+    Attributes:
+        tempering: exponent on the evidence of what has a name.
+        prior: probability of each kind before the data.
+        mimicry: odds that a cause without a name passes for the best explanation and leaves nothing over.
+        widening: stretch of the interval of the fraction closed.
+    """
 
     tempering: float
     prior: dict[str, float]
+    mimicry: float
     widening: float
 
 
@@ -31,7 +39,7 @@ def calibration() -> Calibration:
     """The calibration shipped with the package."""
     data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
     prior = {kind: float(value) for kind, value in data["prior"].items()}
-    return Calibration(float(data["tempering"]), prior, float(data["shrink"]["widening"]))
+    return Calibration(float(data["tempering"]), prior, float(data["mimicry"]), float(data["shrink"]["widening"]))
 
 
 @dataclass(frozen=True)
@@ -75,18 +83,28 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
         count = len(fit.hypothesis.effects)
         prior = np.log(frozen.prior["pair"] / comb(len(singles), count)) + (count - 2) * rarer
         logits[fit.hypothesis.name] = power * fit.log_evidence + prior
-    gain = np.logaddexp.reduce([power * d.gain for d in selection.unnamed]) - np.log(len(selection.unnamed))
-    if selection.setting.foreign:  # no model is complete: what has no name counts as far as it exceeds what has one
-        gain -= power * (selection.best.log_evidence - selection.refit.log_evidence)
-    logits["unknown"] = logits[selection.best.hypothesis.name] + gain + np.log(frozen.prior["unknown"])
+    logits["unknown"] = logits[selection.best.hypothesis.name] + np.logaddexp(*unknown_odds(selection))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
     total = sum(weights.values())
     return {name: weight / total for name, weight in weights.items()}
 
 
+def unknown_odds(selection: Selection) -> tuple[float, float]:
+    """Log odds, over the best explanation, of a cause without a name that leaves traces, and of one that mimics it."""
+    frozen = calibration()
+    gain = float(np.logaddexp.reduce([d.gain for d in selection.unnamed]) - np.log(len(selection.unnamed)))
+    if selection.setting.foreign:  # no model is complete: what has no name counts as far as it exceeds what has one
+        gain -= selection.best.log_evidence - selection.refit.log_evidence
+    mimic = float(np.log(frozen.mimicry)) if selection.best is not selection.nominal else -np.inf
+    return gain + float(np.log(frozen.prior["unknown"])), mimic
+
+
 def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
-    """The verdict: the most probable hypothesis with all it cannot be told from, or that none is probable enough."""
+    """The verdict: the most probable hypothesis with all it cannot be told from, or that none is probable enough.
+
+    An effect so small that the refit alone would explain its recordings as well is left undecided.
+    """
     leader = max(chances, key=lambda name: chances[name])
     if leader in ("none", "parameters"):
         fit = selection.nominal if leader == "none" else selection.refit
@@ -101,7 +119,8 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     if len(effects) == 1:
         probability = sum(chances.get(name, 0.0) for name in rivals)
     kind = "effect" if len(effects) == 1 else "effects"
-    if probability < NAMED:
+    seen = any(effect.name in OUTLIERS for effect in effects)
+    if probability < NAMED or not (seen or separation(selection.setting, fit, selection.refit) >= SEPARABLE):
         kind = "undecided"
     channel = effects[0].channel
     return Verdict(kind, tuple(e.name for e in effects), rivals, channel, probability, fit)
