@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+from scipy.special import expit, softmax
 
 from ..effects.catalogue import BY_NAME
 from .discrepancy import Discrepancy, unnamed
 from .selection import Selection
+from .verdict import unknown_odds
 
 CHANNELS = ("hydrodynamics", "actuator", "sensor", "none")
 
@@ -44,24 +45,25 @@ def channel_shares(selection: Selection, chances: dict[str, float]) -> ChannelSh
     on_refit = selection.unnamed
     if selection.best is not selection.refit:
         on_refit = tuple(unnamed(selection.setting, selection.refit))
-    return ChannelShares(_probability(chances, selection.unnamed), _gains(on_refit), _gains(selection.unnamed))
+    return ChannelShares(_probability(selection, chances), _gains(on_refit), _gains(selection.unnamed))
 
 
-def _probability(chances: dict[str, float], nameless: Sequence[Discrepancy]) -> dict[str, float]:
-    """Every hypothesis gives its probability to its effects' channels, the unnamed one by its families' evidence."""
+def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, float]:
+    """Every hypothesis gives its probability to its effects' channels; what has no name to where its traces are.
+
+    A cause that leaves none, but passes for the best explanation, is taken to act where that one does.
+    """
+    traces, mimic = unknown_odds(selection)
+    leaves = float(expit(traces - mimic))
     total = dict.fromkeys(CHANNELS, 0.0)
-    for name, chance in chances.items():
-        if name in ("none", "parameters"):
-            total["none"] += chance
-        elif name == "unknown":
-            evidence = np.array([d.gain for d in nameless])
-            weights = np.exp(evidence - np.max(evidence))
-            for discrepancy, weight in zip(nameless, weights / np.sum(weights), strict=True):
-                total[discrepancy.channel] += chance * float(weight)
-        else:
-            effects = name.split("+")
-            for effect in effects:
-                total[BY_NAME[effect].channel] += chance / len(effects)
+    weights = softmax([d.gain for d in selection.unnamed])
+    for discrepancy, weight in zip(selection.unnamed, weights, strict=True):
+        total[discrepancy.channel] += chances["unknown"] * leaves * float(weight)
+    mimics = (selection.best.hypothesis.name, chances["unknown"] * (1.0 - leaves))
+    for name, chance in [*((name, chance) for name, chance in chances.items() if name != "unknown"), mimics]:
+        effects = [] if name in ("none", "parameters") else name.split("+")
+        for channel in [BY_NAME[effect].channel for effect in effects] or ["none"]:
+            total[channel] += chance / max(len(effects), 1)
     return total
 
 
