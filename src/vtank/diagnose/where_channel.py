@@ -62,7 +62,8 @@ def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, f
     mimics = (selection.best.hypothesis.name, chances["unknown"] * (1.0 - leaves))
     for name, chance in [*((name, chance) for name, chance in chances.items() if name != "unknown"), mimics]:
         effects = [] if name in ("none", "parameters") else name.split("+")
-        for channel in [BY_NAME[effect].channel for effect in effects] or ["none"]:
+        channels: list[str] = [BY_NAME[effect].channel for effect in effects]
+        for channel in channels or ["none"]:
             total[channel] += chance / max(len(effects), 1)
     return total
 
