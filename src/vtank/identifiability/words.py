@@ -107,5 +107,8 @@ def _rest(study: Study) -> Iterator[str]:
     if clear:
         names = ", ".join(plain(v.effect.name) for v in clear)
         yield f"Clearly seen and apart from every other at their typical size: {names}."
-    lone = [plain(v.effect.name) for v in study.verdicts if v.standing == "lone readings"]
-    yield f"Seen as lone readings, whatever the plan: {', '.join(lone)}."
+    yield "Sonar multipath is seen as lone long ranges, whatever the plan."
+    yield (
+        "Tachometer spikes are seen where the readings are smooth otherwise; among the jumps of a propeller that a noisy "
+        "sonar makes hunt they pass for turbulence."
+    )
