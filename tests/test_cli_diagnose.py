@@ -123,7 +123,7 @@ def test_runs_with_different_inputs_do_not_go_together(tmp_path: Path, capsys: p
     time_s = TICK_S * np.arange(200)
     runs = [
         Run("a", time_s, {"n_rev_s": WAVE, "range_m": 3.0 + WAVE}),
-        Run("b", time_s, {"command": WAVE, "range_m": WAVE}),
+        Run("b", time_s, {"command": WAVE, "range_m": 3.0 + WAVE}),
     ]
     write_dataset(tmp_path / "data", runs, Manifest(seed=0))
     assert main(["diagnose", str(tmp_path / "data")]) == 2

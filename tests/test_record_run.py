@@ -143,7 +143,7 @@ def test_any_cut_of_a_file_is_read_or_refused_but_never_fails_otherwise(tmp_path
 def test_what_is_written_comes_back_to_the_stated_digits(tmp_path: Path) -> None:
     draw = np.random.default_rng(1)
     values = draw.normal(size=12) * 10.0 ** draw.integers(-8, 8, size=12)
-    run = a_run(range_m=np.where(np.arange(12) == 4, np.nan, values))
+    run = a_run(range_m=np.where(np.arange(12) == 4, np.nan, np.abs(values)))
     run.columns["surge_m_s"] = values
     write_run(tmp_path / "a.csv", run)
     back = read_run(tmp_path / "a.csv")
@@ -155,7 +155,7 @@ def test_what_is_written_comes_back_to_the_stated_digits(tmp_path: Path) -> None
 
 def test_reading_and_writing_again_gives_the_same_bytes(tmp_path: Path) -> None:
     draw = np.random.default_rng(2)
-    first = write_run(tmp_path / "a.csv", a_run(range_m=draw.normal(size=12)))
+    first = write_run(tmp_path / "a.csv", a_run(position_m=draw.normal(size=12)))
     second = write_run(tmp_path / "b.csv", read_run(tmp_path / "a.csv"))
     assert first == second == (tmp_path / "b.csv").read_bytes()
 
@@ -164,9 +164,9 @@ def test_cells_are_short_and_zero_has_no_sign() -> None:
     from vtank.record.writer import run_bytes
 
     run = a_run(
-        range_m=np.array([0.1 + 0.2, -0.0, -1e-9, 1e-7, 12.5, 100.0, *[np.nan] * 5, -3.0]), surge_m_s=np.ones(12)
+        position_m=np.array([0.1 + 0.2, -0.0, -1e-9, 1e-7, 12.5, 100.0, *[np.nan] * 5, -3.0]), surge_m_s=np.ones(12)
     )
-    cells = [line.split(",")[2] for line in run_bytes(run).decode().splitlines()[1:]]
+    cells = [line.split(",")[3] for line in run_bytes(run).decode().splitlines()[1:]]
     assert cells == ["0.3", "0", "0", "0", "12.5", "100", "", "", "", "", "", "-3"]
 
 
@@ -221,3 +221,18 @@ def test_foreign_recordings_are_read_whole(recordings: Path) -> None:
 def test_a_table_that_is_not_a_run_is_refused(recordings: Path) -> None:
     with pytest.raises(InputError, match="no column time_s"):
         read_run(recordings / "t200_static.csv")
+
+
+@pytest.mark.parametrize(
+    ("rows", "line", "words"),
+    [
+        (["0.5,1200,2.95" if k == 5 else row for k, row in enumerate(ROWS)], 7, "found 1200, expected rev/s within"),
+        (["0.5,2,-2.95" if k == 5 else row for k, row in enumerate(ROWS)], 7, "found -2.95, expected a distance of 0"),
+        ([f"{100 * k},{row.split(',', 1)[1]}" for k, row in enumerate(ROWS)], 3, "rows 100 s apart, expected 10 s"),
+    ],
+)
+def test_values_of_another_unit_are_refused(tmp_path: Path, rows: list[str], line: int, words: str) -> None:
+    path = csv(tmp_path, HEADER, *rows)
+    with pytest.raises(InputError) as found:
+        read_run(path)
+    assert str(found.value).startswith(f"{path}, line {line}: column ") and words in str(found.value)

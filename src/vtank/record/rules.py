@@ -10,6 +10,8 @@ import numpy as np
 from .run import INPUTS, OUTPUTS, TIME, FloatArray, Run
 
 SHORTEST = 10  # samples, the fewest that say anything about a motion; a choice
+FASTEST_REV_S = 200.0  # [rev/s] above, 12,000 rpm, no propeller of a vehicle turns: the readings are rpm; a choice
+SLOWEST_S = 10.0  # [s] between rows: above, no surge motion is seen, and the times are ms; a choice
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ def _content_faults(run: Run) -> Iterator[Fault]:
         if np.isinf(values).any():
             yield Fault(int(np.argmax(np.isinf(values))), f"column {name}: found an infinite value, expected a number")
     yield from _command_faults(run)
+    yield from _unit_faults(run)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in run.outputs)
     if longest < SHORTEST:
         yield Fault(None, f"{longest} samples of {' or '.join(run.outputs)}, expected at least {SHORTEST}")
@@ -75,3 +78,22 @@ def _command_faults(run: Run) -> Iterator[Fault]:
     if outside.any():
         row = int(np.argmax(outside))
         yield Fault(row, f"column command: found {run.columns['command'][row]:.10g}, expected a value in -1..1")
+
+
+def _unit_faults(run: Run) -> Iterator[Fault]:
+    """Values that only another unit, or a mark for a lost echo, can explain."""
+    step_s = float(np.median(np.diff(run.time_s))) if run.time_s.size > 1 else 0.0
+    if step_s > SLOWEST_S:
+        yield Fault(1, f"column {TIME}: rows {step_s:.4g} s apart, expected {SLOWEST_S:g} s at most; are they seconds?")
+    if "n_rev_s" in run.columns:
+        fast = np.abs(run.columns["n_rev_s"]) > FASTEST_REV_S
+        if fast.any():
+            row = int(np.argmax(fast))
+            found = f"found {run.columns['n_rev_s'][row]:.10g}"
+            yield Fault(row, f"column n_rev_s: {found}, expected rev/s within {FASTEST_REV_S:g} either way; is it rpm?")
+    if "range_m" in run.columns:
+        behind = run.columns["range_m"] < 0.0
+        if behind.any():
+            row = int(np.argmax(behind))
+            found = f"found {run.columns['range_m'][row]:.10g}"
+            yield Fault(row, f"column range_m: {found}, expected a distance of 0 or more, or an empty cell")
