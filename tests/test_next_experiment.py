@@ -11,7 +11,7 @@ import pytest
 from recorded import NOMINAL, recordings, select
 
 from vtank.diagnose.evidence import Setting, evaluate
-from vtank.diagnose.experiments import library, recorded, with_channels
+from vtank.diagnose.experiments import Experiment, library, recorded, shortened, with_channels
 from vtank.diagnose.next_experiment import _alone, _known, _parameter_gain, _separation, entropy_drop, next_experiment
 from vtank.diagnose.selection import Selection
 from vtank.diagnose.ties import noise_free
@@ -148,3 +148,23 @@ def test_other_inputs_are_driven_in_open_loop_in_their_own_unit() -> None:
     assert max(np.max(np.abs(e.run.input)) for e in found) <= 1.0
     still = recorded(with_channels(replace(like, input=0.0 * time), [SPEED]), p)
     np.testing.assert_array_equal(still.value, 0.0)
+
+
+def test_runs_of_seconds_are_not_shortened(tied: tuple[Selection, Verdict, dict[str, float]]) -> None:
+    """Where no shorter repeat is left to be tried, the advice still stands."""
+    selection, _, _ = tied
+    run = selection.setting.runs[0]
+    seen, fed = run.time_s <= 20.0, run.input_time_s <= 20.0
+    short = replace(run, time_s=run.time_s[seen], value=run.value[seen], kind=run.kind[seen],
+                    input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
+    found = select([short], ("linear_drag",))
+    chances = probabilities(found)
+    assert next_experiment(found, decide(found, chances), chances)["against_repeat"] > 0.0
+
+
+def test_the_beginning_of_a_run_is_called_so(tied: tuple[Selection, Verdict, dict[str, float]]) -> None:
+    again = Experiment("run a once more", {}, 2.0, tied[0].setting.runs[0])
+    assert again.told == "run a once more"
+    assert shortened(again, 0.5).told == "run a once more, only the beginning"
+    planned = Experiment("a sine", {"duration_s": 120.0}, 2.0, again.run)
+    assert shortened(planned, 0.5).told == "a sine" and shortened(planned, 0.5).scenario == {"duration_s": 30.0}

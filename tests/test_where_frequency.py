@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from vtank.diagnose.where_frequency import (
     LEVEL,
     TAPERS,
+    Spectrum,
+    _multiple,
     coherence,
     frequencies,
     largest_by_chance,
@@ -74,3 +78,10 @@ def test_coherence_of_strangers_is_distributed_as_the_number_of_tapers_says() ->
     shared = np.array([coherence(time, *rng.normal(size=(2, time.size)), E) for _ in range(400)])
     assert np.mean(shared > level) == pytest.approx(LEVEL, abs=0.004)
     assert np.mean(shared) == pytest.approx(1.0 / TAPERS, abs=0.01)
+
+
+def test_a_constant_input_has_no_multiples() -> None:
+    grid = np.array([0.1, 0.2, 0.3])
+    spectrum = Spectrum("run", grid, np.ones(3), np.full(3, 5.0), np.zeros(3), 0.9, 0.0, ())
+    assert _multiple(spectrum, 1) is None
+    assert _multiple(replace(spectrum, drive_rad_s=0.1), 1) == 2

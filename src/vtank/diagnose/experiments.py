@@ -44,12 +44,19 @@ class Experiment:
         scenario: keys of a scenario file; empty where none can say it.
         minutes: how long it takes [min].
         run: what the winner would record in it, without noise.
+        beginning: whether it is but the beginning of what the words say.
     """
 
     words: str
     scenario: dict[str, Any]
     minutes: float
     run: Observed
+    beginning: bool = False
+
+    @property
+    def told(self) -> str:
+        """In plain words, shortened or not; a scenario's length goes without saying."""
+        return f"{self.words}, only the beginning" if self.beginning and not self.scenario else self.words
 
 
 def shortened(experiment: Experiment, minutes: float) -> Experiment:
@@ -60,7 +67,7 @@ def shortened(experiment: Experiment, minutes: float) -> Experiment:
     part = replace(run, time_s=run.time_s[seen], value=run.value[seen], kind=run.kind[seen],
                    input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
     table = {**experiment.scenario, "duration_s": 60.0 * minutes} if experiment.scenario else {}
-    return Experiment(experiment.words, table, minutes, part)
+    return Experiment(experiment.words, table, minutes, part, beginning=True)
 
 
 def library(p: np.ndarray, runs: Sequence[Observed]) -> list[Experiment]:

@@ -70,7 +70,7 @@ def next_experiment(selection: Selection, verdict: Verdict, chances: dict[str, f
         worths = list(pool.map(weigh, [*repeats, *new]))
         best, again = _ranked(worths)[:SHORTENED], max(worths[: len(repeats)], key=lambda w: w.per_minute)
         short = [shortened(again.experiment, minutes) for minutes in SHORTER_MIN if minutes < again.experiment.minutes]
-        repeat = max(again, *pool.map(weigh, short), key=lambda w: w.per_minute)
+        repeat = max([again, *pool.map(weigh, short)], key=lambda w: w.per_minute)
         short = [shortened(w.experiment, m) for w in best for m in SHORTER_MIN if m < w.experiment.minutes]
         ranked = _ranked([*worths, *pool.map(weigh, short)])
     return {
@@ -91,7 +91,7 @@ def _ranked(worths: Sequence[Worth]) -> list[Worth]:
 
 def _told(worth: Worth, repeat: Worth) -> dict[str, Any]:
     return {
-        "experiment": worth.experiment.words,
+        "experiment": worth.experiment.told,
         "scenario": worth.experiment.scenario,
         "minutes": worth.experiment.minutes,
         "per_minute": float(worth.per_minute),

@@ -166,6 +166,8 @@ def _lines(s: Spectrum, needed: float) -> tuple[Line, ...]:
 
 
 def _multiple(s: Spectrum, i: int) -> int | None:
+    if s.drive_rad_s <= 0.0:  # a constant input
+        return None
     nearest = round(float(s.frequency_rad_s[i] / s.drive_rad_s))
     miss = abs(s.frequency_rad_s[i] - nearest * s.drive_rad_s)
     return nearest if nearest >= 1 and miss <= ON_A_MULTIPLE * s.frequency_rad_s[0] else None

@@ -95,7 +95,8 @@ def spectrum_panels(s: Spectrum, left: float, right: float, top: float) -> list[
     most = max(float(np.max(s.power)), float(np.max(s.significant)))
     power = Panel(x, Scale(0.1, 4.0 * most, top + 170.0, top, log=True))
     power.frame("", "power over noise [-]", shortened(s.run, 40))
-    power.vertical(s.drive_rad_s, "drive")
+    if s.drive_rad_s > 0.0:
+        power.vertical(s.drive_rad_s, "drive")
     power.line(s.frequency_rad_s, np.maximum(s.power, 0.1), "refit")
     power.line(s.frequency_rad_s, s.significant, "level")
     for line in s.lines:
@@ -107,7 +108,8 @@ def spectrum_panels(s: Spectrum, left: float, right: float, top: float) -> list[
         )
     shared = Panel(x, Scale(0.0, 1.0, top + 262.0, top + 196.0))
     shared.frame("frequency [rad/s]", "coherence", y_ticks=2)
-    shared.vertical(s.drive_rad_s, "drive")
+    if s.drive_rad_s > 0.0:
+        shared.vertical(s.drive_rad_s, "drive")
     shared.line(s.frequency_rad_s, s.coherence, "ink thin")
     shared.horizontal(s.coherent, "level")
     return [power, shared]
