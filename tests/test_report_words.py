@@ -115,6 +115,36 @@ def test_a_gap_throughout_a_drift_and_a_rhythm_of_its_own() -> None:
     )
 
 
+def test_causes_in_different_channels_are_told_one_by_one() -> None:
+    found = document("effects", ("ambient_current", "thrust_deadband"))
+    assert words.channel(found) == (
+        "Ambient current acts as a force of the water on the hull (hydrodynamics) and "
+        "thrust deadband acts through the thrust (actuator)."
+    )
+    assert words.channel(document("effects", ("ambient_current", "tether"))).startswith("It acts as a force")
+
+
+def test_the_simulators_own_parameters_are_told_where_they_are_off() -> None:
+    own = {"alpha": {"nominal": -2.5561, "refit": -3.2, "diagnosed": -3.2, "unit": "1/m"}}
+    told = "quadratic drag: \N{MINUS SIGN}3.2 1/m (as it is \N{MINUS SIGN}2.556)"
+    assert told in terminal_text(document("parameters", (), parameters=own))
+    assert "quadratic drag" not in terminal_text(document("none", (), parameters=own))
+
+
+def test_many_candidates_fit_the_width_and_each_matches_the_first() -> None:
+    found = document()
+    found["verdict"]["class"] = ["ambient_current", "drag_asymmetry", "seiche", "wake_memory", "thrust_asymmetry"]
+    assert max(map(len, terminal_text(found, 60).splitlines())) <= 60
+    assert "are matched by each of the others" in words.ties(found)[0]
+
+
+def test_several_effects_that_explain_too_little_are_told_in_the_plural() -> None:
+    found = document("unknown", ())
+    assert "the best known effect, linear drag, leaves a part" in words.explanation(found)[0]
+    found["estimates"]["tether"] = {}
+    assert "the best known effects, linear drag and tether, leave a part" in words.explanation(found)[0]
+
+
 def test_nothing_found_is_said() -> None:
     found = document("none", ())
     found["where"] |= {"time_s": [], "frequency_rad_s": []}
@@ -128,8 +158,11 @@ def test_nothing_found_is_said() -> None:
 def test_shrinkage_with_interval_without_one_and_absent() -> None:
     found = document()
     assert words.shrinkage(found).endswith(
-        "The diagnosis closes 96 % of what refitting leaves (90 % interval 91 to 99 %)."
+        "The diagnosis closes 96 % of what refitting leaves (on new data nine times out of ten 91 to 99 %)."
     )
+    assert words.shrinkage(found).startswith("On runs left out, of which only the start is used, the error is 80 mm")
+    found["where"]["runs"] = found["where"]["runs"][:1]
+    assert words.shrinkage(found).startswith("On stretches of time left out")
     found["shrink"]["interval90"] = None
     assert words.shrinkage(found).endswith("closes 96 % of what refitting leaves.")
     found["shrink"]["fraction_closed"] = None

@@ -130,6 +130,7 @@ def nominal_vector(name: str, runs: Sequence[Observed]) -> np.ndarray | None:
 
 def complete(diagnosis: Diagnosis, say: Callable[[str], None]) -> dict[str, Any]:
     """The whole document of schema vtank.diagnosis/1: with where, how far, and what next."""
+    from ..diagnose.diagnosis import own_parameters
     from ..diagnose.next_experiment import next_experiment
     from ..diagnose.shrink import shrink
     from ..diagnose.where import locate
@@ -142,6 +143,7 @@ def complete(diagnosis: Diagnosis, say: Callable[[str], None]) -> dict[str, Any]
     document["shrink"] = shrink(selection, verdict, diagnosis.seed)
     say("next experiment")
     document["next_experiment"] = next_experiment(selection, verdict, chances)
+    document["parameters"] = own_parameters(selection, verdict)
     return {key: document[key] for key in (*ORDER, *(k for k in document if k not in ORDER))}
 
 

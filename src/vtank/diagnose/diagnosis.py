@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.parameters import vector
+from ..dynamics.parameters import PLAIN, slot, vector
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..identify.observed import Observed
 from .baselines import baselines
@@ -98,3 +98,21 @@ def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
                 entry[q.name] = {"value": fit.extra[name], "interval95": None, "unit": q.unit}
         out[effect.name] = entry
     return out
+
+
+def own_parameters(selection: Selection, verdict: Verdict) -> dict[str, dict[str, Any]]:
+    """The simulator's own parameters: as it is, refitted and in the diagnosed simulator, by slot."""
+    fits = {"nominal": selection.nominal, "refit": selection.refit, "diagnosed": verdict.fit}
+    vectors = {name: fit.vector() for name, fit in fits.items()}
+    return {
+        name: {**{key: float(p[slot(name)]) for key, p in vectors.items()}, "unit": unit_of(name)}
+        for name in selection.refit.problem.free
+    }
+
+
+def unit_of(name: str) -> str:
+    """Unit of a slot of the parameter vector."""
+    if name in PLAIN:
+        return PLAIN[name][0]
+    effect, parameter = name.split(".")
+    return next(q.unit for q in BY_NAME[effect].parameters if q.name == parameter)

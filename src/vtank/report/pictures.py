@@ -54,13 +54,14 @@ def shortened(name: str, most: int = 22) -> str:
     return name if len(name) <= most else f"{name[: most - 1]}\N{HORIZONTAL ELLIPSIS}"
 
 
-def shrink_picture(shrink: dict[str, Any]) -> str:
+def shrink_picture(document: dict[str, Any]) -> str:
     """Error on runs left out, before and after, and the share of the gap that is closed with its interval."""
+    shrink = document["shrink"]
     sizes = {s: float(shrink[s]) for s in SIMULATORS}
     factor, unit = in_thousandths(list(sizes.values()), shrink["unit"])
     whole = shrink.get("fraction_closed") is None
     panel = Panel(Scale(0.0, 1.2 * factor * max(sizes.values()), LEFT, WIDTH - 20.0 if whole else 540.0), BARS)
-    panel.frame(f"error on runs left out [{unit}]", y_ticks=0)
+    panel.frame(f"error on {words.left_out(document)} [{unit}]", y_ticks=0)
     panel.box(0.0, factor * float(shrink["floor"]), 0.0, 3.0, "floor", "noise floor")
     for k, (name, size) in enumerate(sizes.items()):
         y = k + 0.5
@@ -68,7 +69,7 @@ def shrink_picture(shrink: dict[str, Any]) -> str:
         panel.text(LEFT - 12.0, panel.y(y) + 4.5, f"simulator {CALLED[name]}", "end")
         panel.text(panel.x(factor * size) + 7.0, panel.y(y) + 4.5, f"{words.number(factor * size)} {unit}", "small")
     panels = [panel] if whole else [panel, closed_panel(shrink)]
-    return picture("shrink", WIDTH, 170.0, panels, words.shrinkage({"shrink": shrink}))
+    return picture("shrink", WIDTH, 170.0, panels, words.shrinkage(document))
 
 
 def closed_panel(shrink: dict[str, Any]) -> Panel:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from ..diagnose.diagnosis import Diagnosis
+from ..diagnose.diagnosis import Diagnosis, own_parameters
 from ..diagnose.where import WhereData
-from ..dynamics.parameters import PLAIN, slot
-from ..effects.catalogue import BY_NAME
 from . import pictures, pictures_where, words
 from .html import bars, escape, figure, heading, paragraph, section, table
 from .words import Document
@@ -16,12 +14,6 @@ UNNAMED = {
     "force lines": "an unknown force with a rhythm of its own",
     "smooth error": "an unknown error of the sensor",
 }  # families of discrepancies in words
-OWN = {
-    "alpha": "quadratic drag",
-    "beta": "thrust gain",
-    "thrust_lag.tau": "thrust lag",
-    "thrust_loss.gamma": "thrust loss",
-}  # the simulator's own parameters in words
 
 
 def opening(document: Document, data: WhereData) -> str:
@@ -59,7 +51,7 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     """The shrinkage: on runs left out where that was worked out, on these runs otherwise."""
     s = document.get("shrink") or {}
     if s.get("fraction_closed") is not None:
-        return f"{words.closed(s)} closed", "of what refitting leaves, on runs left out"
+        return f"{words.closed(s)} closed", f"of what refitting leaves, on {words.left_out(document)}"
     before, after = pictures_where.pair_of(document["verdict"]["kind"])
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]
@@ -76,13 +68,14 @@ def how_far(document: Document, data: WhereData) -> str:
         ("area floor-fill", "noise floor"),
     ]
     caption = (
-        "Each row is a run. The further left a dot, the closer the simulator follows the recording; "
+        "Each row is a run, simulated from the start that suits it best. The further left a dot, the closer the "
+        "simulator follows the recording; "
         "inside the grey bar it misses no more than noise and turbulence make."
     )
     parts = [figure(pictures.gap_picture(data.gaps), caption, legend), paragraph(words.shrinkage(document))]
     if document.get("shrink"):
-        caption = "Every run is predicted by simulators that were chosen and fitted without it."
-        parts.append(figure(pictures.shrink_picture(document["shrink"]), caption))
+        caption = "Each is predicted by simulators that were chosen and fitted without it."
+        parts.append(figure(pictures.shrink_picture(document), caption))
     return section("How far the gap shrinks", *parts)
 
 
@@ -184,22 +177,12 @@ def estimates(diagnosis: Diagnosis, document: Document) -> str:
             value, unit = words.number(e["value"], 4), words.unit_text(document, e["unit"])
             rows.append((words.effect_name(name), words.meaning(name, key), value, span, unit))
     effects = table(("effect", "quantity", "value", "95 % interval", "unit"), rows, 2) if rows else ""
-    s = diagnosis.selection
-    vectors = [fit.vector() for fit in (s.nominal, s.refit, diagnosis.verdict.fit)]
     own = []
-    for name in s.refit.problem.free:
-        values = (words.number(float(p[slot(name)]), 4) for p in vectors)
-        own.append((OWN.get(name, name), *values, words.unit_text(document, unit_of(name))))
+    for name, p in own_parameters(diagnosis.selection, diagnosis.verdict).items():
+        values = (words.number(p[key], 4) for key in ("nominal", "refit", "diagnosed"))
+        own.append((words.OWN.get(name, name), *values, words.unit_text(document, p["unit"])))
     header = ("parameter", "as it is", "refitted", "with the diagnosis", "unit")
     return section("Estimates", effects, heading("The simulator's own parameters"), table(header, own))
-
-
-def unit_of(name: str) -> str:
-    """Unit of a slot of the parameter vector."""
-    if name in PLAIN:
-        return PLAIN[name][0]
-    effect, parameter = name.split(".")
-    return next(q.unit for q in BY_NAME[effect].parameters if q.name == parameter)
 
 
 def what_next(document: Document) -> str:

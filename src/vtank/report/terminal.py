@@ -14,11 +14,13 @@ LISTED = 4  # hypotheses told
 
 def terminal_text(document: Document, width: int = 100) -> str:
     """The findings as text of at most `width` columns."""
-    parts = [words.headline(document), *textwrap.wrap(" ".join(words.explanation(document)), width), ""]
+    head = textwrap.wrap(words.headline(document), width)
+    parts = [*head, *textwrap.wrap(" ".join(words.explanation(document)), width), ""]
     told = {
         "Where": [f"{words.channel(document)} {words.runs(document)} {words.time(document)}",
                   words.frequency(document), words.region(document)],
-        "Which": [f"{name}: {words.percent(p)}" for name, p in leading(document)] + sizes(document),
+        "Which": [f"{name}: {words.percent(p)}" for name, p in leading(document)] + sizes(document)
+                 + own(document),
         "How far": [*gap_table(document), words.shrinkage(document)],
         "Ties": words.ties(document) or ["Nothing that these recordings cannot tell apart."],
         "Next": [words.next_experiment(document)],
@@ -52,6 +54,18 @@ def sizes(document: Document) -> list[str]:
                 low, high = e["interval95"]
                 text += f" (95 %: {words.number(low)} to {words.number(high)})"
             lines.append(text)
+    return lines
+
+
+def own(document: Document) -> list[str]:
+    """The simulator's own parameters before and after, one sentence each; none where it is right as it is."""
+    if document["verdict"]["kind"] == "none":
+        return []
+    lines = []
+    for name, p in document.get("parameters", {}).items():
+        unit = words.unit_text(document, p["unit"])
+        text = f"{words.OWN.get(name, name)}: {words.number(p['diagnosed'], 4)} {unit}".rstrip()
+        lines.append(f"{text} (as it is {words.number(p['nominal'], 4)})")
     return lines
 
 

@@ -22,6 +22,12 @@ QUANTITY = {
     "distance_m": ("distance to the wall", "m"),
     "position_m": ("position", "m"),
 }
+OWN = {
+    "alpha": "quadratic drag",
+    "beta": "thrust gain",
+    "thrust_lag.tau": "thrust lag",
+    "thrust_loss.gamma": "thrust loss",
+}  # the simulator's own parameters in words
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
 MINOR = 0.2  # share of the evidence below which a variable explains little, or little beside the leading one
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
@@ -117,7 +123,9 @@ def explanation(document: Document) -> list[str]:
         lines.append("Refitting its own drag and thrust explains the recordings; no further effect is needed.")
     if v["kind"] == "unknown":
         best = listed([effect_name(name) for name in document["estimates"]])
-        rest = f"and the best known effect, {best}, leaves a part unexplained" if best else "nor does any known effect"
+        several = len(document["estimates"]) > 1
+        named = f"effects, {best}, leave" if several else f"effect, {best}, leaves"
+        rest = f"and the best known {named} a part unexplained" if best else "nor does any known effect"
         lines.append(f"Refitting the parameters does not close the gap, {rest}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
     return lines
@@ -130,6 +138,10 @@ def channel(document: Document) -> str:
     name = document["verdict"]["channel"] or max(chances, key=lambda c: chances[c])
     if document["verdict"]["kind"] in ("none", "parameters") or name == "none":
         return f"No channel is at fault (probability {percent(chances['none'])})."
+    acting = {effect: BY_NAME[effect].channel for effect in document["verdict"]["effects"]}
+    if document["verdict"]["kind"] == "effects" and len(set(acting.values())) > 1:
+        told = [f"{effect_name(effect)} acts {ACTS[where]} ({where})" for effect, where in acting.items()]
+        return f"{listed(told).capitalize()}."
     return f"It acts {ACTS[name]} ({name}, probability {percent(chances[name])})."
 
 
@@ -205,17 +217,22 @@ def shrinkage(document: Document) -> str:
         return "How far the gap shrinks on runs left out was not worked out."
     unit = s["unit"]
     text = (
-        f"On runs left out, the error is {length(s['nominal'], unit)} with the simulator as it is, "
-        f"{length(s['refit'], unit)} after refitting it, {length(s['diagnosed'], unit)} with the diagnosis; "
-        f"noise alone makes {length(s['floor'], unit)}."
+        f"On {left_out(document)}, of which only the start is used, the error is "
+        f"{length(s['nominal'], unit)} with the simulator as it is, {length(s['refit'], unit)} after refitting it, "
+        f"{length(s['diagnosed'], unit)} with the diagnosis; noise alone makes {length(s['floor'], unit)}."
     )
     if s.get("fraction_closed") is None:
         return f"{text} Refitting leaves next to nothing to close."
     text += f" The diagnosis closes {closed(s)} of what refitting leaves"
     if s.get("interval90"):
         low, high = s["interval90"]
-        text += f" (90 % interval {whole(100.0 * low)} to {whole(100.0 * high)} %)"
+        text += f" (on new data nine times out of ten {whole(100.0 * low)} to {whole(100.0 * high)} %)"
     return f"{text}."
+
+
+def left_out(document: Document) -> str:
+    """What was left out in turn: runs, or parts of the only one."""
+    return "runs left out" if len(document["where"]["runs"]) > 1 else "stretches of time left out"
 
 
 def closed(shrink: Document) -> str:
@@ -229,9 +246,10 @@ def ties(document: Document) -> list[str]:
     rivals, lines = document["verdict"]["class"], []
     if len(rivals) > 1 and document["verdict"]["kind"] != "effects":
         names = [effect_name(name) for name in rivals]
+        others = "the other" if len(rivals) == 2 else "each of the others"
         lines.append(
             f"{listed(names).capitalize()} leave the same trace here: recordings made by the first, without any noise, "
-            "are matched by the other to within three deviations of the noise."
+            f"are matched by {others} to within three deviations of the noise."
         )
     if "distance_m" not in document["where"]["region"]:  # no sonar: nothing of the following can be at work
         return lines
