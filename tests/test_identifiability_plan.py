@@ -280,6 +280,17 @@ def test_bad_arguments_are_refused_in_one_line_and_leave_nothing(arguments, word
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("option", ["--out", "--json", "--write-plan"])
+def test_what_cannot_be_written_is_refused_before_any_work(option, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("vtank.identifiability.study.study", lambda *_: pytest.fail("work was done"))
+    taken = tmp_path / "taken"
+    taken.write_text("")
+    target = taken / "all.json" if option == "--json" else taken
+    assert main(["identifiability", "paper-ds1", "--seeds", "0", "--design", option, str(target)]) == 2
+    assert "taken" in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["taken"]
+
+
 def test_help_loads_nothing_heavy():
     code = (
         "import sys\n"

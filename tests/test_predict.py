@@ -142,3 +142,18 @@ def test_the_gap_of_the_tank_shrinks_when_the_diagnosed_effect_is_switched_on(tm
         return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
 
     assert gap(str(path)) < 0.1 * gap("paper-ii")
+
+
+def test_a_truth_preset_is_no_model(tmp_path: Path) -> None:
+    path = tmp_path / "truth.toml"
+    path.write_text('name = "mine"\n')
+    with pytest.raises(InputError, match='expected "vtank.model/1", a model written by vtank diagnose'):
+        read_model(path)
+
+
+def test_what_cannot_be_written_is_told_before_anything_is_printed(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(model / "gaps.json")]) == 2
+    told = capsys.readouterr()
+    assert told.out == "" and "cannot be written" in told.err

@@ -49,11 +49,17 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Look at the plan, print verdicts and tables, write what was asked for."""
     from ..errors import InputError
+    from .diagnose import refuse_unwritable
 
     if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
         raise InputError("--seeds takes 0 or at least 2, --processes at least 1, --seed at least 0")
     if args.write_plan and not args.design:
         raise InputError("--write-plan needs --design, which finds the plan")
+    refuse_unwritable(args.json)
+    for folder in (args.out, args.write_plan):
+        if folder and folder.exists() and not folder.is_dir():
+            raise InputError(f"{folder}: is a file, expected a folder")
+        refuse_unwritable(folder and folder / "any file")
     scenarios, truth, model = _chosen(args)
     found = _found(args, scenarios, truth, model)
     _print(found)

@@ -23,7 +23,9 @@ def run(args: argparse.Namespace) -> int:
     from ..identify.observed import observe
     from ..record.atomic import write_text
     from ..record.reader import read_run
+    from .diagnose import refuse_unwritable
 
+    refuse_unwritable(args.json)
     text = json.dumps(predict_gaps(read_model(args.model), observe(read_run(args.run))), indent=2) + "\n"
     print(text, end="")
     if args.json:

@@ -142,7 +142,7 @@ def _texts(names: Sequence[str]) -> str:
 def read_model(path: Path | str) -> ModelFile:
     """The model file at `path`; InputError names file and key of what is wrong."""
     file = read_table(Path(path))
-    if file.text("schema") != SCHEMA:
+    if file.text("schema", "") != SCHEMA:
         raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
     name = file.text("input")
     if name not in BETA_KEYS:
