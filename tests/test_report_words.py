@@ -72,6 +72,16 @@ def test_every_verdict_has_a_sentence(kind: str, effects: tuple[str, ...], start
     assert words.explanation(found)[-1] == "Probability: 95 %."
 
 
+@pytest.mark.parametrize("kind", ["none", "parameters"])
+def test_what_is_likelier_wrong_than_right_is_told_as_a_possibility(kind: str) -> None:
+    found = document(kind, ())
+    found["verdict"]["probability"] = 0.41
+    assert words.headline(found).startswith("Perhaps ")
+    assert words.headline(found).endswith("these recordings do not settle it.")
+    found["verdict"]["probability"] = 0.51
+    assert "settle" not in words.headline(found)
+
+
 def test_a_class_of_effects_is_told_as_alternatives() -> None:
     found = document()
     found["verdict"]["class"] = ["sonar_latency", "command_delay"]
@@ -161,6 +171,8 @@ def test_shrinkage_with_interval_without_one_and_absent() -> None:
         "The diagnosis closes 96 % of what refitting leaves (on new data nine times out of ten 91 to 99 %)."
     )
     assert words.shrinkage(found).startswith("On runs left out, of which only the start is used, the error is 80 mm")
+    found["shrink"]["interval90"] = [-0.002, 1.0]
+    assert words.shrinkage(found).endswith("nine times out of ten 0 to 100 %).")
     found["where"]["runs"] = found["where"]["runs"][:1]
     assert words.shrinkage(found).startswith("On stretches of time left out")
     found["shrink"]["interval90"] = None

@@ -34,6 +34,7 @@ COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
 WORTH_IT = 1.05  # times a repeat from which an experiment is better than one
 MOST_SPANS = 3  # stretches of time told, the most telling
 MANY = 100  # times a repeat beyond which the exact number means nothing
+LIKELY = 0.5  # probability below which a verdict is told as a possibility: the rest together is likelier
 THROUGHOUT = 0.8  # share of the time from which a gap is there throughout
 
 
@@ -82,7 +83,7 @@ def number(value: float, digits: int = 3) -> str:
 
 def whole(value: float) -> str:
     """A number without decimals."""
-    return f"{value:.0f}".replace("-", "\N{MINUS SIGN}")
+    return f"{value:z.0f}".replace("-", "\N{MINUS SIGN}")
 
 
 def length(value: float, unit: str) -> str:
@@ -97,6 +98,10 @@ def headline(document: Document) -> str:
     v = document["verdict"]
     effects, rivals = [effect_name(e) for e in v["effects"]], [effect_name(e) for e in v["class"]]
     match v["kind"]:
+        case "none" if v["probability"] < LIKELY:
+            return "Perhaps there is no gap, but these recordings do not settle it."
+        case "parameters" if v["probability"] < LIKELY:
+            return "Perhaps only the simulator's parameters are off, but these recordings do not settle it."
         case "none":
             return "No gap: the simulator as it is explains these recordings."
         case "parameters":
