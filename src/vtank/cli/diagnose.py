@@ -57,12 +57,20 @@ def run(args: argparse.Namespace) -> int:
     runs = observed(read_dataset(args.dataset).runs)
     nominal = nominal_vector(args.nominal, runs)
 
+    from numpy.linalg import LinAlgError
+
     from ..diagnose.diagnosis import diagnose
     from ..report.terminal import terminal_text
 
     with stages() as say:
-        diagnosis = diagnose(runs, nominal, args.seed, say=say)
-        document = complete(diagnosis, say)
+        try:
+            diagnosis = diagnose(runs, nominal, args.seed, say=say)
+            document = complete(diagnosis, say)
+        except LinAlgError as error:
+            raise InputError(
+                f"{args.dataset}: the recordings do not tell the simulator's parameters apart ({error}); "
+                "expected runs in which the vehicle speeds up and slows down"
+            ) from error
         if args.json:
             write_text(args.json, json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
         if args.model:

@@ -33,6 +33,7 @@ SCHEMA = "vtank.model/1"
 BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
 PLAIN = {"alpha": "alpha_per_m", "thrust_loss.gamma": "gamma_per_rev", "thrust_lag.tau": "tau_s"}
 FEWEST = 10  # measurements that a prediction is compared with at least; a choice
+SCATTER_REV_S = 0.5  # [rev/s] by which the tachometer may read past a limit; ten times its usual noise, a guess
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
 
 
@@ -65,7 +66,8 @@ def model_text(diagnosis: Diagnosis) -> str:
     selection, v = diagnosis.selection, diagnosis.verdict
     runs, nominal = selection.setting.runs, selection.setting.nominal
     effects, name = v.fit.hypothesis.effects, runs[0].input_name
-    limit = max(LEAST_LIMIT_REV_S, *(float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), 0.0)
+    limit = max((float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), default=0.0)
+    limit = LEAST_LIMIT_REV_S if limit < LEAST_LIMIT_REV_S + SCATTER_REV_S else np.ceil(limit)
     said = ", ".join(v.effects)
     refit, diagnosed = (predictor(selection.setting, fit) for fit in (selection.refit, v.fit))
     lines = [
@@ -75,7 +77,7 @@ def model_text(diagnosis: Diagnosis) -> str:
         'name = "diagnosed"',
         f'source = "vtank diagnose of {len(runs)} run{"s" * (len(runs) > 1)}: {v.kind}{": " * bool(said)}{said}"',
         f'input = "{name}"',
-        f"n_limit_rev_s = {np.ceil(limit):g}",
+        f"n_limit_rev_s = {limit:g}",
         "",
         "[lumped]",
         *_own(diagnosed.p, name, effects),
