@@ -25,7 +25,7 @@ HARMONICS = (2, 3, 4, 5)  # multiples of the drive frequency at which a force li
 EVENED = 21  # samples over which speed is averaged, twice, before its rate is taken: noise of the tachometer shakes the
 # simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
-UNHEARD = -50.0  # log evidence of a family that cannot be weighed, since the model runs away when pushed: as good as none
+UNHEARD = -50.0  # log evidence of a family that cannot be weighed, since the model runs away when pushed: next to none
 SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
 
 
