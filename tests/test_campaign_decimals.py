@@ -36,9 +36,9 @@ def test_rounding_is_exact_on_numbers_of_all_sizes() -> None:
 def noisy_run(size: float) -> Run:
     random = np.random.default_rng(2)
     time = np.arange(400) * 0.1
-    columns = {"n_rev_s": size * random.normal(size=400), "range_m": np.round(random.normal(size=400), 2)}
-    columns["range_m"][::3] = np.nan
-    columns["range_m"][1:40:3] = [0.0, -0.0, -1e-9, 1e-7, 5e-7, -5e-7, 1.0, -1.0, 10.0, 100.25, 0.5, -0.000001, 7e5]
+    columns = {"thrust_N": size * random.normal(size=400), "position_m": np.round(random.normal(size=400), 2)}
+    columns["position_m"][::3] = np.nan
+    columns["position_m"][1:40:3] = [0.0, -0.0, -1e-9, 1e-7, 5e-7, -5e-7, 1.0, -1.0, 10.0, 100.25, 0.5, -0.000001, 7e5]
     return Run("noisy", time, columns)
 
 
