@@ -128,3 +128,15 @@ def test_runs_with_different_inputs_do_not_go_together(tmp_path: Path, capsys: p
     write_dataset(tmp_path / "data", runs, Manifest(seed=0))
     assert main(["diagnose", str(tmp_path / "data")]) == 2
     assert "run b: its input is command, that of run a is n_rev_s" in capsys.readouterr().err
+
+
+def test_recordings_that_tell_no_parameters_apart_end_in_one_line(
+    dragged: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def singular(*arguments: object, **options: object) -> None:
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("vtank.diagnose.diagnosis.diagnose", singular)
+    assert main(["diagnose", str(dragged), "--json", str(tmp_path / "d.json")]) == 2
+    assert "do not tell the simulator's parameters apart (Singular matrix)" in capsys.readouterr().err
+    assert not (tmp_path / "d.json").exists()
