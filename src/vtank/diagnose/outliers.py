@@ -15,6 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import median_filter
 
+from ..effects.sonar_multipath import EFFECT as MULTIPATH
 from ..effects.tachometer_spikes import SEEN
 from ..identify.observed import SPEED, Observed
 from ..identify.problem import Filtered
@@ -24,7 +25,7 @@ BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to ever
 SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
 SPIKE_SHARES = (0.12, 0.18, 0.27, 0.4, 0.6)  # sizes tried, over the root mean square of the input
 HIDDEN, ROUNDS = (2.5, 3.5, 5.0), 15  # deviations of hidden late pings that a fit begins at, and its rounds; choices
-LEAST_M, MOST = 0.02, 0.3  # [m, -] shortest excess path and largest share of late pings, as in the catalogue
+(_, MOST), (LEAST_M, _) = (q.bounds for q in MULTIPATH.parameters)  # [-, m] largest share, shortest excess path
 FEWEST = 3  # flags from which an outlier effect is considered
 NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)

@@ -7,6 +7,7 @@ effect's column, and the rest is compared with the innovations that are left (Ra
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -34,11 +35,15 @@ class Linearised:
     residual: np.ndarray
     jacobian: np.ndarray
 
+    @cached_property
+    def information(self) -> np.ndarray:
+        """Information about all unknowns, priors included, shape (size, size)."""
+        return np.asarray(self.jacobian.T @ self.jacobian + np.diag(self.fit.prior.sd**-2))
+
     def remaining(self, columns: np.ndarray) -> np.ndarray:
         """What the fit's own parameters, held by their priors, cannot take up of columns (sum M, K)."""
         J = self.jacobian
-        information = J.T @ J + np.diag(self.fit.prior.sd**-2)
-        return np.asarray(columns - J @ np.linalg.solve(information, J.T @ columns))
+        return np.asarray(columns - J @ np.linalg.solve(self.information, J.T @ columns))
 
     def explain(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's parameters."""
