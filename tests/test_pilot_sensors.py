@@ -9,6 +9,7 @@ import pytest
 
 from vtank.effects.catalogue import CATALOGUE
 from vtank.pilot.flight import RANGE, READING, SPEED, SPEED_READING, Flight, prepare
+from vtank.pilot.noise import SONAR
 from vtank.pilot.plan import plan_run
 from vtank.pilot.tick import stamp, tick, true_range
 from vtank.scenario.scenario import load_scenario
@@ -181,3 +182,12 @@ def test_an_effect_at_its_null_value_changes_no_bit(effect: str) -> None:
     noisy = ("sonar.noise_m=0.006", "tachometer.noise_rev_s=0.1", "duration_s=60")
     plain, null = (flown((*noisy, *extra), scenario="paper-ds1").record for extra in ((), settings))
     np.testing.assert_array_equal(plain, null)
+
+
+@pytest.mark.parametrize("skew", [0.004, -0.004])
+def test_a_skewed_echo_carries_the_noise_that_the_controller_hears_then(skew: float) -> None:
+    settings = ("sonar.noise_m=0.01", f"effects.clock_skew.s={skew}", "duration_s=119.9")
+    flight = flown(settings)
+    heard = np.ceil(np.arange(1200) * (1.0 + skew) - 1e-6).astype(int)
+    noise = flight.noise[0, SONAR, heard]
+    np.testing.assert_allclose(flight.record[0, READING, :1200] - 3.048, noise, atol=1e-9)

@@ -52,16 +52,19 @@ def true_range(f, i, t):
 
 
 @law
-def range_reading(f, i, k, t_echo):
-    """What the sonar says at tick k of the echo of t_echo [m]; NaN for no ping, a lost one or one from too far."""
+def range_reading(f, i, k, ping, t_echo):
+    """What the sonar says at tick k of the echo of t_echo [m]; NaN for no ping, a lost one or one from too far.
+
+    ping: tick whose noise the echo carries.
+    """
     p, setting = f.p[i], f.setting[i]
-    if k % setting.ping_ticks != 0 or f.noise[i, DROPOUT, k] < setting.dropout:
+    if k % setting.ping_ticks != 0 or f.noise[i, DROPOUT, ping] < setting.dropout:
         return math.nan
     path = true_range(f, i, t_echo)
     if not math.isfinite(path) or path > setting.max_range_m:
         return math.nan
-    path = sonar_multipath.reading(path, p[MULTIPATH_P], p[MULTIPATH_EXTRA], f.noise[i, MULTIPATH, k])
-    reading = sonar_offset.reading(sonar_scale.reading(path, p[SCALE]), p[OFFSET]) + f.noise[i, SONAR, k]
+    path = sonar_multipath.reading(path, p[MULTIPATH_P], p[MULTIPATH_EXTRA], f.noise[i, MULTIPATH, ping])
+    reading = sonar_offset.reading(sonar_scale.reading(path, p[SCALE]), p[OFFSET]) + f.noise[i, SONAR, ping]
     step = setting.resolution_m
     return math.floor(reading / step + 0.5) * step if step > 0.0 else reading
 
@@ -114,7 +117,7 @@ def speed_reading(f, i, k, n):
 def tick(f, i, k):
     """One tick: from the true range of tick k, already in the history, to the propeller speed held until the next."""
     setting = f.setting[i]
-    reading = range_reading(f, i, k, sonar_latency.echo_time(k * setting.period_s, f.p[i, LATENCY]))
+    reading = range_reading(f, i, k, k, sonar_latency.echo_time(k * setting.period_s, f.p[i, LATENCY]))
     filter_range(f, i, reading)
     wanted = surge_control(f, i, k) if setting.closed_loop else f.command[i, COMMAND, k]
     wanted = limited(wanted, setting.n_limit_rev_s)
@@ -144,10 +147,15 @@ def switch_time(f, i):
 
 @law
 def stamp(f, i, samples):
-    """Write the record of ranges anew as the sonar's own clock stamps them; nothing to do where the clocks agree."""
+    """Write the record of ranges anew as the sonar's own clock stamps them; nothing to do where the clocks agree.
+
+    An echo carries the noise of the tick at which the controller hears it, or the next: were it that of the stamp, a
+    controller would answer to noise that a clock running ahead has not recorded yet.
+    """
     s = f.p[i, SKEW]
     if s == 0.0:
         return
     for k in range(samples):
         t = clock_skew.echo_time(k * f.setting[i].period_s, s)
-        f.record[i, READING, k] = range_reading(f, i, k, sonar_latency.echo_time(t, f.p[i, LATENCY]))
+        ping = min(max(int(math.ceil(t / f.setting[i].period_s - ROUNDING)), 0), f.noise.shape[2] - 1)
+        f.record[i, READING, k] = range_reading(f, i, k, ping, sonar_latency.echo_time(t, f.p[i, LATENCY]))
