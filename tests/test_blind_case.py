@@ -16,11 +16,11 @@ from vtank.blind.experiment import amplitude_m
 from vtank.blind.fly import Passenger, Trip, quiet
 from vtank.blind.outside import OUTSIDE, Sight
 from vtank.blind.refit import NUISANCE, parameters, refit
-from vtank.blind.replay import Replay
-from vtank.blind.rivals import best_fit
+from vtank.blind.replay import Replay, repair, spikes_of
+from vtank.blind.rivals import best_fit, best_pair, others
 from vtank.blind.sizing import noise_free, post_refit, ready_case
 from vtank.blind.whitening import Whitener
-from vtank.dynamics.parameters import null_vector, slot
+from vtank.dynamics.parameters import null_vector, slot, vector
 from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.errors import InputError
@@ -182,7 +182,7 @@ def test_the_true_effect_leaves_nothing_and_a_rival_something() -> None:
     case = only("supply_sag").sized([1.0])
     clean = noise_free(case, given(case))
     left = post_refit(case, clean)
-    own, rival = (best_fit(BY_NAME[name], clean, left, 15.0).size for name in ("supply_sag", "coulomb_friction"))
+    own, rival = (best_fit([BY_NAME[name]], clean, left).size for name in ("supply_sag", "coulomb_friction"))
     assert own < 0.02 * left.size < rival <= left.size
     assert list(parameters([BY_NAME["supply_sag"]])) == ["supply_sag.r"]
 
@@ -225,3 +225,24 @@ def test_held_out_runs_repeat_the_given_ones() -> None:
     assert scenarios[RUNS : 2 * RUNS] == scenarios[:RUNS] and scenarios[-1].excitation.kind != case.experiment.family
     phases = {case.plan(k).p[slot("seiche.phase")] for k in range(len(scenarios))}
     assert len(phases) == len(scenarios) and null_vector()[slot("seiche.phase")] not in phases
+
+
+def test_spikes_of_a_plan_are_those_on_record() -> None:
+    case = only("tachometer_spikes")
+    slots = {"tachometer_spikes.p": 0.03, "tachometer_spikes.size": 4.0}
+    plan = replace(given(case)[0], p=vector(slots, case.truth.vector()))
+    n_read, _, n = Replay(plan).pushed(())
+    spikes = spikes_of(plan)
+    assert 0.01 < np.mean(spikes != 0.0) < 0.06
+    np.testing.assert_allclose(n_read - n, spikes, atol=1e-12)
+    np.testing.assert_allclose(repair(n_read, spikes, 4.0), n, atol=1e-12)
+    np.testing.assert_array_equal(repair(n_read, np.zeros_like(n), 4.0), n_read)
+
+
+def test_two_known_effects_leave_no_more_than_the_best_of_them() -> None:
+    case = only("cubic_drag", "outside").sized([2.0])
+    clean = noise_free(case, given(case))
+    left = post_refit(case, clean)
+    best = min(best_fit([effect], clean, left).size for effect in others(case))
+    pair = best_pair(case, clean, left)
+    assert 0.0 < pair["d"] <= best <= left.size and 1 <= len(pair["names"]) <= 2

@@ -315,7 +315,7 @@ def made_up(label: str, d: float, chances: dict[str, float], kind: str = "effect
     verdict = {"kind": kind, "class": [max(chances, key=lambda k: chances[k])], "probability": max(chances.values())}
     case = {"none": "none", "parameters": "parameters", "unknown": "outside"}.get(label, "single")
     given = {"closed": Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9), "coloured": False, "unseen": False}
-    return Row("case", case, label, d, decoy=False, chances=chances, verdict=verdict, refused="", baselines={},
+    return Row("case", case, label, d, d, decoy=False, chances=chances, verdict=verdict, refused="", baselines={},
                ceiling=None, **(given | more))  # fmt: skip
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spikes
+from vtank.diagnose.lone_speeds import with_lone_speeds
+from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spike_sizes, spikes
 from vtank.identify.observed import RANGE, Observed
 from vtank.identify.problem import Filtered
 
@@ -74,5 +75,7 @@ def test_late_pings_within_the_noise_are_told_by_their_number():
 
 def test_readings_that_jump_are_no_evidence_of_spikes_by_themselves():
     jumps = 4.0 * (np.random.default_rng(7).random(TIME.size) < 0.03)
-    gain, share = spikes([sonar(MOTION, 10.0 * np.sin(0.5 * TIME) + jumps)], 4.0)
+    run = with_lone_speeds([sonar(MOTION, 10.0 * np.sin(0.5 * TIME) + jumps)])[0]
+    gain, share = spikes([run], 4.0)
     assert gain < 0.0 and 0.01 < share < 0.05
+    assert spike_sizes([run]) == pytest.approx([4.0] * 3, rel=0.1)

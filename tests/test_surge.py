@@ -204,7 +204,7 @@ def recording(p, rng_seed=2):
     n = 14.0 * np.cos(0.6 * t) + 3.0 * np.cos(1.7 * t) + rng.normal(0.0, 0.3, t.size)
     out, zero = np.empty(t.size), np.zeros(t.size)
     kind = np.zeros(t.size, dtype=np.int64)
-    predict(p, np.zeros(4), 1.0, t, n, t, zero, kind, np.zeros((t.size, GAINS)), out)
+    predict(p, np.zeros(4), 1.0, t, n, zero, t, zero, kind, np.zeros((t.size, GAINS)), out)
     return -out
 
 
@@ -243,9 +243,11 @@ def test_the_drawn_effects_shift_single_readings():
     assert sonar_multipath.reading(3.0, 0.1, 0.4, 0.05) == 3.4 and sonar_multipath.reading(3.0, 0.1, 0.4, 0.1) == 3.0
     readings = [tachometer_spikes.reading(10.0, 0.2, 4.0, uniform) for uniform in (0.05, 0.15, 0.25)]
     assert readings == [14.0, 6.0, 10.0]
-    assert tachometer_spikes.repaired(10.0, 14.0, 10.2, 4.0) == 10.0
-    assert tachometer_spikes.repaired(10.0, 11.0, 12.0, 4.0) == 11.0
-    assert tachometer_spikes.repaired(10.0, 14.0, 10.2, 0.0) == 14.0
+    assert tachometer_spikes.repaired(14.0, 3.8, 4.0) == 10.0
+    assert tachometer_spikes.repaired(6.0, -4.3, 4.0) == 10.0
+    assert tachometer_spikes.repaired(14.0, 2.3, 4.0) == 14.0
+    assert tachometer_spikes.repaired(14.0, 9.0, 4.0) == 14.0
+    assert tachometer_spikes.repaired(14.0, 3.8, 0.0) == 14.0
 
 
 # --- direction of every effect ---------------------------------------------------------------------------------------
@@ -297,7 +299,7 @@ def test_sensors_and_delays_act_the_way_they_say():
     def ranges(more):
         out, p = np.empty(50), vector(PLAIN | more)
         kind = np.zeros(50, dtype=np.int64)
-        predict(p, np.zeros(4), 1.0, t, np.full(50, 10.0), t, zero, kind, np.zeros((50, GAINS)), out)
+        predict(p, np.zeros(4), 1.0, t, np.full(50, 10.0), zero, t, zero, kind, np.zeros((50, GAINS)), out)
         return -out[5:]
 
     true = ranges({})

@@ -22,7 +22,7 @@ from ..scenario.scenario import Scenario
 from ..simulate.result import Result
 from .case import NOMINAL, Case
 from .refit import Recording, refit
-from .replay import Replay
+from .replay import Replay, spikes_of
 from .whitening import Whitener
 
 Array = NDArray[np.float64]
@@ -30,6 +30,7 @@ WATCHED_S = 10.0  # [s] of the run from which the initial state, and phases, are
 TYPICAL_M = 0.006  # [m] sonar noise that weights those seconds; any value gives the same fit
 PHASES = (0.0, 2.1, 4.2)  # [rad] where the search for a phase begins
 MULTIPATH = slot("sonar_multipath.p")
+SEALED = ("clean_m", "spike_rev_s")  # columns: ranges without noise [m], what spikes add to a reading [rev/s]
 
 
 @dataclass(frozen=True)
@@ -46,15 +47,21 @@ class HeldOut:
     def of(cls, result: Result, clean_m: Array) -> HeldOut:
         """A run as flown."""
         run, scenario = result.run, result.plan.scenario
-        return cls(_replay(scenario.standoff_m, run.time_s), run.columns["n_rev_s"], run.columns["range_m"], clean_m,
+        replay = _replay(scenario.standoff_m, run.time_s, spikes_of(result.plan))
+        return cls(replay, run.columns["n_rev_s"], run.columns["range_m"], clean_m,
                    run.time_s)  # fmt: skip
 
     @classmethod
     def read(cls, path: Path, standoff_m: float) -> HeldOut:
         """A run from its file; InputError where it cannot be used."""
         run = read_run(path)
-        n, range_m, clean = (run.columns[name] for name in ("n_rev_s", "range_m", "clean_m"))
-        return cls(_replay(standoff_m, run.time_s), n, range_m, clean, run.time_s)
+        n, range_m, clean, spikes = (run.columns[name] for name in ("n_rev_s", "range_m", *SEALED))
+        return cls(_replay(standoff_m, run.time_s, spikes), n, range_m, clean, run.time_s)
+
+    @property
+    def sealed(self) -> dict[str, Array]:
+        """What only the truth knows of the run, as columns of its file, shape (T,) each."""
+        return dict(zip(SEALED, (self.clean_m, self.replay.spikes), strict=True))
 
     def gap(self, p: Array, own: Sequence[str]) -> float:
         """Root mean square of what the model p leaves after WATCHED_S [m]; own: slots that this run has for itself."""
@@ -88,7 +95,7 @@ def _with(p: Array, own: Sequence[str], value: float) -> Array:
     return p
 
 
-def _replay(standoff_m: float, time_s: Array) -> Replay:
+def _replay(standoff_m: float, time_s: Array, spikes: Array) -> Replay:
     truth = load_truth(NOMINAL)
     scenario = Scenario(
         name="held_out", path=Path("held_out"), description="", truth="", duration_s=float(time_s[-1]),
@@ -97,7 +104,7 @@ def _replay(standoff_m: float, time_s: Array) -> Replay:
     )  # fmt: skip
     p = truth.vector()
     p[slot("standoff")] = standoff_m
-    return Replay(Plan(scenario, truth, p, 0, 0, "held_out"))
+    return Replay(Plan(scenario, truth, p, 0, 0, "held_out"), spikes)
 
 
 def _equal(samples: int) -> Whitener:

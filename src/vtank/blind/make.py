@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..record import Run
@@ -20,6 +19,7 @@ from ..simulate.result import Result
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import RUNS
 from .fly import Trip, fly_tank
+from .held_out import HeldOut
 from .processes import processes
 from .seal import (
     INDEX,
@@ -39,7 +39,6 @@ from .seal import (
 from .sizing import ready_case
 from .truth import truth_of
 
-Array = NDArray[np.float64]
 T = TypeVar("T")
 Stage = Callable[[str, int], Callable[[str], None]]  # label and total -> to be called after each piece
 ROUNDS = 10  # times that cases which hit a wall in the tank are drawn anew
@@ -158,18 +157,18 @@ def _ready(order: Order, frequencies: Frequencies, job: tuple[int, int]) -> tupl
     return ready_case(order.seed, job[0], frequencies, order.familiar, job[1])
 
 
-def _truth(separations: bool, made: Made) -> tuple[dict[str, Any], list[Array]]:
+def _truth(separations: bool, made: Made) -> tuple[dict[str, Any], list[HeldOut]]:
     return truth_of(made.case, made.results, separations)
 
 
-def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], clean: list[Array]) -> Entry:
+def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], kept: list[HeldOut]) -> Entry:
     name, hashes, held = case_name(number), dict[str, str](), dict[str, str]()
     (cases / name).mkdir()
     (sealed / "held_out" / name).mkdir(parents=True)
     for k, result in enumerate(made.results):
         given = k < RUNS
         file = f"run_{k + 1 if given else k - RUNS + 1}.csv"
-        run = result.run if given else replace(result.run, columns=result.run.columns | {"clean_m": clean[k - RUNS]})
+        run = result.run if given else replace(result.run, columns=result.run.columns | kept[k - RUNS].sealed)
         data = fixed_csv(run)
         ((cases if given else sealed / "held_out") / name / file).write_bytes(data)
         (hashes if given else held)[file] = sha256(data)

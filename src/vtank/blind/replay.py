@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from ..compiled import law
 from ..dynamics.parameters import slot
 from ..effects import tachometer_bias, tachometer_spikes
+from ..pilot import noise as streams
 from ..pilot.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
-from ..pilot.noise import TURBULENCE
 from ..pilot.plan import Plan
 from ..pilot.tick import stamp, tick
 from ..simulate.surge_model import drive
@@ -47,11 +47,14 @@ class Replay:
 
     Attributes:
         samples: ticks in the record.
+        spikes: how far the tachometer's spikes throw its readings off, shape (T,) [rev/s].
         motion: place [m] and speed [m/s] at the ticks of the last replay, shape (2, K).
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, spikes: Array | None = None) -> None:
+        """spikes: where they are not the plan's own, shape (T,) [rev/s]."""
         self.plan, self.samples = quiet(plan), plan.scenario.samples
+        self.spikes = spikes_of(plan) if spikes is None else spikes
         longest = self.plan.p.copy()
         longest[SKEW] = 0.02  # room for a sonar clock that runs ahead by up to 2 %
         self.flight = prepare([replace(self.plan, p=longest)])
@@ -60,12 +63,12 @@ class Replay:
     def model(self, p: Array, n_read: Array, start: Array) -> Array:
         """Ranges, shape (T,) [m], that parameters p foretell from the recorded propeller speed n_read (T,) [rev/s].
 
-        start: state (x, u, z, wake). The model knows of multipath and spikes, but not which readings they hit: spikes
-        are repaired as the record shows them, and its ranges have no multipath.
+        start: state (x, u, z, wake). A model that has spikes is told which readings they hit, and takes its own size of
+        them off: how well they are found is not what a held-out run is to show. Its ranges have no multipath.
         """
         n = tachometer_bias.true_speed(n_read, p[BIAS])
         if p[SPIKE_RATE] > 0.0:
-            n = repair(n, p[SPIKE_SIZE])
+            n = repair(n, self.spikes, p[SPIKE_SIZE])
         clean = p.copy()
         clean[[BIAS, SPIKE_RATE, MULTIPATH]] = 0.0
         return self._open_loop(clean, n, start)
@@ -104,11 +107,11 @@ class Replay:
                 self.motion[:, k] = state[:2]
                 f.history[0, RANGE, k], f.history[0, RANGE_RATE, k] = f.p[0, STANDOFF] - state[0], -state[1]
                 tick(f, 0, k)
-                f.noise[0, TURBULENCE, k] = sum(
+                f.noise[0, streams.TURBULENCE, k] = sum(
                     p.push(float(state[0]), float(state[1]), float(f.record[0, SPEED, k])) for p in aboard
                 )
                 drive(f, 0, k, STEPS, state)
-            f.noise[0, TURBULENCE] = 0.0
+            f.noise[0, streams.TURBULENCE] = 0.0
             stamp(f, 0, self.samples)
         else:
             play(f, 0, self.samples, STEPS, state, self.motion)
@@ -118,9 +121,16 @@ class Replay:
         return n_read, range_m, f.record[0, SPEED, : self.samples].copy()
 
 
-def repair(n: Array, size: float) -> Array:
-    """Propeller speed with lone spikes of about `size` [rev/s] replaced by the median of three."""
+def repair(n: Array, spikes: Array, size: float) -> Array:
+    """Propeller speed [rev/s] with a spike of `size` taken off where `spikes`, shape (T,) [rev/s], say so."""
     fixed = n.copy()
-    for k in range(1, n.size - 1):
-        fixed[k] = tachometer_spikes.repaired(n[k - 1], n[k], n[k + 1], size)
+    for k in np.flatnonzero(spikes):
+        fixed[k] = tachometer_spikes.repaired(n[k], spikes[k], size)
     return fixed
+
+
+def spikes_of(plan: Plan) -> Array:
+    """How far the spikes of a plan throw the tachometer's readings off, shape (T,) [rev/s]."""
+    p = plan.p[SPIKE_RATE]
+    drawn = streams.uniform(plan.seed, plan.run, streams.SPIKE, p, plan.scenario.samples)
+    return np.asarray(plan.p[SPIKE_SIZE] * (np.where(drawn < 0.5 * p, 1.0, 0.0) - ((drawn >= 0.5 * p) & (drawn < p))))

@@ -16,6 +16,7 @@ from .cause import CHANCE
 from .refit import ITERATIONS, NUISANCE, Fit, Recording, parameters, refit
 
 Array = NDArray[np.float64]
+LEADERS = 2  # single effects beside which a second is looked for; a choice
 FEW = 3  # iterations of each first fit, of which only the best is finished; a choice
 NEAR = 0.1  # where a fit begins, over the effect's typical size; a choice
 
@@ -25,22 +26,37 @@ def rivals(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
 
     The root of a diagonal element is the separation from that rival: the part of the signal that it cannot imitate.
     """
-    top = max(float(np.max(np.abs(r.n_read))) for r in clean)
     names, rest = ["parameters"], [left.whole]
-    for effect in CATALOGUE:
-        if tied(effect.name) in [tied(c.name) for c in case.causes] or effect.name in (*CHANCE, "thrust_lag"):
-            continue
-        if effect.standing != "absorbed" and tied(effect.name) == effect.name:
-            names.append(effect.name)
-            rest.append(best_fit(effect, clean, left, top).whole)
+    for effect in others(case):
+        names.append(effect.name)
+        rest.append(best_fit([effect], clean, left).whole)
     gram = np.array(rest) @ np.array(rest).T
     return {"names": names, "gram": [[float(f"{value:.6g}") for value in row] for row in gram]}
 
 
-def best_fit(effect: Effect, clean: Sequence[Recording], left: Fit, top_rev_s: float) -> Fit:
-    """The best refit of the hull's own parameters and one effect, from several starts around the refit without it."""
-    free = (*NUISANCE, *parameters([effect]))
-    starts = list(_starts(effect, left.p, top_rev_s))
+def others(case: Case) -> list[Effect]:
+    """Effects of the catalogue that are not the cause, of tied ones the first."""
+    causes = [tied(c.name) for c in case.causes]
+    return [e for e in CATALOGUE if e.standing != "absorbed" and tied(e.name) == e.name and e.name not in causes
+            and e.name not in (*CHANCE, "thrust_lag")]  # fmt: skip
+
+
+def best_pair(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
+    """Two effects that together leave the least, each being looked for beside the best single ones; what they leave."""
+    singles = sorted(((best_fit([e], clean, left), e) for e in others(case)), key=lambda found: found[0].size)
+    found: list[tuple[float, tuple[str, ...]]] = [(fit.size, (leader.name,)) for fit, leader in singles[:1]]
+    for fit, leader in singles[:LEADERS]:
+        for second in (e for e in others(case) if e is not leader):
+            found.append((best_fit([leader, second], clean, fit).size, (leader.name, second.name)))
+    size, names = min(found)
+    return {"names": list(names), "d": size}
+
+
+def best_fit(effects: Sequence[Effect], clean: Sequence[Recording], left: Fit) -> Fit:
+    """The best refit of the hull's own parameters and some effects, from several starts of the last around `left`."""
+    top = max(float(np.max(np.abs(r.n_read))) for r in clean)
+    free = (*NUISANCE, *parameters(effects))
+    starts = list(_starts(effects[-1], left.p, top))
     fits = [refit(clean, p, free, FEW if len(starts) > 1 else ITERATIONS, left.start) for p in starts]
     best = min(fits, key=lambda fit: fit.size)
     if len(starts) > 1:

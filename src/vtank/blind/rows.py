@@ -28,8 +28,10 @@ class Row:
 
     Attributes:
         case, kind, label: name, kind of case, right answer.
-        d: signal-to-noise ratio by which it is counted: post-refit, of the weaker effect of a pair, of the leftover
-            where the right answer is "unknown", of the parameters' change where only those are wrong.
+        d: signal-to-noise ratio by which it is counted: post-refit, of the weaker effect of a pair, of what the best
+            two known effects leave where the right answer is "unknown", of the parameters' change where only those
+            are wrong.
+        d_single: the same where only single effects are tried on an unknown cause.
         unseen, coloured: excitation other than closed-loop sinusoids; coloured turbulence or sonar noise.
         decoy: whether an effect was withheld that is not the cause.
         chances: stated probabilities, summing to one, under the names that are scored.
@@ -44,6 +46,7 @@ class Row:
     kind: str
     label: str
     d: float
+    d_single: float
     unseen: bool
     coloured: bool
     decoy: bool
@@ -108,6 +111,7 @@ def row(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], closed: 
         kind=truth["kind"],
         label=truth["label"],
         d=_difficulty(truth),
+        d_single=leftover(rivals) if rivals and truth["label"] == "unknown" else _difficulty(truth),
         unseen=bool(experiment["unseen"]),
         coloured=experiment["turbulence"] == "coloured" or experiment["sonar_memory_s"] > 0.0,
         decoy=bool(truth["withheld"]) and truth["kind"] != "left_out",
@@ -126,5 +130,5 @@ def _difficulty(truth: Mapping[str, Any]) -> float:
     if truth["label"] == "parameters":
         return float(truth["d_parameters"])
     if truth["label"] == "unknown":
-        return leftover(truth["rivals"]) if "rivals" in truth else float(truth["d"])
+        return float(truth["pair"]["d"] if "pair" in truth else truth["d"])
     return float(min(truth["d_each"]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -78,6 +79,12 @@ def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
         },
         "unknown": {
             name: unknown(some) for name, some in by_stratum([r for r in rows if r.label == "unknown"]).items()
+        },
+        "unknown_single": {
+            name: unknown(some)
+            for name, some in by_stratum(
+                [replace(r, d=r.d_single) for r in rows if r.label == "unknown"]
+            ).items()
         },
         "outside": {"visible": unknown(_visible([r for r in rows if r.kind == "outside"]))},
         "left_out": {"visible": unknown(_visible([r for r in rows if r.kind == "left_out"]))},

@@ -23,7 +23,13 @@ from ..record.manifest import read_json, sha256
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"
 EPOCH_S = 946684800  # [s] 1 January 2000: the time stamp of every file
-FORMATS = {"time_s": "%7.1f", "n_rev_s": "%11.5f", "range_m": "%9.5f", "clean_m": "%10.6f"}  # one width for all
+FORMATS = {  # one width for all
+    "time_s": "%7.1f",
+    "n_rev_s": "%11.5f",
+    "range_m": "%9.5f",
+    "clean_m": "%10.6f",
+    "spike_rev_s": "%11.5f",
+}
 
 
 def canonical(document: Any) -> bytes:

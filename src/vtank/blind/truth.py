@@ -19,15 +19,15 @@ from .cause import RUNS
 from .held_out import HeldOut, clean_range, gaps
 from .refit import NUISANCE, Fit, Recording, parameters, refit
 from .replay import Replay
-from .rivals import rivals
+from .rivals import best_pair, rivals
 from .seal import TRUTH_SCHEMA
 from .whitening import whitener
 
 Array = NDArray[np.float64]
 
 
-def truth_of(case: Case, results: Sequence[Result], separations: bool = True) -> tuple[dict[str, Any], list[Array]]:
-    """The truth of a case as a document, and the noise-free ranges of its held-out runs, shape (T,) each [m]."""
+def truth_of(case: Case, results: Sequence[Result], separations: bool = True) -> tuple[dict[str, Any], list[HeldOut]]:
+    """The truth of a case as a document, and its held-out runs."""
     clean = [recording(case, result, noisy=False) for result in results[:RUNS]]
     noisy = [recording(case, result, noisy=True) for result in results[:RUNS]]
     left = refit(clean, case.truth.vector())
@@ -46,9 +46,11 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
     }
     if separations and len(case.causes) == 1 and label(case) != "parameters":
         document["rivals"] = rivals(case, clean, left)
+        if label(case) == "unknown":
+            document["pair"] = best_pair(case, clean, left)
     held = [HeldOut.of(result, clean_range(case, result)) for result in results[RUNS:]]
     document["held_out"] = _held_out(case, noisy, held)
-    return document, [run.clean_m for run in held]
+    return document, held
 
 
 def recording(case: Case, result: Result, noisy: bool) -> Recording:

@@ -21,6 +21,7 @@ from . import outliers
 from .evidence import Fitted, Setting
 from .score import Linearised, linearise
 
+WANDERS = 12  # frequencies from 0.05 to 1.5 rad/s at which the thrust gain may wander; a choice
 HARMONICS = (2, 3, 4, 5)  # multiples of the drive frequency at which a force line is looked for
 EVENED = 21  # samples over which speed is averaged, twice, before its rate is taken: noise of the tachometer shakes the
 # simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
@@ -52,10 +53,12 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     tracks = problem.track(theta, simulated(problem, theta))
     shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
     lines = [_force_lines(setting, k) for k in range(len(tracks))]
+    beats = [_thrust_lines(setting, k) for k in range(len(tracks))]
     errors = [_sensor_shapes(setting, k, track) for k, track in enumerate(tracks)]
     families = [
         ("hydrodynamics", "smooth force", _forced(named, shapes, shared=True), shapes, True),
         ("hydrodynamics", "force lines", _forced(named, lines, shared=False), lines, False),
+        ("actuator", "wandering thrust", _forced(named, beats, shared=False), beats, False),
         ("sensor", "smooth error", _shifted(named, errors), errors, True),
     ]
     out = []
@@ -64,7 +67,7 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
         gain = gain if np.isfinite(gain) else UNHEARD
         pieces = _combine(basis, coefficients, shared)
         out.append(Discrepancy(channel, family, gain, pieces))
-    return [*out, _outliers(setting, named)]
+    return [*out, _outliers(setting, named), _lone_speeds(named, near)]
 
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
@@ -143,13 +146,20 @@ def _force_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
     run = setting.runs[k]
     t = run.input_time_s
     x, u, z = (np.interp(t, run.time_s, track[:, i]) for i in (0, 1, 2))
+    a = _rate(t, u)
     n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
     slow, late = _smooth(t, u, 4.0), _smooth(t, u, 15.0)
     s, v = t / 60.0, u / 0.3  # [-] time and speed over typical sizes
     columns = [np.ones_like(t), v, v * np.abs(v), v**3, np.tanh(u / 0.02), v**2, x, x * v * np.abs(v), x * x,
                n, n * np.abs(n), n**3, n**2, n * np.abs(v), v * np.abs(n), s * v * np.abs(v), s * n * np.abs(n), s,
-               slow / 0.3, late / 0.3, z / 0.1]  # fmt: skip
+               slow / 0.3, late / 0.3, z / 0.1, a * v * v / 0.1, a * x / 0.1]  # fmt: skip
     return 1e-2 * np.column_stack(columns)
+
+
+def _rate(t: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """Acceleration behind an evened speed [m/s2]."""
+    even = uniform_filter1d(uniform_filter1d(u, EVENED), EVENED)
+    return np.asarray(np.gradient(even, t, edge_order=1)) if np.all(np.diff(t) > 0) else np.zeros_like(u)
 
 
 def _smooth(t: np.ndarray, values: np.ndarray, constant: float) -> np.ndarray:
@@ -182,12 +192,19 @@ def _force_lines(setting: Setting, k: int) -> np.ndarray:
     return 1e-2 * np.hstack([np.sin(phases), np.cos(phases)])
 
 
+def _thrust_lines(setting: Setting, k: int) -> np.ndarray:
+    """Thrust times sines and cosines on a coarse grid, shape (I, K): a thrust gain that wanders."""
+    run = setting.runs[k]
+    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    phases = np.outer(run.input_time_s - run.input_time_s[0], np.logspace(np.log10(0.05), np.log10(1.5), WANDERS))
+    return 1e-2 * (n * np.abs(n))[:, None] * np.hstack([np.sin(phases), np.cos(phases)])
+
+
 def _sensor_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
     """Smooth sensor errors at a run's measurements, shape (M, K); errors of position read the other way as a range."""
     run = setting.runs[k]
     t, x, u = run.time_s, track[:, 0], track[:, 1]
-    even = uniform_filter1d(uniform_filter1d(u, EVENED), EVENED)
-    a = np.gradient(even, t, edge_order=1) if np.all(np.diff(t) > 0) else np.zeros_like(u)
+    a = _rate(t, u)
     s, v = t / 60.0, u / 0.3
     columns = [v, v * np.abs(v), v**2, a / 0.2, x * x, x**3, s, s * s, s * v, np.tanh(u / 0.02), x * v]
     basis = 1e-2 * np.column_stack(columns)
@@ -199,6 +216,16 @@ def _combine(basis: list[np.ndarray], coefficients: np.ndarray, shared: bool) ->
         return tuple(b @ coefficients for b in basis)
     ends = np.cumsum([b.shape[1] for b in basis])
     return tuple(b @ coefficients[e - b.shape[1] : e] for b, e in zip(basis, ends, strict=True))
+
+
+def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
+    """Lone readings of the input, each wrong by some share of what it lies off; nothing beside named spikes."""
+    gain, problem = 0.0, named.problem
+    if "tachometer_spikes" not in named.hypothesis.name and any(np.any(run.lone) for run in problem.runs):
+        runs = tuple(replace(run, input=run.input - run.lone) for run in problem.runs)
+        change = replace(problem, runs=runs).residuals(named.optimum.theta, named.filtered) - near.residual
+        gain = _evidence(near, change[:, None])[0]
+    return Discrepancy("sensor", "lone speeds", gain if np.isfinite(gain) else UNHEARD)
 
 
 def _outliers(setting: Setting, named: Fitted) -> Discrepancy:

@@ -65,7 +65,7 @@ def shortened(experiment: Experiment, minutes: float) -> Experiment:
     seen = run.time_s <= run.time_s[0] + 60.0 * minutes + 1e-9
     fed = run.input_time_s <= run.time_s[seen][-1]
     part = replace(run, time_s=run.time_s[seen], value=run.value[seen], kind=run.kind[seen],
-                   input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
+                   input_time_s=run.input_time_s[fed], input=run.input[fed], lone=run.lone[fed])  # fmt: skip
     table = {**experiment.scenario, "duration_s": 60.0 * minutes} if experiment.scenario else {}
     return Experiment(experiment.words, table, minutes, part, beginning=True)
 
@@ -181,6 +181,6 @@ def recorded(run: Observed, p: np.ndarray, standoff: float | None = None) -> Obs
     """
     size = run.time_s.size
     out, p = np.empty(size), p if standoff is None else vector({"standoff": standoff}, p)
-    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.time_s, np.zeros(size), run.kind,
+    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.lone, run.time_s, np.zeros(size), run.kind,
             np.zeros((size, GAINS)), out)  # fmt: skip
     return replace(run, value=-out)

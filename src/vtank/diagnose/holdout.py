@@ -21,6 +21,7 @@ from ..identify.observed import RANGE, SPEED, Observed
 from ..identify.problem import FLAGGED, Filtered, Noise
 from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
+from .lone_speeds import with_lone_speeds
 
 OFFSET = BY_NAME["tachometer_bias"]
 START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
@@ -141,7 +142,7 @@ class Target:
         m, run = self.inside, self.run
         fed = run.input_time_s <= run.time_s[m - 1]
         short = replace(run, time_s=run.time_s[:m], value=run.value[:m], kind=run.kind[:m],
-                        input_time_s=run.input_time_s[fed], input=run.input[fed])  # fmt: skip
+                        input_time_s=run.input_time_s[fed], input=run.input[fed], lone=run.lone[fed])  # fmt: skip
         return Target(short, self.weight[:m], self.noise)
 
     def here(self, p: np.ndarray) -> np.ndarray:
@@ -162,7 +163,7 @@ class Target:
         """Variances of the innovations, shape (M,), and gains, shape (M, 6), for measurements of given variance."""
         run, size, p = self.run, self.run.time_s.size, self.here(p)
         e, S, gain = np.empty(size), np.empty(size), np.zeros((size, GAINS))
-        kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input,
+        kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input, run.lone,
                run.time_s, run.value, run.kind, variance, e, S, gain, None, self.noise.colour_sigma,
                self.noise.colour_time)  # fmt: skip
         return S, gain
@@ -181,16 +182,16 @@ class Target:
         """
         run, out, p = self.run, np.empty(self.run.time_s.size), self.here(p)
         start = self.begin(p)[0] if start is None else start
-        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, value, run.kind, gain,
-                out, forcing, None, self.noise.colour_time)  # fmt: skip
+        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, value,
+                run.kind, gain, out, forcing, None, self.noise.colour_time)  # fmt: skip
         if np.all(np.abs(out) < DIVERGED):
             return out
         return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
 
 
 def target_of(run: Observed, noise: Noise) -> Target:
-    """A run as a target, lone outliers left out."""
-    return Target(run, np.where(outliers.long_ranges(run), FLAGGED, 1.0), noise)
+    """A run as a target, lone outliers left out and lone speeds found."""
+    return Target(with_lone_speeds([run])[0], np.where(outliers.long_ranges(run), FLAGGED, 1.0), noise)
 
 
 def targets_of(setting: Setting) -> list[Target]:

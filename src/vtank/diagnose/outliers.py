@@ -1,11 +1,11 @@
-"""Readings that stand alone: lone long ranges (multipath), and readings of the propeller that the range gives the lie.
+"""Readings that stand alone: lone long ranges (multipath), and readings of the propeller that the ranges give the lie.
 
 A range is flagged when it lies off what its neighbours on both sides say by more than six robust deviations. All
 hypotheses see the same flags: flagged ranges do not steer the filter, and a background of outliers from nowhere is
 granted to everybody, so that multipath wins only by explaining what the background explains badly.
 
-A propeller may well do what a lone reading says: a controller that hunts makes it jump. Whether the tachometer spiked
-is therefore left to the other sensor, by the innovations of the range with the spikes taken off and left on.
+A propeller may well do what a lone reading says. Whether the tachometer spiked is therefore left to the other sensor,
+by the innovations of the range with the spikes taken off and left on; `lone_speeds` finds the readings to ask about.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import median_filter
 
 from ..effects.sonar_multipath import EFFECT as MULTIPATH
 from ..effects.tachometer_spikes import SEEN
@@ -23,7 +22,8 @@ from ..identify.problem import Filtered
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
 BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to every hypothesis; a guess
 SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
-SPIKE_SHARES = (0.12, 0.18, 0.27, 0.4, 0.6)  # sizes tried, over the root mean square of the input
+SPIKE_RANKS = (0.2, 0.5, 0.8)  # sizes tried: these quantiles of how far lone readings lie off, by square; choices
+UNSEEN_SHARE = 0.3  # size of spikes that nobody saw, over the root mean square of the input; a guess
 HIDDEN, ROUNDS = (2.5, 3.5, 5.0), 15  # deviations of hidden late pings that a fit begins at, and its rounds; choices
 (_, MOST), (LEAST_M, _) = (q.bounds for q in MULTIPATH.parameters)  # [-, m] largest share, shortest excess path
 FEWEST = 3  # flags from which an outlier effect is considered
@@ -71,37 +71,20 @@ def _resolution(values: np.ndarray) -> float:
 
 
 def spike_sizes(runs: Sequence[Observed]) -> list[float]:
-    """Sizes of spikes to be tried [unit of the input]: that of the lone readings, and shares of the usual input."""
-    lone = _lone_size(runs)
-    usual = float(np.sqrt(np.mean(np.concatenate([run.input for run in runs]) ** 2)))
-    return ([lone] if lone > 0.0 else []) + [share * usual for share in SPIKE_SHARES]
-
-
-def _lone_size(runs: Sequence[Observed]) -> float:
-    """Typical size of the readings that stand alone in n|n| [unit of the input]; 0 where there are too few.
-
-    n itself jumps whenever a controller that asks for a thrust crosses zero.
-    """
-    sizes = []
-    for run in runs:
-        thrust = run.input * np.abs(run.input)
-        lone = _stands_alone(run.input_time_s, thrust, 0.01 * float(np.max(np.abs(thrust))))
-        lone &= ~np.roll(lone, 1) & ~np.roll(lone, -1)
-        sizes.append(np.abs(_away(run.input_time_s, run.input)[lone]))
-    found = np.concatenate(sizes) if sizes else np.zeros(0)
-    return float(np.median(found)) if found.size >= FEWEST else 0.0
+    """Sizes of spikes to be tried [unit of the input], from the readings that stand alone."""
+    away = np.abs(np.concatenate([run.lone for run in runs]))
+    if np.sum(away > 0.0) < FEWEST:
+        return [UNSEEN_SHARE * float(np.sqrt(np.mean(np.concatenate([run.input for run in runs]) ** 2)))]
+    away = np.sort(away[away > 0.0])
+    share = np.cumsum(away**2) / np.sum(away**2)  # a few large ones shake the hull more than many small ones
+    return [float(away[np.searchsorted(share, rank)]) for rank in SPIKE_RANKS]
 
 
 def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
     """Log evidence of having tried several sizes of spikes, and the share of readings a size takes off [-]."""
-    repaired, total = sum(int(np.sum(_repaired(run.input, size))) for run in runs), sum(run.input.size for run in runs)
-    if repaired < FEWEST:
-        return none_seen(total), 0.0
-    return -float(np.log(len(SPIKE_SHARES) + 1)), repaired / total
-
-
-def _repaired(n: np.ndarray, size: float) -> np.ndarray:
-    return np.abs(n - median_filter(n, size=3, mode="nearest")) > SEEN * size
+    away = np.abs(np.concatenate([run.lone for run in runs]))
+    count = int(np.sum((away > SEEN * size) & (away < (2.0 - SEEN) * size)))
+    return (-float(np.log(len(SPIKE_RANKS))), count / away.size) if count >= FEWEST else (none_seen(away.size), 0.0)
 
 
 def none_seen(total: int) -> float:

@@ -15,7 +15,9 @@ from . import outliers
 from .discrepancy import Discrepancy, unnamed
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .hypothesis import Hypothesis, candidates
+from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
+from .prior import weight
 from .score import linearise, scan, score
 
 FIRST_NOISE = Noise((1e-4, 1e-4, 1e-4), 0.01, 1.0)  # where the search for the noise level starts; a guess
@@ -43,16 +45,22 @@ class Selection:
     unnamed: tuple[Discrepancy, ...]
 
     @property
+    def singles(self) -> int:
+        """Number of effects that were considered."""
+        return sum(len(fit.hypothesis.effects) == 1 for fit in self.named)
+
+    @property
     def best(self) -> Fitted:
-        """The explanation with the largest evidence."""
-        return max((self.nominal, self.refit, *self.named), key=lambda fit: fit.log_evidence)
+        """The most probable explanation that has a name."""
+        return max((self.nominal, self.refit, *self.named), key=lambda fit: weight(fit, self.singles))
 
 
 def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False) -> Setting:
     """Flags, first noise level and size of the gap; foreign: the nominal is only a first guess (wide priors)."""
+    runs = with_lone_speeds(runs)
     flags = tuple(outliers.long_ranges(run) for run in runs)
     weight = tuple(np.where(flag, FLAGGED, 1.0) for flag in flags)
-    setting = Setting(tuple(runs), nominal, FIRST_NOISE, 1.0, flags, weight, foreign)
+    setting = Setting(runs, nominal, FIRST_NOISE, 1.0, flags, weight, foreign)
     quiet = setting.with_noise(FIRST_NOISE.calm())
     gap = _gap(evaluate(quiet, Hypothesis(refit=foreign)))
     return replace(setting, gap=gap)
@@ -82,9 +90,9 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
         say(f"{len(pairs)} pairs")
         fits += weigh_all(setting, [pair for pair, _ in pairs], [[start] for _, start in pairs])
     nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
-    best = max(fits, key=lambda f: f.log_evidence)
     say("what has no name")
-    return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
+    found = Selection(setting, nominal, refit, named, ())
+    return replace(found, unnamed=tuple(unnamed(setting, found.best)))
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:

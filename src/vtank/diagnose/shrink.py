@@ -21,8 +21,9 @@ from .discrepancy import Discrepancy
 from .evidence import STATES, Fitted, Setting, evaluate
 from .holdout import Prediction, fraction_closed, predictor, rms, targets_of
 from .new_data import Gaps, NewData
+from .prior import calibration
 from .selection import Selection
-from .verdict import Verdict, calibration, probabilities
+from .verdict import Verdict, probabilities
 
 WITHIN = 8.0  # log evidence behind a fold's leader up to which a hypothesis is refitted there
 MOST = 4  # hypotheses refitted in a fold, beside the nominal and the refit
@@ -51,7 +52,7 @@ def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, A
         "diagnosed": diagnosed,
         "floor": floor,
         "fraction_closed": closed,
-        "interval90": interval90(sets),
+        "interval90": interval90(sets, closed),
         "left_out": [run.name for run in parts.runs],
         "chosen": [fold.chosen for fold in folds],
     }
@@ -72,7 +73,7 @@ def blocks(setting: Setting) -> Setting:
         rows.append(inside)
         pieces.append(Observed(f"{run.name}, {edges[k]:.4g} to {edges[k + 1]:.4g} s", run.input_name,
                                run.input_time_s[fed], run.input[fed], run.time_s[inside], run.value[inside],
-                               run.kind[inside]))  # fmt: skip
+                               run.kind[inside], run.lone[fed]))  # fmt: skip
     flags, weight = (tuple(part[0][inside] for inside in rows) for part in (setting.flags, setting.weight))
     return replace(setting, runs=tuple(pieces), flags=flags, weight=weight)
 
@@ -142,11 +143,15 @@ def resampled(folds: Sequence[Fold], floor: float, seed: int) -> list[Gaps]:
     return [(float(refit), float(diagnosed), floor) for refit, diagnosed in gaps]
 
 
-def interval90(sets: Sequence[Gaps]) -> list[float] | None:
-    """90 % interval of the fraction closed over new sets of runs, widened; None where too few have a reducible gap."""
+def interval90(sets: Sequence[Gaps], closed: float | None = None) -> list[float] | None:
+    """90 % interval of the fraction closed over new sets of runs, widened; None where too few have a reducible gap.
+
+    closed: the fraction found on the runs left out, another estimate, which the interval takes in.
+    """
     fractions = [f for f in (fraction_closed(*gaps) for gaps in sets) if f is not None]
     if len(fractions) < FEWEST:
         return None
     low, middle, high = np.quantile(fractions, (0.05, 0.5, 0.95))
     wide = calibration().widening
-    return [float(middle + wide * (low - middle)), float(middle + wide * (high - middle))]
+    ends = [float(middle + wide * (end - middle)) for end in (low, high)]
+    return ends if closed is None else [min(ends[0], closed), max(ends[1], closed)]

@@ -2,44 +2,16 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
-from functools import cache
-from importlib import resources
-from math import comb
 
 import numpy as np
 
 from .evidence import Fitted
+from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import OUTLIERS, SEPARABLE, separation, tied_class
 
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """Frozen numbers of calibration.toml.
-
-    Attributes:
-        tempering: exponent on the evidence of what has a name.
-        prior: probability of each kind before the data.
-        mimicry: odds that a cause without a name passes for the best explanation and leaves nothing over.
-        widening: stretch of the interval of the fraction closed.
-    """
-
-    tempering: float
-    prior: dict[str, float]
-    mimicry: float
-    widening: float
-
-
-@cache
-def calibration() -> Calibration:
-    """The calibration shipped with the package."""
-    data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
-    prior = {kind: float(value) for kind, value in data["prior"].items()}
-    return Calibration(float(data["tempering"]), prior, float(data["mimicry"]), float(data["shrink"]["widening"]))
 
 
 @dataclass(frozen=True)
@@ -65,29 +37,16 @@ class Verdict:
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
     """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
-    frozen = calibration()
-    power = frozen.tempering if tempering is None else tempering
-    singles = [f for f in selection.named if len(f.hypothesis.effects) == 1]
-    pairs = [f for f in selection.named if len(f.hypothesis.effects) == 2]
-    possible_pairs = max(len(singles) * (len(singles) - 1) // 2, 1)
-    logits = {
-        "none": power * selection.nominal.log_evidence + np.log(frozen.prior["none"]),
-        "parameters": power * selection.refit.log_evidence + np.log(frozen.prior["parameters"]),
-    }
-    for fit in singles:
-        logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["effect"] / len(singles))
-    for fit in pairs:
-        logits[fit.hypothesis.name] = power * fit.log_evidence + np.log(frozen.prior["pair"] / possible_pairs)
-    rarer = np.log(frozen.prior["pair"] / frozen.prior["effect"])  # each further effect is as rare as the second
-    for fit in (f for f in selection.named if len(f.hypothesis.effects) > 2):
-        count = len(fit.hypothesis.effects)
-        prior = np.log(frozen.prior["pair"] / comb(len(singles), count)) + (count - 2) * rarer
-        logits[fit.hypothesis.name] = power * fit.log_evidence + prior
+    fits = [selection.nominal, selection.refit, *selection.named]
+    logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
     logits["unknown"] = logits[selection.best.hypothesis.name] + np.logaddexp(*unknown_odds(selection))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
-    total = sum(weights.values())
-    return {name: weight / total for name, weight in weights.items()}
+    total, doubt = sum(weights.values()), calibration().doubt
+    before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
+    before["unknown"] = calibration().prior["unknown"]
+    whole = sum(before.values())
+    return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
 
 def unknown_odds(selection: Selection) -> tuple[float, float]:
@@ -108,10 +67,11 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     leader = max(chances, key=lambda name: chances[name])
     if leader in ("none", "parameters"):
         fit = selection.nominal if leader == "none" else selection.refit
-        return Verdict(leader, (), (), None, chances[leader], fit)
+        return Verdict(leader if chances[leader] >= NAMED else "undecided", (), (), None, chances[leader], fit)
     if leader == "unknown":
         family = max(selection.unnamed, key=lambda d: d.gain)
-        return Verdict("unknown", (), (), family.channel, chances["unknown"], selection.best)
+        kind = "unknown" if chances["unknown"] >= NAMED else "undecided"
+        return Verdict(kind, (), (), family.channel, chances["unknown"], selection.best)
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)

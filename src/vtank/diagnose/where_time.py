@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.parameters import vector
 from ..identify.innovations import propeller_speed
 from ..identify.problem import Filtered, Problem
 from .discrepancy import Discrepancy
@@ -127,8 +126,8 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
             places[k] |= selection.setting.flags[k]
         if "tachometer_spikes" in fit.hypothesis.name:
             p, _ = fit.problem.model(fit.optimum.theta, k)
-            raw = vector({"tachometer_spikes.size": 0.0}, p)
-            spikes = run.input_time_s[propeller_speed(run.input, p) != propeller_speed(run.input, raw)]
+            n, raw = (propeller_speed(run.input, lone, p) for lone in (run.lone, np.zeros_like(run.lone)))
+            spikes = run.input_time_s[n != raw]
             places[k][np.clip(np.searchsorted(run.time_s, spikes), 0, run.time_s.size - 1)] = True
     return places
 

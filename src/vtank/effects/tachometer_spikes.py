@@ -1,6 +1,6 @@
 """Tachometer spikes: single readings jump far from the propeller's speed (the paper's data set 4).
 
-In a recording, a spike is a reading that stands out from both its neighbours by more than 0.6 of the spikes' size.
+In a recording, a spike is a reading that stands alone and lies off by between 0.6 and 1.4 of the spikes' size.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 from ..compiled import law
 from .effect import Effect, Parameter
 
-SEEN = 0.6  # share of the size by which a reading must stand out: above one half, since most readings are good; a guess
+SEEN = 0.6  # share of the size by which a reading must lie off: above one half, since most readings are good; a guess
 
 
 @law
@@ -20,12 +20,10 @@ def reading(n: float, p: float, size: float, uniform: float) -> float:
 
 
 @law
-def repaired(before: float, n_read: float, after: float, size: float) -> float:
-    """Reading less the spike it seems to carry; size = 0 repairs nothing [rev/s]."""
-    median = max(min(before, n_read), min(max(before, n_read), after))
-    away = n_read - median
-    if size > 0.0 and abs(away) > SEEN * size:
-        return n_read - size if away > 0.0 else n_read + size
+def repaired(n_read: float, lone: float, size: float) -> float:
+    """Reading less the spike it carries, where it stands alone by `lone`; size = 0 repairs nothing [rev/s]."""
+    if SEEN * size < abs(lone) < (2.0 - SEEN) * size:
+        return n_read - size if lone > 0.0 else n_read + size
     return n_read
 
 

@@ -85,7 +85,7 @@ class Probe:
     def innovations(self, p: Array, start: Array) -> Array:
         """Whitened innovations with the gains held, shape (M,)."""
         run, e = self.flown.run, np.empty(self.flown.run.time_s.size)
-        predict(p, start, self.flown.noise.correlation_time, run.input_time_s, run.input,
+        predict(p, start, self.flown.noise.correlation_time, run.input_time_s, run.input, run.lone,
                 run.time_s, run.value, run.kind, self.filtered.gain, e)  # fmt: skip
         return np.asarray(e / np.sqrt(self.filtered.variance))
 

@@ -35,14 +35,11 @@ NUDGE = 1e-6  # [m, m/s, m/s2] step of the finite differences in the filter's Ja
 
 
 @law
-def propeller_speed(reading, p):
+def propeller_speed(reading, lone, p):
     """Input behind the recorded readings, shape (I,): spikes repaired, bias taken off."""
-    count = reading.size
-    out = np.empty(count)
-    for k in range(count):
-        n = reading[k]
-        if 0 < k < count - 1:
-            n = spikes.repaired(reading[k - 1], n, reading[k + 1], p[SPIKE_SIZE])
+    out = np.empty(reading.size)
+    for k in range(reading.size):
+        n = spikes.repaired(reading[k], lone[k], p[SPIKE_SIZE])
         out[k] = tachometer_bias.true_speed(n, p[TACHO_BIAS])
     return out
 
@@ -121,6 +118,7 @@ def predict(
     correlation_time,
     stamps,
     reading,
+    lone,
     time,
     value,
     kind,
@@ -133,11 +131,12 @@ def predict(
     """Innovations [m or m/s] of the model with given Kalman gains, written into `innovation`, shape (M,).
 
     start: state (x, u, z, wake) at the first measurement, shape (4,); correlation_time of the disturbance [s];
+    reading, lone: input as recorded, and how far its lone readings lie off, shape (I,) each;
     gain: shape (M, 6), zeros for pure simulation; forcing: known acceleration [m/s2] held like the input, shape (I,);
     track: where given, the state at each measurement is written into it, shape (M, 5);
     colour_time: memory of the sonar's coloured error [s].
     """
-    n = propeller_speed(reading, p)
+    n = propeller_speed(reading, lone, p)
     s = (start[0], start[1], start[2], start[3], 0.0)
     instant, order = schedule(time, kind, p)
     now, j, b = instant[order[0]], 0, 0.0
@@ -230,7 +229,7 @@ def add_disturbance(P, h, sigma, correlation_time):
 
 
 @law
-def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, value, kind, noise_var,
+def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, lone, time, value, kind, noise_var,
            innovation, variance, gain, forcing=None, colour_sigma=0.0, colour_time=1.0):  # fmt: skip
     """Extended Kalman filter along a run; fills innovations (M,), their variances (M,) and gains (M, 6).
 
@@ -240,7 +239,7 @@ def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, time, v
     forcing: known acceleration [m/s2] held like the input, shape (I,);
     colour_sigma [m], colour_time [s]: deviation and memory of the sonar's coloured error, beside its white noise.
     """
-    n = propeller_speed(reading, p)
+    n = propeller_speed(reading, lone, p)
     P, F, A = np.zeros((STATES, STATES)), np.zeros((STATES, STATES)), np.zeros((STATES, STATES))
     C, V = np.zeros(STATES), colour_sigma * colour_sigma
     for i in range(4):

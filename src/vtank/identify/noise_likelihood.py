@@ -51,7 +51,7 @@ def linearised(problem: Problem, theta: np.ndarray) -> list[Linear]:
         p, start = problem.model(theta, k)
         size = run.time_s.size
         error, gap, transition, row = np.empty(size), np.empty(size), np.zeros((size, 2, 3)), np.zeros((size, 3))
-        order = along(p, start, run.input_time_s, run.input, run.time_s, run.value, run.kind,
+        order = along(p, start, run.input_time_s, run.input, run.lone, run.time_s, run.value, run.kind,
                       error, gap, transition, row)  # fmt: skip
         weight = np.ones(size) if problem.weight is None else problem.weight[k]
         out.append(Linear(error, gap, transition, row, run.kind[order], weight[order], problem.used(k)[order]))
@@ -72,9 +72,9 @@ def squares_and_logs(runs: Sequence[Linear], noise: Noise) -> tuple[float, float
 
 
 @law
-def along(p, start, stamps, reading, time, value, kind, error, gap, transition, row):
+def along(p, start, stamps, reading, lone, time, value, kind, error, gap, transition, row):
     """Simulate a run with copies nudged afresh at every measurement; returns the order of the measurements."""
-    n = propeller_speed(reading, p)
+    n = propeller_speed(reading, lone, p)
     instant, order = schedule(time, kind, p)
     s = (start[0], start[1], start[2], start[3], 0.0)
     now, j, i = instant[order[0]], 0, 0

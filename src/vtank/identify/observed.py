@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +26,7 @@ class Observed:
         time_s: stamps of the measurements, ascending, shape (M,).
         value: measurements [m or m/s], shape (M,).
         kind: channel of each, RANGE, POSITION or SPEED, shape (M,).
+        lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
     """
 
     name: str
@@ -35,6 +36,11 @@ class Observed:
     time_s: np.ndarray
     value: np.ndarray
     kind: np.ndarray
+    lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if self.lone.size != self.input.size:
+            object.__setattr__(self, "lone", np.zeros(self.input.size))
 
     @cached_property
     def has_position(self) -> bool:

@@ -151,7 +151,7 @@ class Problem:
                 result.variance[:] = self.noise_variance(k)
             else:
                 kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time,
-                       run.input_time_s, run.input, run.time_s, run.value, run.kind, self.noise_variance(k),
+                       run.input_time_s, run.input, run.lone, run.time_s, run.value, run.kind, self.noise_variance(k),
                        result.innovation, result.variance, result.gain, self._push(k),
                        self.noise.colour_sigma, self.noise.colour_time)  # fmt: skip
             out.append(result)
@@ -159,7 +159,7 @@ class Problem:
 
     def _predict(self, k: int, p: np.ndarray, start: np.ndarray, gain: np.ndarray, out: np.ndarray) -> None:
         run = self.runs[k]
-        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input,
+        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone,
                 run.time_s, run.value, run.kind, gain, out, self._push(k), None,
                 self.noise.colour_time)  # fmt: skip
 
@@ -172,7 +172,7 @@ class Problem:
         for k, (run, f) in enumerate(zip(self.runs, filtered, strict=True)):
             track = np.empty((run.time_s.size, 5))
             p, start = self.model(theta, k)
-            predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.time_s, run.value,
+            predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, run.value,
                     run.kind, f.gain, np.empty(run.time_s.size), self._push(k), track,
                     self.noise.colour_time)  # fmt: skip
             out.append(track)

@@ -1,0 +1,58 @@
+"""Probabilities before the data, and how much the evidence counts: the numbers frozen in calibration.toml."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib import resources
+from math import comb, log
+
+from .evidence import Fitted
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Frozen numbers of calibration.toml.
+
+    Attributes:
+        tempering: exponent on the evidence of what has a name.
+        prior: probability of each kind before the data.
+        doubt: probability that the comparison itself went wrong and says nothing beyond the prior.
+        mimicry: odds that a cause without a name passes for the best explanation and leaves nothing over.
+        widening: stretch of the interval of the fraction closed.
+    """
+
+    tempering: float
+    prior: dict[str, float]
+    doubt: float
+    mimicry: float
+    widening: float
+
+
+@cache
+def calibration() -> Calibration:
+    """The calibration shipped with the package."""
+    data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
+    prior = {kind: float(value) for kind, value in data["prior"].items()}
+    numbers = (float(data[name]) for name in ("doubt", "mimicry"))
+    return Calibration(float(data["tempering"]), prior, *numbers, float(data["shrink"]["widening"]))
+
+
+def log_prior(fit: Fitted, singles: int) -> float:
+    """Log probability of a hypothesis before the data, where `singles` effects are considered.
+
+    Each kind shares its probability equally; each effect beyond the second is as rare beside the second as the second
+    beside the first.
+    """
+    prior, count = calibration().prior, len(fit.hypothesis.effects)
+    if count == 0:
+        return log(prior["parameters" if fit.hypothesis.refit else "none"])
+    rarer = log(prior["pair"] / prior["effect"])
+    return log(prior["effect"]) + (count - 1) * rarer - log(max(comb(singles, count), 1))
+
+
+def weight(fit: Fitted, singles: int, tempering: float | None = None) -> float:
+    """Log of prior times tempered evidence, but for a constant; tempering: by default the frozen one."""
+    power = calibration().tempering if tempering is None else tempering
+    return power * fit.log_evidence + log_prior(fit, singles)
