@@ -129,14 +129,15 @@ def test_what_was_not_worked_out_is_said(friction: tuple[Diagnosis, dict[str, An
     assert Reader(text).tags.count("svg") == 4
 
 
-@pytest.mark.parametrize("kind", ["none", "parameters", "unknown", "undecided"])
+@pytest.mark.parametrize("kind", ["none", "parameters", "unknown", "undecided", "open"])
 def test_every_kind_of_verdict_makes_a_page(friction: tuple[Diagnosis, dict[str, Any]], kind: str) -> None:
     diagnosis, document = friction
     fit = {"none": diagnosis.selection.nominal, "parameters": diagnosis.selection.refit}.get(
         kind, diagnosis.verdict.fit
     )
     names = ("coulomb_friction",) if kind == "undecided" else ()
-    channel = None if kind in ("none", "parameters") else "sensor"
+    channel = None if kind in ("none", "parameters", "open") else "sensor"
+    kind = "undecided" if kind == "open" else kind  # between no effect and others
     verdict = Verdict(kind, names, names, channel, 0.6, fit)
     other = replace(diagnosis, verdict=verdict)
     Reader(report_html(other, other.document() | {"where": document["where"], "shrink": SHRINK}))

@@ -72,14 +72,16 @@ def test_every_verdict_has_a_sentence(kind: str, effects: tuple[str, ...], start
     assert words.explanation(found)[-1] == "Probability: 95 %."
 
 
-@pytest.mark.parametrize("kind", ["none", "parameters"])
-def test_what_is_likelier_wrong_than_right_is_told_as_a_possibility(kind: str) -> None:
-    found = document(kind, ())
+@pytest.mark.parametrize("name", ["none", "parameters", "unknown"])
+def test_what_is_likelier_wrong_than_right_is_told_as_a_possibility(name: str) -> None:
+    found = document("undecided", ())
+    found["probabilities"] = {"tether": 0.3, "seiche": 0.05, "linear_drag": 0.2, "coulomb_friction": 0.04, name: 0.41}
     found["verdict"]["probability"] = 0.41
-    assert words.headline(found).startswith("Perhaps ")
+    assert words.headline(found).startswith("Undecided: perhaps ")
     assert words.headline(found).endswith("these recordings do not settle it.")
-    found["verdict"]["probability"] = 0.51
-    assert "settle" not in words.headline(found)
+    told = words.explanation(found)
+    assert told[-2] == "Possible as well: tether (30 %), linear drag (20 %) and seiche (5 %)."
+    assert told[-1] == "Probability: 41 %."
 
 
 def test_a_class_of_effects_is_told_as_alternatives() -> None:

@@ -32,6 +32,8 @@ def opening(document: Document, data: WhereData) -> str:
 def where_in_short(document: Document) -> tuple[str, str]:
     """The channel, and the run that shows it most."""
     v = document["verdict"]
+    if v["kind"] == "undecided" and not v["channel"]:
+        return "Not settled", words.runs(document)
     if v["kind"] in ("none", "parameters") or not v["channel"]:
         return "Nowhere in particular", "no effect is missing"
     return v["channel"].capitalize(), words.runs(document)
@@ -43,7 +45,7 @@ def which_in_short(document: Document) -> tuple[str, str]:
     pair = v["kind"] == "effects"
     chosen = v["effects"] if pair else v["class"] or v["effects"]
     found = words.listed([words.effect_name(name) for name in chosen], "and" if pair else "or")
-    name = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unknown"}.get(v["kind"], found)
+    name = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unknown"}.get(v["kind"], found or "Undecided")
     return name[:1].upper() + name[1:], f"probability {words.percent(v['probability'])}"
 
 

@@ -28,13 +28,18 @@ OWN = {
     "thrust_lag.tau": "thrust lag",
     "thrust_loss.gamma": "thrust loss",
 }  # the simulator's own parameters in words
+PERHAPS = {
+    "none": "there is no gap",
+    "parameters": "only the simulator's parameters are off",
+    "unknown": "something that no known effect explains",
+}
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
 MINOR = 0.2  # share of the evidence below which a variable explains little, or little beside the leading one
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
 WORTH_IT = 1.05  # times a repeat from which an experiment is better than one
 MOST_SPANS = 3  # stretches of time told, the most telling
+OTHERS = 3  # explanations named beside one that is not settled
 MANY = 100  # times a repeat beyond which the exact number means nothing
-LIKELY = 0.5  # probability below which a verdict is told as a possibility: the rest together is likelier
 THROUGHOUT = 0.8  # share of the time from which a gap is there throughout
 
 
@@ -98,10 +103,6 @@ def headline(document: Document) -> str:
     v = document["verdict"]
     effects, rivals = [effect_name(e) for e in v["effects"]], [effect_name(e) for e in v["class"]]
     match v["kind"]:
-        case "none" if v["probability"] < LIKELY:
-            return "Perhaps there is no gap, but these recordings do not settle it."
-        case "parameters" if v["probability"] < LIKELY:
-            return "Perhaps only the simulator's parameters are off, but these recordings do not settle it."
         case "none":
             return "No gap: the simulator as it is explains these recordings."
         case "parameters":
@@ -112,9 +113,17 @@ def headline(document: Document) -> str:
             return f"The gap is caused by {effects[0]}."
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
+        case "undecided" if not effects:
+            return f"Undecided: perhaps {PERHAPS[likeliest(document)]}, but these recordings do not settle it."
         case "undecided":
             return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
     return "Something is missing from the simulator, and no known effect explains it."
+
+
+def likeliest(document: Document) -> str:
+    """The most probable answer that names no effect."""
+    chances = document["probabilities"]
+    return max(PERHAPS, key=lambda name: float(chances.get(name, 0.0)))
 
 
 def explanation(document: Document) -> list[str]:
@@ -132,6 +141,11 @@ def explanation(document: Document) -> list[str]:
         named = f"effects, {best}, leave" if several else f"effect, {best}, leaves"
         rest = f"and the best known {named} a part unexplained" if best else "nor does any known effect"
         lines.append(f"Refitting the parameters does not close the gap, {rest}.")
+    if v["kind"] == "undecided" and not v["effects"]:
+        chances = document["probabilities"]
+        ranked = sorted((name for name in chances if name != likeliest(document)), key=lambda name: -chances[name])
+        rest = [f"{hypothesis(name)} ({percent(chances[name])})" for name in ranked[:OTHERS]]
+        lines.append(f"Possible as well: {listed(rest)}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
     return lines
 
