@@ -35,8 +35,8 @@ def calibration() -> Calibration:
     """The calibration shipped with the package."""
     data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
     prior = {kind: float(value) for kind, value in data["prior"].items()}
-    numbers = (float(data[name]) for name in ("doubt", "mimicry"))
-    return Calibration(float(data["tempering"]), prior, *numbers, float(data["shrink"]["widening"]))
+    tempering, doubt, mimicry = (float(data[name]) for name in ("tempering", "doubt", "mimicry"))
+    return Calibration(tempering, prior, doubt, mimicry, float(data["shrink"]["widening"]))
 
 
 def log_prior(fit: Fitted, singles: int) -> float:

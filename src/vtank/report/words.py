@@ -144,8 +144,8 @@ def explanation(document: Document) -> list[str]:
     if v["kind"] == "undecided" and not v["effects"]:
         chances = document["probabilities"]
         ranked = sorted((name for name in chances if name != likeliest(document)), key=lambda name: -chances[name])
-        rest = [f"{hypothesis(name)} ({percent(chances[name])})" for name in ranked[:OTHERS]]
-        lines.append(f"Possible as well: {listed(rest)}.")
+        possible = [f"{hypothesis(name)} ({percent(chances[name])})" for name in ranked[:OTHERS]]
+        lines.append(f"Possible as well: {listed(possible)}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
     return lines
 
