@@ -151,7 +151,7 @@ def test_other_inputs_are_driven_in_open_loop_in_their_own_unit() -> None:
 
 
 def test_runs_of_seconds_are_not_shortened(tied: tuple[Selection, Verdict, dict[str, float]]) -> None:
-    """Where no shorter repeat is left to be tried, the advice still stands."""
+    """Where no shorter experiment is left to be tried, the advice still stands."""
     selection, _, _ = tied
     run = selection.setting.runs[0]
     seen, fed = run.time_s <= 20.0, run.input_time_s <= 20.0

@@ -3,7 +3,8 @@
 While several hypotheses are possible, uncertainty is the entropy of their probabilities: for each rival of the winner,
 the post-refit separation that a new run would bring is worked out with the rival's parameters held by the recordings so
 far, and turned into the expected drop of entropy between the two. Once one hypothesis is certain, it is the entropy of
-its parameters: half the log-determinant of their information. Repeating a run is the null option.
+its parameters: half the log-determinant of their information. Repeating the best of the runs as it was flown is the
+null option.
 
 Box, Hill, Technometrics 9 (1967); Buzzi-Ferraris, Forzatti, Chem. Eng. Sci. 39 (1984), separation with refitted
 parameters; Lindley, Ann. Math. Stat. 27 (1956), expected information.
@@ -68,9 +69,7 @@ def next_experiment(selection: Selection, verdict: Verdict, chances: dict[str, f
     with ThreadPoolExecutor(2) as pool:
         weigh = partial(_worth, setting, winner, doubts)
         worths = list(pool.map(weigh, [*repeats, *new]))
-        best, again = _ranked(worths)[:SHORTENED], max(worths[: len(repeats)], key=lambda w: w.per_minute)
-        short = [shortened(again.experiment, minutes) for minutes in SHORTER_MIN if minutes < again.experiment.minutes]
-        repeat = max([again, *pool.map(weigh, short)], key=lambda w: w.per_minute)
+        best, repeat = _ranked(worths)[:SHORTENED], max(worths[: len(repeats)], key=lambda w: w.per_minute)
         short = [shortened(w.experiment, m) for w in best for m in SHORTER_MIN if m < w.experiment.minutes]
         ranked = _ranked([*worths, *pool.map(weigh, short)])
     return {
