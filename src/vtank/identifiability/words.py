@@ -109,6 +109,6 @@ def _rest(study: Study) -> Iterator[str]:
         yield f"Clearly seen and apart from every other at their typical size: {names}."
     yield "Sonar multipath is seen as lone long ranges, whatever the plan."
     yield (
-        "Tachometer spikes are seen where the readings are smooth otherwise; where a noisy sonar makes the propeller "
-        "hunt, they pass for turbulence."
+        "Tachometer spikes are seen where the readings are smooth otherwise, or follow from the ranges that a "
+        "controller answered to."
     )
