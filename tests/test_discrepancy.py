@@ -1,4 +1,4 @@
-"""Causes without a name: each is noticed by the family of functions that it belongs to, and by none where there is none."""
+"""Causes without a name: each is noticed by the functions that it belongs to, and nothing by any where nothing is."""
 
 from __future__ import annotations
 

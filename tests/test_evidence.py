@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from recorded import recordings
 from scipy.stats import multivariate_t, norm
 
 from vtank.diagnose.evidence import Fitted, evaluate
@@ -78,3 +79,14 @@ def test_where_the_effect_has_run_into_its_null(seed):
     value, sd = sampled(fit)
     assert sd < 0.15
     assert fit.log_evidence == pytest.approx(value, abs=0.4 + 3.0 * sd)
+
+
+def test_the_prior_does_not_depend_on_where_the_fit_begins():
+    """An effect that another fit had switched off must not be thought of as immense."""
+    setting = prepare(recordings({"linear_drag.c": 0.1}), NOMINAL).with_noise(NOISE)
+    hypothesis = Hypothesis((BY_NAME["linear_drag"], BY_NAME["wall_proximity"]))
+    evidence = []
+    for tiny in (1e-9, 0.1):
+        starts = [{"linear_drag.c": 0.05, "wall_proximity.drag": tiny, "wall_proximity.mass": tiny}]
+        evidence.append(evaluate(setting, hypothesis, starts).log_evidence)
+    assert evidence[0] == pytest.approx(evidence[1], abs=2.0)  # a prior of 1e10 would cost 20

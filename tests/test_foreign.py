@@ -50,7 +50,8 @@ def test_numbers_in_rev_s_follow_the_unit_of_the_input() -> None:
 
 def test_a_measured_thrust_has_no_propeller_effects() -> None:
     names = {effect.name for effect in candidates(null_vector(), [fast()])}
-    assert {"coulomb_friction", "linear_drag", "tachometer_bias", "command_delay"} <= names
+    assert {"coulomb_friction", "linear_drag", "command_delay"} <= names
+    assert "tachometer_bias" not in names  # the offset of a measured force belongs to every hypothesis
     assert not names & {"thrust_deadband", "thrust_saturation", "thrust_loss", "thrust_asymmetry", "supply_sag"}
     assert {"thrust_deadband", "thrust_saturation"} <= {e.name for e in candidates(null_vector(), [fast("command")])}
 
@@ -61,7 +62,9 @@ def test_dry_friction_of_an_electromechanical_drive_is_found(recordings: Path) -
     found = diagnose(runs, None)
     assert found.verdict.kind == "effects"
     assert set(found.verdict.effects) == {"coulomb_friction", "linear_drag"}
-    assert found.probabilities["parameters"] < 1e-3  # quadratic drag alone
+    best = found.verdict.fit.log_evidence
+    assert found.selection.refit.log_evidence < best - 100.0 and found.probabilities["parameters"] < 0.01  # drag alone
+    assert found.verdict.fit.values["tachometer_bias.b"] == pytest.approx(-3.16, rel=0.1)  # N, their offset
     values = found.verdict.fit.values
     mass = 1.0 / values["beta"]
     assert mass == pytest.approx(95.1, rel=0.06)

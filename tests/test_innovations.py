@@ -13,6 +13,7 @@ from synthetic import SONAR_M, observed, sine, turbulence
 from vtank.dynamics.parameters import vector
 from vtank.identify.innovations import kalman, predict
 from vtank.identify.observed import POSITION, RANGE, SPEED, Observed
+from vtank.identify.problem import Problem
 
 PLAIN = {"alpha": -2.5, "beta": 5e-4, "thrust_loss.gamma": -0.01, "thrust_lag.tau": 0.7}
 P = vector(PLAIN)
@@ -225,3 +226,17 @@ def test_absorbed_effects_are_absorbed():
     np.testing.assert_allclose(simulate(stretched, run), simulate(other, run, start), atol=1e-12)
     moved = simulate(P, run, np.array([-o, 0.0, 0.0, 0.0]))
     np.testing.assert_allclose(simulate(vector({"sonar_offset.o": o}, P), run), moved, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["sonar_latency.d", "command_delay.d", "clock_skew.s"])
+def test_derivatives_are_right_where_an_instant_leaves_its_tick(name):
+    run = observed(P, sine(15.0, 0.6))
+    problem = Problem((run,), P, (name,))
+    theta = problem.initial()
+    filtered = problem.filter(theta)
+    residual = problem.residuals(theta, filtered)
+    fine = problem.jacobian(theta, filtered)[:, 0]
+    moved = theta.copy()
+    moved[0] += 1e-5
+    coarse = (problem.residuals(moved, filtered) - residual) / 1e-5
+    np.testing.assert_allclose(fine, coarse, atol=2e-3 * np.abs(coarse).max())

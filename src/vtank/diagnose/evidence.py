@@ -20,10 +20,13 @@ from ..effects.effect import Parameter
 from ..identify.observed import Observed
 from ..identify.problem import Filtered, Noise, Problem
 from . import outliers
-from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, Hypothesis, nuisance, starting_values, stretch
+from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, OFFSET, Hypothesis, nuisance, starting_values, stretch, typical
 from .optimum import Optimum, Prior, climb
 
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
+OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
+SOUGHT, STEEPEST = 3, 8.0  # steps towards the size that moves the output by the gap, and the longest of them, a factor
+SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -140,6 +143,8 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
             low[i], high[i] = np.array(known[name].bounds) * stretch(known[name], setting.runs)
             if not np.isfinite(known[name].null):  # a limit no run reaches is no effect
                 high[i] = VISIBLE_LIMIT * max(float(np.max(np.abs(run.input))) for run in problem.runs)
+        elif name == OFFSET:
+            sd[i] = OFFSET_SPREAD * max(float(np.max(np.abs(run.input))) for run in problem.runs)
         else:
             nominal = setting.nominal[slot(name)]
             mean[i], sd[i] = nominal, (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
@@ -159,23 +164,34 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
 def _effect_prior(
     setting: Setting, parameter: Parameter, name: str, problem: Problem, theta: np.ndarray, i: int
 ) -> tuple[float, float]:
-    """Mean and deviation of one effect parameter: the size moves the output by the gap, a shape spans its bounds."""
+    """Mean and deviation of one effect parameter: the size moves the output by the gap, a shape spans its bounds.
+
+    The size is sought from a moderate value on, so that it is the same wherever the fit begins.
+    """
+    if name == "tachometer_spikes.size":  # the lone readings themselves say it, before any range is asked
+        seen = float(np.median(outliers.spike_sizes(problem.runs)))
+        return seen, SPIKE_SPREAD * seen
     if parameter.shape:
         return parameter.null, (parameter.bounds[1] - parameter.bounds[0]) / np.sqrt(12.0)
     if not np.isfinite(parameter.null):
         top = max(float(np.max(np.abs(run.input))) for run in problem.runs)
         return 0.7 * top, 0.3 * top
-    moved = theta.copy()
-    moved[i] = parameter.null
-    change = _simulated_change(problem, theta, moved) / max(abs(theta[i] - parameter.null), 1e-12)
-    return parameter.null, max(setting.gap / max(change, 1e-12), 1e-9)
+    off, on = theta.copy(), theta.copy()
+    off[i], size = parameter.null, typical(parameter, problem.runs) - parameter.null
+    low, high = np.array(parameter.bounds) * stretch(parameter, problem.runs) - parameter.null
+    for _ in range(SOUGHT):
+        on[i] = parameter.null + size
+        wanted = setting.gap / max(_simulated_change(problem, off, on), 1e-12)
+        size = float(np.clip(size * np.clip(wanted, 1.0 / STEEPEST, STEEPEST), low, high))
+    return parameter.null, max(abs(size), 1e-9)
 
 
 def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     """Root mean square difference of two pure simulations [unit of the measurements]."""
     quiet = problem.with_noise(problem.noise.calm())
     pairs = zip(quiet.filter(a), quiet.filter(b), strict=True)
-    difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
+    with np.errstate(invalid="ignore"):  # both may run away
+        difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
     return float(np.sqrt(np.mean(np.clip(np.nan_to_num(difference, nan=1e6), -1e6, 1e6) ** 2)))
 
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..dynamics.parameters import slot
-from ..dynamics.surge import LINEAR_INPUT, SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
+from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from ..effects.catalogue import BY_NAME
 from ..identify.innovations import GAINS, kalman, predict
 from ..identify.observed import RANGE, SPEED, Observed
@@ -23,7 +23,6 @@ from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
 from .lone_speeds import with_lone_speeds
 
-OFFSET = BY_NAME["tachometer_bias"]
 START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
 WINDOW_SHARE = 1.0 / 3.0  # longest window over the run's length, for runs shorter than half a minute; a guess
 GRID = 12  # values of a run's own parameter that are weighed
@@ -78,18 +77,15 @@ def predictor(setting: Setting, fit: Fitted) -> Model:
     """The model of a fitted hypothesis as it is used to predict.
 
     What a foreign vehicle does besides is no turbulence, and a filter would carry it along: there, the parameters are
-    those of the least simulation error, unless that alone would switch an effect off again. A measured force has an
-    offset besides, which a filter follows but a simulation must know.
+    those of the least simulation error, unless that alone would switch an effect off again.
     """
     if not setting.foreign:
         return model_of(fit)
-    quiet, found, effects = setting.with_noise(setting.noise.calm()), fit, fit.hypothesis.effects
-    if setting.nominal[LINEAR_INPUT] and OFFSET not in effects:
-        effects = (*effects, OFFSET)
+    quiet, found = setting.with_noise(setting.noise.calm()), fit
     for _ in range(ROUNDS):
         square = rms([f.innovation[found.problem.used(k)] for k, f in enumerate(simulated(found))]) ** 2
         quiet = quiet.with_noise(replace(quiet.noise, variance=(square, square, square)))
-        found = evaluate(quiet, replace(fit.hypothesis, effects=effects), [found.start()])
+        found = evaluate(quiet, fit.hypothesis, [found.start()])
     own = [i for i, name in enumerate(found.problem.free) if name in dict(fit.hypothesis.parameters())]
     stuck = [found.optimum.theta[i] in (found.prior.low[i], found.prior.high[i]) for i in own]
     return model_of(fit if any(stuck) else found)

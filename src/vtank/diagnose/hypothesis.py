@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..dynamics.parameters import slot
+from ..dynamics.surge import LINEAR_INPUT
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..effects.effect import Effect, Parameter
 from ..identify.observed import RANGE, Observed
 
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
 FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
+OFFSET = "tachometer_bias.b"  # of the input, a force where that was measured
 PROPELLERS = (
     "thrust_deadband",
     "thrust_asymmetry",
@@ -21,6 +23,7 @@ PROPELLERS = (
     "thrust_saturation",
     "supply_sag",
     "tachometer_spikes",
+    "tachometer_bias",
 )
 TOP_REV_S = 15.0  # [rev/s] largest propeller speed that bounds in rev/s are meant for, the paper's
 
@@ -50,8 +53,11 @@ class Hypothesis:
 
 
 def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
-    """The nominal's own parameters, which every refit frees: drag, thrust gain, and lag and loss where it has them."""
-    own = ["alpha", "beta"]
+    """The nominal's own parameters, which every refit frees: drag, thrust gain, and lag and loss where it has them.
+
+    A measured force has an offset besides (that of its transducer or amplifier).
+    """
+    own = ["alpha", "beta", *([OFFSET] if nominal[LINEAR_INPUT] else [])]
     own += [name for name in ("thrust_loss.gamma", "thrust_lag.tau") if nominal[slot(name)] != 0.0]
     return tuple(own)
 
@@ -82,14 +88,21 @@ def stretch(parameter: Parameter, runs: Sequence[Observed]) -> float:
     return max(float(np.max(np.abs(run.input))) for run in runs) / TOP_REV_S
 
 
+def typical(parameter: Parameter, runs: Sequence[Observed]) -> float:
+    """A moderate value of a parameter that says how large its effect is: some share of the catalogue's scale."""
+    scale = parameter.scale
+    if parameter.unit == "rev/s":
+        scale *= (float(np.sqrt(np.mean(np.concatenate([run.input for run in runs]) ** 2))) or 1.0) / 8.0
+    if parameter.bounds[0] < 0.0 < parameter.bounds[1]:
+        return 0.3 * scale
+    return -0.5 * scale if parameter.bounds[1] <= 0.0 else 0.5 * scale
+
+
 def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, float]]:
     """First guesses of an effect's parameters, away from the null, where many have no gradient."""
-    speeds = np.concatenate([run.input for run in runs])
-    size = float(np.sqrt(np.mean(speeds**2))) or 1.0
-    top = float(np.max(np.abs(speeds))) or 1.0
+    top = max(float(np.max(np.abs(run.input))) for run in runs) or 1.0
     grids: list[dict[str, float]] = [{}]
     for parameter in effect.parameters:
-        scale = parameter.scale * (size / 8.0 if parameter.unit == "rev/s" else 1.0)
         if parameter.per_run:
             values = [0.0]
         elif effect.name == "thrust_saturation":
@@ -100,11 +113,7 @@ def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, 
             values = [0.05, 0.3, 0.8]
         elif parameter.shape:
             values = [parameter.null]
-        elif parameter.bounds[0] < 0.0 < parameter.bounds[1]:
-            values = [0.3 * scale]
-        elif parameter.bounds[1] <= 0.0:
-            values = [-0.5 * scale]
         else:
-            values = [0.5 * scale]
+            values = [typical(parameter, runs)]
         grids = [{**grid, f"{effect.name}.{parameter.name}": value} for grid in grids for value in values]
     return grids

@@ -31,6 +31,7 @@ TACHO_BIAS, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.size
 LONGEST_STEP_S = 0.1  # [s] longest Runge-Kutta step: error below 1e-6 m over 120 s for the Phoenix (tested)
 STATES = 5  # of the hull and the disturbance on it; the sonar's coloured error is carried beside them
 GAINS = STATES + 1
+TOUCH_S = 1e-11  # [s] instants closer than this are one: rounding of stamps, well below the steps of finite differences
 NUDGE = 1e-6  # [m, m/s, m/s2] step of the finite differences in the filter's Jacobian
 
 
@@ -89,7 +90,7 @@ def next_stop(now, until, j, stamps, p):
 @law
 def held_from(now, j, stamps, p):
     """Index of the input sample that is held at time `now`, searched upward from j."""
-    acting = command_delay.input_time(now, p[DELAY]) + 1e-9
+    acting = command_delay.input_time(now, p[DELAY]) + TOUCH_S
     while j + 1 < stamps.size and stamps[j + 1] <= acting:
         j += 1
     return j
@@ -144,7 +145,7 @@ def predict(
         until = instant[k]
         if b != 0.0:
             b *= math.exp((now - until) / colour_time)
-        while now < until - 1e-9:
+        while now < until - TOUCH_S:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
             push = 0.0 if forcing is None else forcing[j]
@@ -251,7 +252,7 @@ def kalman(p, start, start_sd, sigma, correlation_time, stamps, reading, lone, t
     for k in order:
         until = instant[k]
         fade = math.exp((now - until) / colour_time)
-        while now < until - 1e-9:
+        while now < until - TOUCH_S:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, until, j, stamps, p)
             push = 0.0 if forcing is None else forcing[j]

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compiled import law
-from .innovations import held_from, next_stop, output, propeller_speed, schedule, slope, step
+from .innovations import TOUCH_S, held_from, next_stop, output, propeller_speed, schedule, slope, step
 from .problem import Noise, Problem
 
 NUDGE = 1e-5  # [m, m/s, m/s2] step of the finite differences
@@ -83,7 +83,7 @@ def along(p, start, stamps, reading, lone, time, value, kind, error, gap, transi
         a = (s[0] + NUDGE, s[1], s[2], s[3], 0.0)
         b = (s[0], s[1] + NUDGE, s[2], s[3], 0.0)
         gap[i] = max(instant[k] - now, 0.0)
-        while now < instant[k] - 1e-9:
+        while now < instant[k] - TOUCH_S:
             j = held_from(now, j, stamps, p)
             stop = next_stop(now, instant[k], j, stamps, p)
             s = step(now, stop, s, n[j], 0.0, 1.0, p)

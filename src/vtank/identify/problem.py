@@ -204,7 +204,7 @@ class Problem:
             base = _tamed(e / sd) if residual is None else residual[rows[k] : rows[k + 1]]
             for i in [*range(len(self.free)), *range(here.start, here.stop)]:
                 nudged = theta.copy()
-                nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-3))
+                nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-2))
                 self._predict(k, *self.model(nudged, k), f.gain, e)
                 J[rows[k] : rows[k + 1], i] = (_tamed(e / sd) - base) / step
         return J
