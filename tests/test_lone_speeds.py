@@ -55,7 +55,7 @@ def test_a_hunting_propeller_raises_no_flag(blunt):
     runs = [hunting(seed, blunt)[1] for seed in range(4)]
     jumps = np.median([np.median(np.abs(np.diff(run.input))) for run in runs])
     assert jumps > 0.5  # it truly hunts
-    assert sum(int(np.sum(lone != 0.0)) for lone in lone_speeds(runs)) <= 4
+    assert np.mean(np.concatenate(lone_speeds(runs)) != 0.0) < 0.002
 
 
 @pytest.mark.parametrize(("blunt", "missed"), [(0.5, 0.0), (3.0, 0.0), (8.0, 0.0), (3.0, 0.05)])
@@ -65,14 +65,17 @@ def test_spikes_are_found_by_what_the_ranges_foretell(blunt, missed):
     true = np.concatenate([spikes for _, spikes in pairs])
     hit = true != 0.0
     assert np.mean(lone[hit] != 0.0) > (0.7 if missed else 0.8)
-    assert np.sum(lone[~hit] != 0.0) <= 10 and np.sum(np.abs(lone[~hit]) > SEEN * SIZE) <= 2
+    assert np.mean(lone[~hit] != 0.0) < 0.01 and np.sum(np.abs(lone[~hit]) > SEEN * SIZE) <= 2
     found = hit & (lone != 0.0)
     assert np.median(np.abs(lone[found] - true[found])) < 0.1 * SIZE
 
 
 def test_steps_of_the_command_are_not_spikes():
+    """In closed loop the seconds about a step may be flagged, since no range foretells it: the ranges then decide."""
     runs = [hunting(seed, step=True)[1] for seed in range(4)]
-    assert np.mean(np.concatenate(lone_speeds(runs)) != 0.0) < 0.02
+    place = TIME % (np.pi / 0.2)
+    quiet = np.tile((place > 2.0) & (place < np.pi / 0.2 - 1.5), 4)
+    assert np.mean(np.concatenate(lone_speeds(runs))[quiet] != 0.0) < 0.01
     square = 10.0 * np.sign(np.sin(0.5 * TIME)) + 0.03 * np.random.default_rng(3).normal(size=TICKS)
     open_loop = Observed("run", "n_rev_s", TIME, square, TIME, hunting(5)[1].value, np.full(TICKS, RANGE))
     assert not np.any(lone_speeds([open_loop])[0])
@@ -86,11 +89,12 @@ def test_open_loop_spikes_are_found_without_a_controller():
     np.testing.assert_allclose(lone[true != 0.0], true[true != 0.0], atol=0.4)
 
 
-def test_no_reading_beyond_the_limiter_is_believed():
+@pytest.mark.parametrize("every", [25, 8])
+def test_no_reading_beyond_the_limiter_is_believed(every):
     limit = 9.0
     n, run = hunting(1, limit=limit)
     assert np.mean(np.abs(n) == limit) > 0.05
-    places = np.flatnonzero(n == limit)[10::25]
+    places = np.flatnonzero(n == limit)[10::every]
     read = run.input.copy()
     read[places] += SIZE
     lone = lone_speeds([Observed("run", "n_rev_s", TIME, read, TIME, run.value, run.kind)])[0]

@@ -25,7 +25,6 @@ from .optimum import Optimum, Prior, climb
 
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
-SOUGHT, STEEPEST = 3, 8.0  # steps towards the size that moves the output by the gap, and the longest of them, a factor
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
@@ -166,7 +165,8 @@ def _effect_prior(
 ) -> tuple[float, float]:
     """Mean and deviation of one effect parameter: the size moves the output by the gap, a shape spans its bounds.
 
-    The size is sought from a moderate value on, so that it is the same wherever the fit begins.
+    How far a size moves the output is tried where the fit begins, but not closer to the null than at a moderate value:
+    many effects level off, and one that another fit had switched off must not be thought of as immense.
     """
     if name == "tachometer_spikes.size":  # the lone readings themselves say it, before any range is asked
         seen = float(np.median(outliers.spike_sizes(problem.runs)))
@@ -176,14 +176,12 @@ def _effect_prior(
     if not np.isfinite(parameter.null):
         top = max(float(np.max(np.abs(run.input))) for run in problem.runs)
         return 0.7 * top, 0.3 * top
-    off, on = theta.copy(), theta.copy()
-    off[i], size = parameter.null, typical(parameter, problem.runs) - parameter.null
-    low, high = np.array(parameter.bounds) * stretch(parameter, problem.runs) - parameter.null
-    for _ in range(SOUGHT):
-        on[i] = parameter.null + size
-        wanted = setting.gap / max(_simulated_change(problem, off, on), 1e-12)
-        size = float(np.clip(size * np.clip(wanted, 1.0 / STEEPEST, STEEPEST), low, high))
-    return parameter.null, max(abs(size), 1e-9)
+    off, on, moderate = theta.copy(), theta.copy(), typical(parameter, problem.runs)
+    off[i] = parameter.null
+    if abs(theta[i] - parameter.null) < abs(moderate - parameter.null):
+        on[i] = moderate
+    change = _simulated_change(problem, off, on) / abs(on[i] - parameter.null)
+    return parameter.null, max(setting.gap / max(change, 1e-12), 1e-9)
 
 
 def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:

@@ -29,6 +29,7 @@ SMOOTH = (15, 3)  # samples and order of the local polynomials that stand for th
 BLUNT = (0.0, 0.1, 0.2, 0.35, 0.6, 1.0, 3.0)  # bluntness tried, over the largest input; a grid, then refined
 CLEAR = 0.97  # share of a limit from which the limiter may have cut the demand; a choice
 LIMITED, CLOSE = 0.02, 0.01  # share of the readings that lie this close to a limit, where there is one; choices
+BEYOND = (0.99, 0.98, 0.97, 0.96, 0.95)  # ranks at which a limit is looked for: one in twenty may be spiked
 TURNS, ACCURACY = 6, 0.02  # rounds of reweighting, and of the bluntness; choices
 HUBER = 1.5  # robust deviations from which an equation counts less
 LAST_MISS = 12  # ticks after which a missed ping is forgotten; until then the controller's own guess stood in
@@ -102,8 +103,8 @@ def _plain(n: np.ndarray) -> _Look:
 
 
 def _away(values: np.ndarray) -> np.ndarray:
-    """Distance of each value from the median of itself and its two neighbours: none in a step, none in a slope."""
-    return np.asarray(values - median_filter(values, size=3, mode="nearest"))
+    """Distance of each value from the median of itself and two neighbours on either side: none in a step or a slope."""
+    return np.asarray(values - median_filter(values, size=5, mode="nearest"))
 
 
 def _rough(values: np.ndarray) -> np.ndarray:
@@ -124,8 +125,7 @@ class _Pilot:
     def __init__(self, runs: Sequence[Observed]) -> None:
         n = np.concatenate([run.input for run in runs])
         self.top = float(np.quantile(np.abs(n), 0.99)) or 1.0
-        near = np.mean(np.abs(np.abs(n) - self.top) < CLOSE * self.top)
-        self.limit = self.top if near > LIMITED else np.inf
+        self.limit = _limit(np.abs(n))
         ranges, self.since = zip(*(_heard(run) for run in runs), strict=True)
         self.columns = np.concatenate([_rough(_laguerre(r)) for r in ranges])
         self.share = self._bluntness([run.input for run in runs])
@@ -147,7 +147,7 @@ class _Pilot:
             away = n - _input(_demand(n, blunt) - _away(rest * self.slope(n, blunt)), blunt)
             limited = np.abs(n) >= CLEAR * self.limit
             beyond = np.abs(n) > self.limit  # no propeller turns faster than its limiter allows
-            away = np.where(limited, np.where(beyond, n - np.copysign(self.top, n), 0.0), away)
+            away = np.where(limited, np.where(beyond, n - np.copysign(self.limit, n), 0.0), away)
             out.append(_Look(rest, away, np.where(limited, LIMITER, since)))
         return out
 
@@ -172,6 +172,13 @@ class _Pilot:
         step = 1e-4 * self.top
         rise = (_demand(np.abs(n) + step, blunt) - _demand(np.abs(n), blunt)) / step
         return np.asarray(np.maximum(rise, 0.05 * 2.0 * self.top))
+
+
+def _limit(size: np.ndarray) -> float:
+    """Where a limiter cuts inputs of these sizes, shape (I,): many are alike there, and few, if spiked, lie beyond."""
+    alike = [np.abs(size - value) < CLOSE * value for value in np.quantile(size, BEYOND)]
+    most = max(alike, key=np.mean)
+    return float(np.median(size[most])) if np.mean(most) > LIMITED else np.inf
 
 
 def _demand(n: np.ndarray, blunt: float) -> np.ndarray:
