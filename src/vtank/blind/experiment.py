@@ -1,8 +1,8 @@
 """Experiments of blind trials: excitations, noise and disturbances drawn at random, other than the paper's.
 
 The other axes are held exactly: a hull held by its thrusters pitches a little with every push, which moves its range
-by 0.4 mm (root mean square, the paper's runs). That is a gap of its own, seen where the sonar's noise is below 3 mm, and
-no case without a gap may have one.
+by 0.4 mm (root mean square, the paper's runs). That is a gap of its own, seen where the sonar's noise is below 3 mm,
+and no case without a gap may have one.
 """
 
 from __future__ import annotations
