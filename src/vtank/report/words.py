@@ -155,6 +155,8 @@ def channel(document: Document) -> str:
     """Where in the machine the gap acts."""
     chances = document["where"]["channel"]["probability"]
     name = document["verdict"]["channel"] or max(chances, key=lambda c: chances[c])
+    if document["verdict"]["kind"] == "undecided" and not document["verdict"]["effects"]:
+        return f"Not settled; that no channel is at fault has a probability of {percent(chances['none'])}."
     if document["verdict"]["kind"] in ("none", "parameters") or name == "none":
         return f"No channel is at fault (probability {percent(chances['none'])})."
     acting = {effect: BY_NAME[effect].channel for effect in document["verdict"]["effects"]}
