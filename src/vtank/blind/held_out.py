@@ -48,8 +48,7 @@ class HeldOut:
         """A run as flown."""
         run, scenario = result.run, result.plan.scenario
         replay = _replay(scenario.standoff_m, run.time_s, spikes_of(result.plan))
-        return cls(replay, run.columns["n_rev_s"], run.columns["range_m"], clean_m,
-                   run.time_s)  # fmt: skip
+        return cls(replay, run.columns["n_rev_s"], run.columns["range_m"], clean_m, run.time_s)
 
     @classmethod
     def read(cls, path: Path, standoff_m: float) -> HeldOut:

@@ -133,4 +133,4 @@ def spikes_of(plan: Plan) -> Array:
     """How far the spikes of a plan throw the tachometer's readings off, shape (T,) [rev/s]."""
     p = plan.p[SPIKE_RATE]
     drawn = streams.uniform(plan.seed, plan.run, streams.SPIKE, p, plan.scenario.samples)
-    return np.asarray(plan.p[SPIKE_SIZE] * (np.where(drawn < 0.5 * p, 1.0, 0.0) - ((drawn >= 0.5 * p) & (drawn < p))))
+    return np.array([tachometer_spikes.reading(0.0, p, plan.p[SPIKE_SIZE], u) for u in drawn])

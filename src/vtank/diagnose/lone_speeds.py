@@ -21,8 +21,8 @@ from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter, savgol_filter
 
 from ..identify.observed import RANGE, Observed
+from .outliers import THRESHOLD
 
-THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
 LEAST = 0.01  # share of the largest input below which nothing is flagged; a choice
 POLE, ORDER = 0.75, 10  # of the Laguerre functions: memories up to some 3 s at 10 Hz; choices
 SMOOTH = (15, 3)  # samples and order of the local polynomials that stand for the command (Savitzky and Golay)

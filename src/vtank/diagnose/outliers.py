@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..effects.sonar_multipath import EFFECT as MULTIPATH
-from ..effects.tachometer_spikes import SEEN
+from ..effects.tachometer_spikes import carried
 from ..identify.observed import SPEED, Observed
 from ..identify.problem import Filtered
 
@@ -83,7 +83,7 @@ def spike_sizes(runs: Sequence[Observed]) -> list[float]:
 def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
     """Log evidence of having tried several sizes of spikes, and the share of readings a size takes off [-]."""
     away = np.abs(np.concatenate([run.lone for run in runs]))
-    count = int(np.sum((away > SEEN * size) & (away < (2.0 - SEEN) * size)))
+    count = int(np.sum(carried(away, size)))
     return (-float(np.log(len(SPIKE_RANKS))), count / away.size) if count >= FEWEST else (none_seen(away.size), 0.0)
 
 

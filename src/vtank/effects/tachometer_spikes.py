@@ -5,6 +5,8 @@ In a recording, a spike is a reading that stands alone and lies off by between 0
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..compiled import law
 from .effect import Effect, Parameter
 
@@ -20,9 +22,15 @@ def reading(n: float, p: float, size: float, uniform: float) -> float:
 
 
 @law
+def carried(lone, size):  # type: ignore[no-untyped-def]
+    """Whether a reading that stands alone by `lone`, a number or any shape, carries a spike of this size [rev/s]."""
+    return (np.abs(lone) > SEEN * size) & (np.abs(lone) < (2.0 - SEEN) * size)
+
+
+@law
 def repaired(n_read: float, lone: float, size: float) -> float:
     """Reading less the spike it carries, where it stands alone by `lone`; size = 0 repairs nothing [rev/s]."""
-    if SEEN * size < abs(lone) < (2.0 - SEEN) * size:
+    if carried(lone, size):
         return n_read - size if lone > 0.0 else n_read + size
     return n_read
 
