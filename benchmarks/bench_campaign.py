@@ -29,11 +29,11 @@ import mujoco.rollout
 import numpy as np
 import pytest
 
-from vtank.campaign import Campaign, Threads, fly_campaign, load_campaign
 from vtank.compiled import law
-from vtank.dynamics.surge import advance
-from vtank.dynamics.truth import load_truth
-from vtank.simulate import simulate_surge
+from vtank.experiment import simulate_surge
+from vtank.plant.surge import advance
+from vtank.plant.truth import load_truth
+from vtank.studies.campaign import Campaign, Threads, fly_campaign, load_campaign
 from vtank.tank import load_model
 
 README = Path(__file__).parents[1] / "README.md"

@@ -20,12 +20,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import load_truth
-from vtank.identify.maximum_likelihood import Estimate, identify
-from vtank.identify.montecarlo import SCENARIOS
-from vtank.identify.observed import Observed, observe
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import plan_run, simulate_surge
+from vtank.estimate.maximum_likelihood import Estimate, identify
+from vtank.estimate.observed import Observed, observe
+from vtank.experiment import plan_run, simulate_surge
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.truth import load_truth
+from vtank.studies.design.montecarlo import SCENARIOS
 
 sysid = pytest.importorskip("mujoco.sysid", reason="pip install 'mujoco[sysid]'")
 

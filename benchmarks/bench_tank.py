@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import load_vehicle
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import load_vehicle
 from vtank.tank import Tank, load_model
 
 SIMULATIONS = 16

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from vtank.dynamics.parameters import vector
-from vtank.dynamics.vehicle import Thruster, Vehicle, load_vehicle
+from vtank.plant.parameters import vector
+from vtank.plant.vehicle import Thruster, Vehicle, load_vehicle
 from vtank.tank import load_model
 
 MASS = 20.0  # [kg]

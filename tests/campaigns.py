@@ -7,7 +7,7 @@ import os
 import time
 from pathlib import Path
 
-from vtank.campaign import Campaign, load_campaign
+from vtank.studies.campaign import Campaign, load_campaign
 
 # 18 runs of 12 s: two scenarios, one of three amplitudes leads into the wall, drag and noise differ from run to run
 SURGE = """

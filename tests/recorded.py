@@ -10,14 +10,14 @@ import numpy as np
 from vtank.diagnose.discrepancy import unnamed
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.localise.where import WhereData, locate
 from vtank.diagnose.selection import Selection, prepare
 from vtank.diagnose.verdict import Verdict, decide, probabilities
-from vtank.diagnose.where import WhereData, locate
-from vtank.dynamics.parameters import null_vector, slot, vector
-from vtank.dynamics.surge import advance
 from vtank.effects.catalogue import BY_NAME
-from vtank.identify.observed import RANGE, Observed
-from vtank.identify.problem import Noise
+from vtank.estimate.observed import RANGE, Observed
+from vtank.estimate.problem import Noise
+from vtank.plant.parameters import null_vector, slot, vector
+from vtank.plant.surge import advance
 
 TICK_S = 0.1
 NOISE_M = 0.006

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from vtank.dynamics.parameters import slot
-from vtank.dynamics.surge import advance
-from vtank.identify.observed import CHANNELS, POSITION, RANGE, SPEED, Observed
+from vtank.estimate.observed import CHANNELS, POSITION, RANGE, SPEED, Observed
+from vtank.plant.parameters import slot
+from vtank.plant.surge import advance
 
 STEP_S = 0.01  # of the motion; stamps of inputs and measurements are multiples of it
 SONAR_M = {RANGE: 0.006, POSITION: 0.006, SPEED: 0.01}  # [m, m, m/s] noise

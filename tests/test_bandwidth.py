@@ -7,21 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vtank.bandwidth.balance import balance
-from vtank.bandwidth.loop import Loop
-from vtank.bandwidth.response import (
-    Response,
-    crossing,
-    harmonics,
-    measured_s,
-    sine_plan,
-    sweep,
-    unwrapped,
-)
-from vtank.dynamics.truth import Truth, load_truth
 from vtank.errors import InputError
-from vtank.scenario.scenario import Scenario, load_scenario
-from vtank.simulate import plan_run, simulate_surge
+from vtank.experiment import plan_run, simulate_surge
+from vtank.experiment.scenario import Scenario, load_scenario
+from vtank.plant.truth import Truth, load_truth
+from vtank.studies.bandwidth.balance import balance
+from vtank.studies.bandwidth.loop import Loop
+from vtank.studies.bandwidth.response import Response, crossing, harmonics, measured_s, sine_plan, sweep, unwrapped
 
 QUIET = ("sonar.noise_m=0", "sonar.resolution_m=0", "sonar.width_deg=0", "tachometer.noise_rev_s=0", "hold=rigid")
 LINEAR = (*QUIET, "control.blunt_rev_s=0", "n_limit_rev_s=1e6")

@@ -9,14 +9,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtank.bandwidth.bounds import drift_bound_m, quiet_error_m, standing_still_rev_s, thrust_bound_m, water_speed
-from vtank.bandwidth.report import response_text, station_csv, station_text
-from vtank.bandwidth.response import Response
-from vtank.bandwidth.station import Stations, held_height, keep_station, possible, station_plan
 from vtank.cli import main
 from vtank.errors import InputError
-from vtank.scenario.scenario import Scenario, load_scenario
-from vtank.simulate import plan_run, simulate_surge, simulate_tank
+from vtank.experiment import plan_run, simulate_surge, simulate_tank
+from vtank.experiment.scenario import Scenario, load_scenario
+from vtank.studies.bandwidth.bounds import (
+    drift_bound_m,
+    quiet_error_m,
+    standing_still_rev_s,
+    thrust_bound_m,
+    water_speed,
+)
+from vtank.studies.bandwidth.report import response_text, station_csv, station_text
+from vtank.studies.bandwidth.response import Response
+from vtank.studies.bandwidth.station import Stations, held_height, keep_station, possible, station_plan
 from vtank.units import G_M_S2
 from vtank.waves import Waves, breaking_height
 
@@ -205,7 +211,7 @@ def test_tables_for_reading() -> None:
 def test_the_command_writes_tables_and_figures(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from vtank.bandwidth import response, station
+    from vtank.studies.bandwidth import response, station
 
     monkeypatch.setattr(response, "FREQUENCIES_RAD_S", W := np.array([0.8, 1.3, 2.0]))
     monkeypatch.setattr(response.sweep, "__defaults__", (response.AMPLITUDES_M, W, None, 1, None))

@@ -10,21 +10,21 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency
 
-from vtank.blind.case import KINDS, draw_case, draw_frequencies, given, label
-from vtank.blind.cause import CHANCE, RUNS, draw_cause
-from vtank.blind.experiment import amplitude_m
-from vtank.blind.fly import Passenger, Trip, quiet
-from vtank.blind.outside import OUTSIDE, Sight
-from vtank.blind.refit import NUISANCE, parameters, refit
-from vtank.blind.replay import Replay, repair, spikes_of
-from vtank.blind.rivals import best_fit, best_pair, others
-from vtank.blind.sizing import noise_free, post_refit, ready_case
-from vtank.blind.whitening import Whitener
-from vtank.dynamics.parameters import null_vector, slot, vector
-from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.errors import InputError
-from vtank.simulate import simulate_surge
+from vtank.experiment import simulate_surge
+from vtank.plant.parameters import null_vector, slot, vector
+from vtank.plant.truth import load_truth
+from vtank.studies.blind.case import KINDS, draw_case, draw_frequencies, given, label
+from vtank.studies.blind.cause import CHANCE, RUNS, draw_cause
+from vtank.studies.blind.experiment import amplitude_m
+from vtank.studies.blind.fly import Passenger, Trip, quiet
+from vtank.studies.blind.outside import OUTSIDE, Sight
+from vtank.studies.blind.refit import NUISANCE, parameters, refit
+from vtank.studies.blind.replay import Replay, repair, spikes_of
+from vtank.studies.blind.rivals import best_fit, best_pair, others
+from vtank.studies.blind.sizing import noise_free, post_refit, ready_case
+from vtank.studies.blind.whitening import Whitener
 
 
 def only(name: str, kind: str = "single", seed: int = 11, number: int = 0):  # type: ignore[no-untyped-def]

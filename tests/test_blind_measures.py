@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from vtank.blind.calibration import corp, pav
-from vtank.blind.ceiling import ceiling, leftover, unknown_ceiling
-from vtank.blind.measures import NOTHING, brier, first, log_score, mean, quantile, share
-from vtank.blind.rows import canonical_name, chances_of
+from vtank.studies.blind.calibration import corp, pav
+from vtank.studies.blind.ceiling import ceiling, leftover, unknown_ceiling
+from vtank.studies.blind.measures import NOTHING, brier, first, log_score, mean, quantile, share
+from vtank.studies.blind.rows import canonical_name, chances_of
 
 
 def isotonic_by_force(stated: np.ndarray, happened: np.ndarray) -> np.ndarray:

@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vtank.blind.answer import answer, plain, refusal
-from vtank.blind.case import tied
-from vtank.blind.closed import Closed, closed
-from vtank.blind.make import Order, make
-from vtank.blind.rows import Row
-from vtank.blind.score import measures, score, write_score
-from vtank.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, read_index
-from vtank.blind.tables import tables
-from vtank.blind.verify import open_all
 from vtank.cli import main
 from vtank.errors import InputError
 from vtank.record import Run, read_dataset, read_run
+from vtank.studies.blind.answer import answer, plain, refusal
+from vtank.studies.blind.case import tied
+from vtank.studies.blind.closed import Closed, closed
+from vtank.studies.blind.make import Order, make
+from vtank.studies.blind.rows import Row
+from vtank.studies.blind.score import measures, score, write_score
+from vtank.studies.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, read_index
+from vtank.studies.blind.tables import tables
+from vtank.studies.blind.verify import open_all
 
 ORDER = Order(3, 33, ("none", "parameters", "single"), ("supply_sag",), familiar=True, threads=1)
 
@@ -264,7 +264,7 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
     written = {path.name for path in (tmp_path / "score").iterdir()}
     assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
     document = json.loads((tmp_path / "score" / "score.json").read_text())
-    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
+    assert document["cases"] == 3 and document["schema"] == "vtank.studies.blind-score/1"
 
 
 MODEL = """

@@ -12,15 +12,15 @@ import pytest
 from campaigns import SURGE, campaign_of, write_campaign
 from scipy import stats
 
-from vtank.campaign import Threads, fly_campaign, load_campaign
-from vtank.campaign.axes import LAWS, Draw
 from vtank.errors import InputError
-from vtank.pilot.plan import plan_run
+from vtank.experiment import simulate_surge
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario
 from vtank.record import read_dataset
 from vtank.record.manifest import manifest_text, read_manifest
 from vtank.resources import scenarios_dir
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import simulate_surge
+from vtank.studies.campaign import Threads, fly_campaign, load_campaign
+from vtank.studies.campaign.axes import LAWS, Draw
 
 GRID = """
 repeats = 2

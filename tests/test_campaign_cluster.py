@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from campaigns import campaign_of, digests
 
-from vtank.campaign import Cluster, LocalCluster, Tally, Threads, fly_campaign
 from vtank.errors import InputError
+from vtank.studies.campaign import Cluster, LocalCluster, Tally, Threads, fly_campaign
 
 pytest.importorskip("distributed")
 
@@ -108,6 +108,6 @@ def test_a_local_cluster_gives_the_same_bytes(tmp_path: Path) -> None:
 
 
 def test_an_address_where_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vtank.campaign.executors.PATIENCE_S", 0.2)
+    monkeypatch.setattr("vtank.studies.campaign.executors.PATIENCE_S", 0.2)
     with pytest.raises(InputError, match="tcp://127.0.0.1:9: no Dask scheduler answers there"):
         Cluster("tcp://127.0.0.1:9")

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from campaigns import SURGE, digests, write_campaign
 
-from vtank.campaign.flying import Tally, duration
 from vtank.cli import main
 from vtank.record import read_dataset
+from vtank.studies.campaign.flying import Tally, duration
 
 
 def test_a_campaign_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -63,14 +63,14 @@ def test_interrupting_says_how_to_go_on(
     def interrupted(*arguments: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("vtank.campaign.fly_campaign", interrupted)
+    monkeypatch.setattr("vtank.studies.campaign.fly_campaign", interrupted)
     assert main(["campaign", str(write_campaign(tmp_path)), "--out", str(tmp_path / "out")]) == 130
     assert "the same command goes on from here" in capsys.readouterr().err
 
 
 def test_rate_and_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
     """From the runs of this go alone."""
-    monkeypatch.setattr("vtank.campaign.flying.monotonic", lambda: 1050.0)
+    monkeypatch.setattr("vtank.studies.campaign.flying.monotonic", lambda: 1050.0)
     tally = Tally(total=1000, before=400, flown=200, failed=3, start=1000.0)
     assert (tally.rate, tally.left_s) == (4.0, 100.0)
     assert tally.note == "4 runs/s, 1 min 40 s left, 3 failed"

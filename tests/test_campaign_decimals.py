@@ -7,10 +7,10 @@ from decimal import ROUND_HALF_EVEN, Decimal
 import numpy as np
 import pytest
 
-from vtank.campaign.decimals import csv_of, nearest_step, table_of
 from vtank.record import Run
 from vtank.record.reader import read_run
 from vtank.record.writer import run_bytes
+from vtank.studies.campaign.decimals import csv_of, nearest_step, table_of
 
 
 def exact(value: float) -> int:

@@ -17,10 +17,10 @@ from pathlib import Path
 import pytest
 from campaigns import SURGE, campaign_of, digests
 
-from vtank.campaign import Executor, Processes, Threads, fly_campaign
-from vtank.campaign.executors import flow
-from vtank.campaign.flying import chunk_size
 from vtank.errors import InputError
+from vtank.studies.campaign import Executor, Processes, Threads, fly_campaign
+from vtank.studies.campaign.executors import flow
+from vtank.studies.campaign.flying import chunk_size
 
 TANK = """
 seed = 3
@@ -136,7 +136,8 @@ def test_processes_that_always_die_are_given_up() -> None:
 def test_workers_end_with_their_parent(tmp_path: Path) -> None:
     """The parent is killed and can tell nobody."""
     code = (
-        "import sys, campaigns as c, vtank.campaign as v; list(v.Processes(1).results(c.note_and_sleep, sys.argv[1:]))"
+        "import sys, campaigns as c, vtank.studies.campaign as v\n"
+        "list(v.Processes(1).results(c.note_and_sleep, sys.argv[1:]))"
     )
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     note = tmp_path / "pid"
@@ -158,6 +159,6 @@ def until(holds: Callable[[], object], patience_s: float = 60.0) -> None:
 def test_versions_of_all_workers_must_agree(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A worker with another numpy could compute other numbers."""
     campaign = campaign_of(tmp_path)
-    monkeypatch.setattr("vtank.campaign.chunk.versions", lambda: {"numpy": "0.1"})
+    monkeypatch.setattr("vtank.studies.campaign.chunk.versions", lambda: {"numpy": "0.1"})
     with pytest.raises(InputError, match=r"a worker computes with .*numpy 0\.1 \(here"):
         fly_campaign(campaign, tmp_path / "out", Threads(1))

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from campaigns import SURGE, campaign_of
 
-from vtank.campaign import Threads, fly_campaign
 from vtank.errors import InputError
 from vtank.record import read_dataset
+from vtank.studies.campaign import Threads, fly_campaign
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")

@@ -12,15 +12,15 @@ from pathlib import Path
 import pytest
 from campaigns import campaign_of, digests, write_campaign
 
-import vtank.campaign.journal
-from vtank.campaign import Tally, Threads, fly_campaign
+import vtank.studies.campaign.journal
 from vtank.errors import InputError
+from vtank.studies.campaign import Tally, Threads, fly_campaign
 
 CHUNK = 4  # runs: five chunks of 18 runs
 KILLED_AFTER_TWO_CHUNKS = """
 import os, signal, sys
 from pathlib import Path
-from vtank.campaign import Threads, fly_campaign, load_campaign
+from vtank.studies.campaign import Threads, fly_campaign, load_campaign
 def progress(tally):
     if tally.flown >= 8:
         os.kill(os.getpid(), signal.SIGKILL)
@@ -76,7 +76,7 @@ def interrupt(monkeypatch: pytest.MonkeyPatch, at: int) -> Callable[[], int]:
         count += 1
         replace(source, target)
 
-    monkeypatch.setattr(vtank.campaign.journal.os, "replace", renaming)
+    monkeypatch.setattr(vtank.studies.campaign.journal.os, "replace", renaming)
     return lambda: count
 
 
@@ -152,8 +152,8 @@ def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
 def test_other_versions_do_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half of the runs with one numpy and half with another would not be one data set."""
     fly_campaign(campaign_of(tmp_path), tmp_path / "out", Threads(1))
-    here = vtank.campaign.journal.versions()
-    monkeypatch.setattr(vtank.campaign.journal, "versions", lambda: here | {"numpy": "9.9"})
+    here = vtank.studies.campaign.journal.versions()
+    monkeypatch.setattr(vtank.studies.campaign.journal, "versions", lambda: here | {"numpy": "9.9"})
     with pytest.raises(InputError, match=rf"numpy {here['numpy']} \(here 9\.9\)"):
         fly_campaign(campaign_of(tmp_path), tmp_path / "out", Threads(1))
 

@@ -11,8 +11,8 @@ from recorded import NOMINAL, TICK_S, record, sine
 
 from vtank.cli import main
 from vtank.diagnose import selection
-from vtank.dynamics.parameters import vector
 from vtank.effects.catalogue import BY_NAME
+from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
 KEYS = ["schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]

@@ -10,13 +10,13 @@ import pytest
 
 from vtank.diagnose.diagnosis import SCHEMA, diagnose
 from vtank.diagnose.score import linearise
-from vtank.dynamics.parameters import vector
-from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import CATALOGUE
-from vtank.identify.observed import observe
-from vtank.pilot.plan import plan_run
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import simulate_surge
+from vtank.estimate.observed import observe
+from vtank.experiment import simulate_surge
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import vector
+from vtank.plant.truth import load_truth
 
 NOMINAL = load_truth("paper-ii").vector()
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")

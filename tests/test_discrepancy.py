@@ -9,8 +9,8 @@ import pytest
 from recorded import DRIVES, NOISE_M, NOMINAL, record, recordings, select, sine
 
 from vtank.diagnose.lone_speeds import with_lone_speeds
-from vtank.dynamics.parameters import slot
-from vtank.identify.observed import Observed
+from vtank.estimate.observed import Observed
+from vtank.plant.parameters import slot
 
 BETA = NOMINAL[slot("beta")]
 SEEN = 5.0  # log evidence

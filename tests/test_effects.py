@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import vtank.effects
-from vtank.dynamics.parameters import NAMES, PLAIN, SIZE, null_vector, slot, vector
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.effects.effect import UNIT_SUFFIX
 from vtank.errors import InputError
+from vtank.plant.parameters import NAMES, PLAIN, SIZE, null_vector, slot, vector
 
 PARAMETERS = [pytest.param(effect, q, id=f"{effect.name}.{q.name}") for effect in CATALOGUE for q in effect.parameters]
 

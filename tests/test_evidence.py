@@ -12,14 +12,14 @@ from scipy.stats import multivariate_t, norm
 from vtank.diagnose.evidence import Fitted, evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.selection import prepare
-from vtank.dynamics.parameters import vector
-from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import BY_NAME
-from vtank.identify.observed import observe
-from vtank.identify.problem import Noise
-from vtank.pilot.plan import plan_run
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import simulate_surge
+from vtank.estimate.observed import observe
+from vtank.estimate.problem import Noise
+from vtank.experiment import simulate_surge
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import vector
+from vtank.plant.truth import load_truth
 
 NOMINAL = load_truth("paper-ii").vector()
 NOISE = Noise((4e-5, 4e-5, 4e-5), 0.0005, 1.0)

@@ -11,9 +11,9 @@ from vtank.diagnose.diagnosis import diagnose
 from vtank.diagnose.foreign import thin, thinned
 from vtank.diagnose.hypothesis import candidates, stretch
 from vtank.diagnose.shrink import shrink
-from vtank.dynamics.parameters import null_vector
 from vtank.effects.catalogue import BY_NAME
-from vtank.identify.observed import POSITION, SPEED, Observed, observe
+from vtank.estimate.observed import POSITION, SPEED, Observed, observe
+from vtank.plant.parameters import null_vector
 from vtank.record import read_dataset
 
 

@@ -7,19 +7,19 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from vtank.diagnose.experiments import recorded
-from vtank.dynamics.parameters import slot, vector
-from vtank.dynamics.truth import load_truth
 from vtank.effects.catalogue import BY_NAME
 from vtank.errors import InputError
-from vtank.identifiability.flown import fly, tachometer_disturbance
-from vtank.identifiability.profile import profiles, weak
-from vtank.identifiability.study import PAPER, study
-from vtank.identifiability.verdicts import SEEN, pairs, separation
-from vtank.identify.cramer_rao import cramer_rao
-from vtank.identify.levenberg import descend
-from vtank.identify.maximum_likelihood import beforehand
-from vtank.identify.problem import Problem
-from vtank.scenario.scenario import load_scenario
+from vtank.estimate.cramer_rao import cramer_rao
+from vtank.estimate.levenberg import descend
+from vtank.estimate.maximum_likelihood import beforehand
+from vtank.estimate.problem import Problem
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import slot, vector
+from vtank.plant.truth import load_truth
+from vtank.studies.design.flown import fly, tachometer_disturbance
+from vtank.studies.design.profile import profiles, weak
+from vtank.studies.design.study import PAPER, study
+from vtank.studies.design.verdicts import SEEN, pairs, separation
 
 QUIET = ("tachometer.noise_rev_s=0",)
 TRUTH = load_truth("paper-ii")

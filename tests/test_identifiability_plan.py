@@ -13,38 +13,29 @@ import numpy as np
 import pytest
 
 from vtank.cli import main
-from vtank.dynamics.truth import load_truth
-from vtank.identifiability.advice import library, options, remedies
-from vtank.identifiability.candidates import AT_LIMIT
-from vtank.identifiability.design import (
-    REST_MIN,
-    confirmed,
-    design,
-    given,
-    longest,
-    minutes,
-    pool,
-    scenario_texts,
-)
-from vtank.identifiability.document import document
-from vtank.identifiability.estimators import METHODS, _paper, likelihood
-from vtank.identifiability.findings import Findings
-from vtank.identifiability.flown import noise_of
-from vtank.identifiability.search import Search
-from vtank.identifiability.study import PAPER, study
-from vtank.identifiability.trials import Trials, trials
-from vtank.identifiability.verdicts import separation, slots_of
-from vtank.identifiability.words import sentences
-from vtank.identify.maximum_likelihood import identify
-from vtank.identify.observed import observe
-from vtank.identify.paper import estimate
-from vtank.identify.paper_settings import PaperSettings
-from vtank.identify.regression import regression
-from vtank.pilot.plan import plan_run
-from vtank.scenario.clearance import MARGIN_M, clearances
-from vtank.scenario.scenario import load_scenario, scenario_names
-from vtank.scenario.written import as_toml
-from vtank.simulate import simulate_surge
+from vtank.estimate.maximum_likelihood import identify
+from vtank.estimate.observed import observe
+from vtank.estimate.paper.estimate import estimate
+from vtank.estimate.paper.regression import regression
+from vtank.estimate.paper.settings import PaperSettings
+from vtank.experiment import simulate_surge
+from vtank.experiment.clearance import MARGIN_M, clearances
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario, scenario_names
+from vtank.experiment.written import as_toml
+from vtank.plant.truth import load_truth
+from vtank.studies.design.advice import library, options, remedies
+from vtank.studies.design.candidates import AT_LIMIT
+from vtank.studies.design.design import REST_MIN, confirmed, design, given, longest, minutes, pool, scenario_texts
+from vtank.studies.design.document import document
+from vtank.studies.design.estimators import METHODS, _paper, likelihood
+from vtank.studies.design.findings import Findings
+from vtank.studies.design.flown import noise_of
+from vtank.studies.design.search import Search
+from vtank.studies.design.study import PAPER, study
+from vtank.studies.design.trials import Trials, trials
+from vtank.studies.design.verdicts import separation, slots_of
+from vtank.studies.design.words import sentences
 from vtank.waves import Waves
 
 QUIET = ("tachometer.noise_rev_s=0",)
@@ -282,7 +273,7 @@ def test_bad_arguments_are_refused_in_one_line_and_leave_nothing(arguments, word
 
 @pytest.mark.parametrize("option", ["--out", "--json", "--write-plan"])
 def test_what_cannot_be_written_is_refused_before_any_work(option, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("vtank.identifiability.study.study", lambda *_: pytest.fail("work was done"))
+    monkeypatch.setattr("vtank.studies.design.study.study", lambda *_: pytest.fail("work was done"))
     taken = tmp_path / "taken"
     taken.write_text("")
     target = taken / "all.json" if option == "--json" else taken

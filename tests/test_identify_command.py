@@ -10,13 +10,13 @@ import pytest
 from synthetic import observed, sine
 
 import vtank.cli as cli
-from vtank.dynamics.lumped import Lumped
-from vtank.dynamics.parameters import vector
-from vtank.identify.comparison import coherence_peak, compare
-from vtank.identify.maximum_likelihood import identify
-from vtank.identify.observed import POSITION, SPEED, observe
-from vtank.identify.report_json import identification
-from vtank.identify.report_text import parameters, sheets
+from vtank.estimate.comparison import coherence_peak, compare
+from vtank.estimate.maximum_likelihood import identify
+from vtank.estimate.observed import POSITION, SPEED, observe
+from vtank.plant.lumped import Lumped
+from vtank.plant.parameters import vector
+from vtank.present.identification import parameters, sheets
+from vtank.present.identification_json import identification
 from vtank.record import Manifest, Run, read_dataset, write_dataset
 
 TRUTH = Lumped(-2.5, 5e-4, 0.0, 0.7)

@@ -5,20 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.dynamics.lumped import Lumped, from_feet
 from vtank.errors import InputError
-from vtank.identify.kalman import SCALINGS, kalman, kalman_compiled, recursive_least_squares, scales
-from vtank.identify.least_squares import least_squares
-from vtank.identify.linear import LinearModel, fit_linear
-from vtank.identify.regression import MODELS, coefficients, recover, redundancy, regression, unstable
-from vtank.identify.residuals import (
-    free_run,
-    free_run_beside,
-    residual_coherence,
-    residual_statistics,
-    whiteness,
-)
-from vtank.identify.two_stage import second_stage
+from vtank.estimate.paper.kalman import SCALINGS, kalman, kalman_compiled, recursive_least_squares, scales
+from vtank.estimate.paper.least_squares import least_squares
+from vtank.estimate.paper.linear import LinearModel, fit_linear
+from vtank.estimate.paper.regression import MODELS, coefficients, recover, redundancy, regression, unstable
+from vtank.estimate.paper.two_stage import second_stage
+from vtank.estimate.residuals import free_run, free_run_beside, residual_coherence, residual_statistics, whiteness
+from vtank.plant.lumped import Lumped, from_feet
 
 FOOT = 0.3048
 STEP_S = 0.5

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vtank.dynamics.lumped import Lumped, from_feet
 from vtank.errors import InputError
-from vtank.identify.paper import (
+from vtank.estimate.paper.estimate import (
     PaperSettings,
     cross_validation,
     identify_paper,
     identify_run,
     identify_signals,
 )
-from vtank.identify.signals import range_signals, speed_signals
+from vtank.estimate.paper.signals import range_signals, speed_signals
+from vtank.plant.lumped import Lumped, from_feet
 from vtank.record.run import Run
 
 PERIOD_S = 0.1

@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import chi2
 from synthetic import SONAR_M, observed, sine, turbulence
 
-from vtank.dynamics.parameters import vector
-from vtank.identify.innovations import kalman, predict
-from vtank.identify.observed import POSITION, RANGE, SPEED, Observed
-from vtank.identify.problem import Problem
+from vtank.estimate.innovations import kalman, predict
+from vtank.estimate.observed import POSITION, RANGE, SPEED, Observed
+from vtank.estimate.problem import Problem
+from vtank.plant.parameters import vector
 
 PLAIN = {"alpha": -2.5, "beta": 5e-4, "thrust_loss.gamma": -0.01, "thrust_lag.tau": 0.7}
 P = vector(PLAIN)

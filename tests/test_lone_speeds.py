@@ -9,7 +9,7 @@ import pytest
 
 from vtank.diagnose.lone_speeds import lone_speeds
 from vtank.effects.tachometer_spikes import SEEN
-from vtank.identify.observed import RANGE, Observed
+from vtank.estimate.observed import RANGE, Observed
 
 TICK_S, TICKS = 0.1, 1200
 TIME = TICK_S * np.arange(TICKS)

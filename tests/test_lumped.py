@@ -7,7 +7,7 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from vtank.dynamics.lumped import (
+from vtank.plant.lumped import (
     Propellers,
     SurgeForces,
     from_feet,
@@ -17,8 +17,8 @@ from vtank.dynamics.lumped import (
     to_feet,
     unlump,
 )
-from vtank.dynamics.truth import load_truth, truth_names
-from vtank.dynamics.vehicle import load_vehicle
+from vtank.plant.truth import load_truth, truth_names
+from vtank.plant.vehicle import load_vehicle
 from vtank.units import FOOT_M, G_M_S2, LBF_N, RPM_REV_S, SLUG_KG
 
 FORCES = SurgeForces(

@@ -9,14 +9,14 @@ import pytest
 from scipy.stats import binom
 from synthetic import observed, sine, turbulence
 
-from vtank.dynamics.parameters import slot, vector
 from vtank.errors import InputError
-from vtank.identify.first_guess import first_guesses
-from vtank.identify.levenberg import Prior, descend
-from vtank.identify.maximum_likelihood import MODELS, fit, identify
-from vtank.identify.observed import POSITION, RANGE, SPEED, observe
-from vtank.identify.problem import Filtered, Problem
-from vtank.identify.process_noise import SUSPICIOUS, colour
+from vtank.estimate.first_guess import first_guesses
+from vtank.estimate.levenberg import Prior, descend
+from vtank.estimate.maximum_likelihood import MODELS, fit, identify
+from vtank.estimate.observed import POSITION, RANGE, SPEED, observe
+from vtank.estimate.problem import Filtered, Problem
+from vtank.estimate.process_noise import SUSPICIOUS, colour
+from vtank.plant.parameters import slot, vector
 from vtank.record import Run
 
 TRUTH = {"alpha": -2.5, "beta": 5e-4, "thrust_loss.gamma": -0.05, "thrust_lag.tau": 0.7}

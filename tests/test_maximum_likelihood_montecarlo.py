@@ -10,9 +10,9 @@ from scipy.stats import binom, chi2
 from synthetic import observed, sine
 
 import vtank.cli as cli
-from vtank.dynamics.parameters import vector
-from vtank.identify.cramer_rao import cramer_rao, rounded_variance
-from vtank.identify.montecarlo import monte_carlo, trials_sheet
+from vtank.estimate.cramer_rao import cramer_rao, rounded_variance
+from vtank.plant.parameters import vector
+from vtank.studies.design.montecarlo import monte_carlo, trials_sheet
 
 SEEDS = 60
 EXACT_TACHOMETER = ("tachometer.noise_rev_s=0",)

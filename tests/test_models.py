@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from vtank.dynamics.vehicle import load_vehicle
+from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
 from vtank.tank.model import TANK_GROUP, load_model
 from vtank.units import FOOT_M, INCH_M, LBF_N, SLUG_KG

@@ -16,10 +16,10 @@ from vtank.diagnose.next_experiment import _alone, _known, _parameter_gain, _sep
 from vtank.diagnose.selection import Selection
 from vtank.diagnose.ties import noise_free
 from vtank.diagnose.verdict import Verdict, decide, probabilities
-from vtank.dynamics.parameters import vector
-from vtank.identify.observed import RANGE, SPEED, Observed
-from vtank.scenario.clearance import check_command
-from vtank.scenario.scenario import load_scenario
+from vtank.estimate.observed import RANGE, SPEED, Observed
+from vtank.experiment.clearance import check_command
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import vector
 
 
 @pytest.fixture(scope="module")

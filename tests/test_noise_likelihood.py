@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 
 from vtank.diagnose.noise_floor import noise_at
-from vtank.dynamics.parameters import vector
-from vtank.dynamics.truth import load_truth
-from vtank.identify.maximum_likelihood import refit
-from vtank.identify.noise_likelihood import linearised, squares_and_logs
-from vtank.identify.observed import observe
-from vtank.identify.problem import FLAGGED, Noise, Problem
-from vtank.pilot.plan import plan_run
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import simulate_surge
+from vtank.estimate.maximum_likelihood import refit
+from vtank.estimate.noise_likelihood import linearised, squares_and_logs
+from vtank.estimate.observed import observe
+from vtank.estimate.problem import FLAGGED, Noise, Problem
+from vtank.experiment import simulate_surge
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import vector
+from vtank.plant.truth import load_truth
 
 P = load_truth("paper-ii").vector()
 STILL = ("sonar.resolution_m=0", "sonar.noise_m=0.006", "tachometer.noise_rev_s=0")

@@ -8,8 +8,8 @@ from scipy.signal import lfilter
 
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spike_sizes, spikes
-from vtank.identify.observed import RANGE, Observed
-from vtank.identify.problem import Filtered
+from vtank.estimate.observed import RANGE, Observed
+from vtank.estimate.problem import Filtered
 
 TIME = np.arange(1200) * 0.1
 MOTION = 3.0 - 0.4 * np.sin(1.2 * TIME)  # up to 48 mm from ping to ping

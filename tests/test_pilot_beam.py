@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import load_vehicle
-from vtank.pilot.beam import ACROSS_RAD, TARGETS, aim, into_cone, into_fan, rotation
-from vtank.pilot.hold import attitude
+from vtank.experiment.beam import ACROSS_RAD, TARGETS, aim, into_cone, into_fan, rotation
+from vtank.experiment.hold import attitude
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import load_vehicle
 from vtank.tank import Tank, load_model
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import load_vehicle
-from vtank.pilot.hold import AS_IT_WAS, AXES, allocation, attitude, hold
+from vtank.experiment.hold import AS_IT_WAS, AXES, allocation, attitude, hold
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import load_vehicle
 from vtank.tank import Tank, load_model
 from vtank.tank.layout import field
 

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 
-from vtank.pilot import noise
+from vtank.experiment import noise
 
 SIZE = 20_000
 

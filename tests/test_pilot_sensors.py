@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from vtank.effects.catalogue import CATALOGUE
-from vtank.pilot.flight import RANGE, READING, SPEED, SPEED_READING, Flight, prepare
-from vtank.pilot.noise import SONAR
-from vtank.pilot.plan import plan_run
-from vtank.pilot.tick import stamp, tick, true_range
-from vtank.scenario.scenario import load_scenario
+from vtank.experiment.flight import RANGE, READING, SPEED, SPEED_READING, Flight, prepare
+from vtank.experiment.noise import SONAR
+from vtank.experiment.plan import plan_run
+from vtank.experiment.scenario import load_scenario
+from vtank.experiment.tick import stamp, tick, true_range
 
 TICKS = 6000
 STILL = ("duration_s=599.9", "sonar.noise_m=0", "sonar.resolution_m=0", "tachometer.noise_rev_s=0")

@@ -14,12 +14,12 @@ from vtank.cli.run import plan_all
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
 from vtank.diagnose.holdout import model_of
 from vtank.diagnose.model_file import model_text, predict_gaps, read_model, write_model
-from vtank.dynamics.parameters import slot, vector
-from vtank.dynamics.truth import load_truth
 from vtank.errors import InputError
-from vtank.identify.observed import observe
+from vtank.estimate.observed import observe
+from vtank.experiment import simulate_tank
+from vtank.plant.parameters import slot, vector
+from vtank.plant.truth import load_truth
 from vtank.record import Run, write_run
-from vtank.simulate import simulate_tank
 
 DRAG = {"linear_drag.c": 0.2}
 OPEN_LOOP = ("open-loop-sine", "step-coast")

@@ -16,7 +16,7 @@ from recorded import find, recordings
 
 from vtank.diagnose.diagnosis import Diagnosis
 from vtank.diagnose.verdict import Verdict, probabilities
-from vtank.report.page import asset, report_html, write_report
+from vtank.present.page import asset, report_html, write_report
 
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from vtank.report.svg import MOST_POINTS, Panel, Scale, around, picture, plain, thinned
+from vtank.present.svg import MOST_POINTS, Panel, Scale, around, picture, plain, thinned
 
 
 def test_a_scale_maps_its_ends_and_middle() -> None:

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from vtank.report import words
-from vtank.report.terminal import terminal_text
+from vtank.present import words
+from vtank.present.terminal import terminal_text
 
 
 def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), **changes: Any) -> dict[str, Any]:

@@ -14,15 +14,15 @@ import pytest
 from vtank.cli import demo as demo_command
 from vtank.cli import main
 from vtank.errors import InputError
+from vtank.experiment import simulate_surge
+from vtank.present.document import Heading, Links, Paragraph, Picture, Table, html, markdown, plain
 from vtank.record import read_dataset
-from vtank.reproduce import run as reproduction
-from vtank.reproduce.campaign import campaign_plans, identify_campaign, pieces
-from vtank.reproduce.document import Heading, Links, Paragraph, Picture, Table, html, markdown, plain
-from vtank.reproduce.folder import MARKER, results_folder
-from vtank.reproduce.overview import overview
-from vtank.reproduce.published import SETS, published
-from vtank.reproduce.tables import SOURCES, Entry, entries, paper_form, tables_csv
-from vtank.simulate import simulate_surge
+from vtank.studies.paper import run as reproduction
+from vtank.studies.paper.campaign import campaign_plans, identify_campaign, pieces
+from vtank.studies.paper.folder import MARKER, results_folder
+from vtank.studies.paper.overview import overview
+from vtank.studies.paper.published import SETS, published
+from vtank.studies.paper.tables import SOURCES, Entry, entries, paper_form, tables_csv
 
 FIGURES = {f"figure-{n}" for n in "01a 01b 02a 02b 03 04 05 06 07a 07b 08 09a 09b 10a 10b 11a 11b 12".split()}
 LITTLE = reproduction.Effort(1, 1, 1, (1.0, 30.0))

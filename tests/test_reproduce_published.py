@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.dynamics.lumped import to_feet
-from vtank.dynamics.truth import load_truth
-from vtank.reproduce.evidence import steady_speed
-from vtank.reproduce.published import PARAMETERS, RESIDUALS, SETS, brutzman_a_per_ft, published
+from vtank.plant.lumped import to_feet
+from vtank.plant.truth import load_truth
+from vtank.studies.paper.evidence import steady_speed
+from vtank.studies.paper.published import PARAMETERS, RESIDUALS, SETS, brutzman_a_per_ft, published
 
 DOUBTS = [(table.number, doubt) for table in published().values() for doubt in table.doubts]
 

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vtank.dynamics.lumped import to_feet
-from vtank.identify.least_squares import least_squares
-from vtank.identify.regression import recover, regression
-from vtank.identify.signals import range_signals
-from vtank.reproduce.calibration import Calibration, calibrate
-from vtank.reproduce.evidence import positive_within, pure_noise, reproduced, within
-from vtank.reproduce.practice import practise
-from vtank.reproduce.published import SETS, brutzman_a_per_ft
-from vtank.reproduce.records import records, signals, with_amplitude, with_duration, with_noise
-from vtank.reproduce.study import EXPERIMENTS, FAST, QUANTITIES, Level, levels, quantiles, study, study_csv
+from vtank.estimate.paper.least_squares import least_squares
+from vtank.estimate.paper.regression import recover, regression
+from vtank.estimate.paper.signals import range_signals
+from vtank.plant.lumped import to_feet
+from vtank.studies.paper.calibration import Calibration, calibrate
+from vtank.studies.paper.evidence import positive_within, pure_noise, reproduced, within
+from vtank.studies.paper.practice import practise
+from vtank.studies.paper.published import SETS, brutzman_a_per_ft
+from vtank.studies.paper.records import records, signals, with_amplitude, with_duration, with_noise
+from vtank.studies.paper.study import EXPERIMENTS, FAST, QUANTITIES, Level, levels, quantiles, study, study_csv
 
 LSE = FAST["least_squares"]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import load_vehicle
-from vtank.scenario.clearance import LENGTHS_M, clearances
-from vtank.scenario.excitation import Excitation, fade_in
-from vtank.scenario.scenario import load_scenario
+from vtank.experiment.clearance import LENGTHS_M, clearances
+from vtank.experiment.excitation import Excitation, fade_in
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import load_vehicle
 from vtank.tank import Tank, load_model
 
 SMOOTH = {

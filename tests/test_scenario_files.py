@@ -8,18 +8,10 @@ from pathlib import Path
 import pytest
 
 from vtank.errors import InputError
+from vtank.experiment.clearance import check_command
+from vtank.experiment.scenario import Control, Sonar, SonarFilter, Tachometer, Turbulence, load_scenario, scenario_names
+from vtank.record.section import UNITS, override, split_unit
 from vtank.resources import scenarios_dir
-from vtank.scenario.clearance import check_command
-from vtank.scenario.scenario import (
-    Control,
-    Sonar,
-    SonarFilter,
-    Tachometer,
-    Turbulence,
-    load_scenario,
-    scenario_names,
-)
-from vtank.scenario.section import UNITS, override, split_unit
 
 GOOD = """
 duration_s = 20.0

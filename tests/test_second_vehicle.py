@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from vtank.cli import main
-from vtank.dynamics.parameters import vector
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import AXES, load_vehicle
 from vtank.errors import InputError
-from vtank.identify.maximum_likelihood import identify
-from vtank.identify.observed import observe
+from vtank.estimate.maximum_likelihood import identify
+from vtank.estimate.observed import observe
+from vtank.experiment import Plan, Result, plan_run, simulate_surge, simulate_tank
+from vtank.experiment.scenario import load_scenario
+from vtank.plant.parameters import vector
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import AXES, load_vehicle
 from vtank.record import read_dataset
 from vtank.resources import models_dir
-from vtank.scenario.scenario import load_scenario
-from vtank.simulate import Plan, Result, plan_run, simulate_surge, simulate_tank
 from vtank.tank.model import load_world, rigid_mass, vehicle_body
 
 MODELS = models_dir()

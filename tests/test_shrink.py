@@ -14,8 +14,8 @@ from vtank.diagnose.new_data import NewData, remembered
 from vtank.diagnose.selection import Selection
 from vtank.diagnose.shrink import again, blocks, leave_out, shrink, without
 from vtank.diagnose.verdict import Verdict, decide, probabilities
-from vtank.dynamics.parameters import slot, vector
-from vtank.identify.problem import Noise
+from vtank.estimate.problem import Noise
+from vtank.plant.parameters import slot, vector
 
 DRAG = {"linear_drag.c": 0.15}
 WAVE = {"seiche.amplitude": 0.03, "seiche.frequency": 0.8}

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.dynamics.surge import advance
-from vtank.dynamics.truth import truth_names
 from vtank.errors import InputError
-from vtank.scenario.scenario import load_scenario, scenario_names
-from vtank.simulate import Plan, Result, plan_run, simulate_surge, surge_model
+from vtank.experiment import Plan, Result, plan_run, simulate_surge, surge_model
+from vtank.experiment.scenario import load_scenario, scenario_names
+from vtank.plant.surge import advance
+from vtank.plant.truth import truth_names
 
 QUIET = ("sonar.noise_m=0", "sonar.resolution_m=0", "tachometer.noise_rev_s=0")
 

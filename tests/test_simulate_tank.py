@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from vtank.dynamics.truth import truth_names
 from vtank.effects.catalogue import CATALOGUE
 from vtank.effects.effect import Parameter
 from vtank.errors import InputError
-from vtank.scenario.scenario import load_scenario, scenario_names
-from vtank.simulate import Plan, Result, plan_run, simulate_surge, simulate_tank, tank_model
+from vtank.experiment import Plan, Result, plan_run, simulate_surge, simulate_tank, tank_model
+from vtank.experiment.scenario import load_scenario, scenario_names
+from vtank.plant.truth import truth_names
 
 SONAR_NOISE_M = 0.006
 PAPER = [f"paper-ds{i}" for i in (1, 2, 3, 4)]

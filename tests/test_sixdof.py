@@ -7,7 +7,7 @@ import pytest
 from bodies import GRAVITY_CENTRE, MASS, rigid_mass, skew, symmetric_mass
 from scipy.spatial.transform import Rotation
 
-from vtank.dynamics import sixdof
+from vtank.plant import sixdof
 
 RNG = np.random.default_rng(11)
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()

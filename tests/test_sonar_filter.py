@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.identify.sonar_filter import frequency_response, sonar_filter, sonar_filter_compiled
-from vtank.pilot.sonar_filter import filter_step, steady_state, transition, white_jerk
+from vtank.estimate.paper.sonar_filter import frequency_response, sonar_filter, sonar_filter_compiled
+from vtank.experiment.sonar_filter import filter_step, steady_state, transition, white_jerk
 
 PERIOD_S = 0.1
 R_FT2 = 0.01  # the paper's measurement variance

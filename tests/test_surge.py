@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from vtank.dynamics.parameters import slot, vector
-from vtank.dynamics.surge import advance, surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
 from vtank.effects import sonar_multipath, tachometer_spikes
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
-from vtank.identify.innovations import GAINS, predict
+from vtank.estimate.innovations import GAINS, predict
+from vtank.plant.parameters import slot, vector
+from vtank.plant.surge import advance, surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
 
 ALPHA, BETA, GAMMA, TAU = -2.5, 5e-4, -0.01, 0.7
 PLAIN = {"alpha": ALPHA, "beta": BETA, "thrust_loss.gamma": GAMMA, "thrust_lag.tau": TAU}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from bodies import awkward_model, awkward_vehicle, phoenix, set_velocity, without_drag
 
-from vtank.dynamics.truth import load_truth, truth_names
 from vtank.errors import InputError
+from vtank.plant.truth import load_truth, truth_names
 from vtank.tank import Tank, forces, prepare
 from vtank.tank.layout import field
 from vtank.units import FOOT_M

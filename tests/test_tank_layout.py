@@ -19,8 +19,8 @@ from bodies import (
     without_drag,
 )
 
-from vtank.dynamics.vehicle import Thruster
 from vtank.errors import InputError
+from vtank.plant.vehicle import Thruster
 from vtank.resources import models_dir
 from vtank.tank import load_model
 from vtank.tank.layout import AT, FIELDS, MAGIC, SIZE, field

@@ -11,12 +11,12 @@ from bodies import GRAVITY_CENTRE, awkward_model, awkward_vehicle, body_velocity
 from scipy.linalg import eigh
 from scipy.optimize import fsolve
 
-from vtank.dynamics import surge
-from vtank.dynamics.parameters import slot
-from vtank.dynamics.truth import load_truth, truth_names
-from vtank.dynamics.vehicle import AXES, Vehicle
 from vtank.effects.catalogue import CATALOGUE
 from vtank.effects.effect import Effect
+from vtank.plant import surge
+from vtank.plant.parameters import slot
+from vtank.plant.truth import load_truth, truth_names
+from vtank.plant.vehicle import AXES, Vehicle
 from vtank.tank import Tank
 from vtank.tank.layout import field
 

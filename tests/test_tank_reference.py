@@ -24,8 +24,8 @@ from bodies import (
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from vtank.dynamics.truth import load_truth
-from vtank.dynamics.vehicle import Vehicle
+from vtank.plant.truth import load_truth
+from vtank.plant.vehicle import Vehicle
 from vtank.tank import Tank
 
 Array = NDArray[np.float64]

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.linalg import eigvals
 
-from vtank.dynamics.parameters import slot
-from vtank.dynamics.truth import load_truth, truth_names
-from vtank.dynamics.vehicle import load_vehicle
 from vtank.errors import InputError
+from vtank.plant.parameters import slot
+from vtank.plant.truth import load_truth, truth_names
+from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
 from vtank.units import SLUG_KG
 

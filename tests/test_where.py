@@ -12,12 +12,12 @@ from scipy.signal import lfilter
 
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.localise.gap import noise_floors, run_gaps
+from vtank.diagnose.localise.region import bin_edges, missing_force, motion
+from vtank.diagnose.localise.time import pointwise, with_discrepancy
+from vtank.diagnose.localise.where import where
 from vtank.diagnose.selection import prepare
-from vtank.diagnose.where import where
-from vtank.diagnose.where_gap import noise_floors, run_gaps
-from vtank.diagnose.where_region import bin_edges, missing_force, motion
-from vtank.diagnose.where_time import pointwise, with_discrepancy
-from vtank.identify.problem import Noise
+from vtank.estimate.problem import Noise
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vtank.diagnose.where_frequency import (
+from vtank.diagnose.localise.frequency import (
     LEVEL,
     TAPERS,
     Spectrum,

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..bandwidth.response import Response
-    from ..bandwidth.station import Stations
-    from ..scenario.scenario import Scenario
+    from ..experiment.scenario import Scenario
+    from ..studies.bandwidth.response import Response
+    from ..studies.bandwidth.station import Stations
 
 PARTS = ("response", "seas")
 
@@ -46,7 +46,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
-    from ..scenario.scenario import load_scenario
+    from ..experiment.scenario import load_scenario
 
     if args.threads < 1:
         raise InputError(f"--threads {args.threads}: expected at least 1")
@@ -67,11 +67,11 @@ def run(args: argparse.Namespace) -> int:
 def _response(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
     import numpy as np
 
-    from ..bandwidth.balance import balance
-    from ..bandwidth.figures import response_figure
-    from ..bandwidth.loop import Loop
-    from ..bandwidth.report import response_csv, response_text
-    from ..bandwidth.response import AMPLITUDES_M, sine_plan, sweep
+    from ..studies.bandwidth.balance import balance
+    from ..studies.bandwidth.figures import response_figure
+    from ..studies.bandwidth.loop import Loop
+    from ..studies.bandwidth.report import response_csv, response_text
+    from ..studies.bandwidth.response import AMPLITUDES_M, sine_plan, sweep
     from .progress import percent
 
     amplitudes = sorted(set(args.amplitude or AMPLITUDES_M))
@@ -89,10 +89,10 @@ def _response(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | b
 
 
 def _seas(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
-    from ..bandwidth.figures import station_figure
-    from ..bandwidth.report import station_csv, station_text
-    from ..bandwidth.station import keep_station
-    from ..pilot.plan import plan_run
+    from ..experiment.plan import plan_run
+    from ..studies.bandwidth.figures import station_figure
+    from ..studies.bandwidth.report import station_csv, station_text
+    from ..studies.bandwidth.station import keep_station
     from .progress import percent
 
     seas: list[Stations] = []

@@ -61,9 +61,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make(args: argparse.Namespace) -> int:
-    from ..blind.case import KINDS
-    from ..blind.make import Order, make
     from ..errors import InputError
+    from ..studies.blind.case import KINDS
+    from ..studies.blind.make import Order, make
 
     for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
         if value < least:
@@ -79,7 +79,7 @@ def _make(args: argparse.Namespace) -> int:
 
 
 def _answer(args: argparse.Namespace) -> int:
-    from ..blind.answer import answer
+    from ..studies.blind.answer import answer
 
     out = args.out or args.folder / "answers.json"
     with _stages() as stage:
@@ -89,8 +89,8 @@ def _answer(args: argparse.Namespace) -> int:
 
 
 def _score(args: argparse.Namespace) -> int:
-    from ..blind.score import score, write_score
-    from ..blind.tables import tables
+    from ..studies.blind.score import score, write_score
+    from ..studies.blind.tables import tables
 
     answers = args.answers or args.folder / "answers.json"
     out = args.out or args.folder.with_name(args.folder.name + "-score")

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from ..campaign import Executor, Tally
+    from ..studies.campaign import Executor, Tally
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -32,8 +32,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Fly, and say what became of it."""
-    from ..campaign import fly_campaign, load_campaign
     from ..errors import InputError
+    from ..studies.campaign import fly_campaign, load_campaign
     from .progress import progress
 
     campaign = load_campaign(args.campaign)
@@ -51,8 +51,8 @@ def run(args: argparse.Namespace) -> int:
 
 def executor(args: argparse.Namespace) -> Executor:
     """What computes, by the arguments; all processors as threads by default."""
-    from ..campaign import Cluster, LocalCluster, Processes, Threads
     from ..errors import InputError
+    from ..studies.campaign import Cluster, LocalCluster, Processes, Threads
 
     for option in ("threads", "processes", "local_cluster"):
         if (number := getattr(args, option)) is not None and number < 1:

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..reproduce.document import Block, Table
-    from ..simulate import Result
+    from ..experiment import Result
+    from ..present.document import Block, Table
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
 DEFAULT_SEED = 1996
@@ -60,8 +60,8 @@ def run(args: argparse.Namespace) -> int:
 def fly_experiments(demo: Demo) -> None:
     """Data sets of the four experiments with each truth, through the tank."""
     from ..record.dataset import refuse_strangers
-    from ..reproduce.folder import refuse_others
-    from ..reproduce.run import write_flights
+    from ..studies.paper.folder import refuse_others
+    from ..studies.paper.run import write_flights
     from .reproduce import fly
 
     refuse_others(demo.out / "reproduction")  # before the work, not after it
@@ -77,8 +77,8 @@ def fly_experiments(demo: Demo) -> None:
 
 def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
+    from ..present.document import Picture
     from ..record.atomic import write_bytes
-    from ..reproduce.document import Picture
     from ..tank.model import load_model
     from ..tank.render import picture
 
@@ -92,11 +92,11 @@ def picture_tank(demo: Demo) -> None:
 
 def identify_and_reproduce(demo: Demo) -> None:
     """Models I to III identified and compared with the truth; the paper's tables and figures; a brief study."""
-    from ..reproduce.document import Heading, Paragraph, plain
-    from ..reproduce.findings import summary
-    from ..reproduce.folder import results_folder
-    from ..reproduce.overview import overview
-    from ..reproduce.run import BRIEF, FULL, reproduce
+    from ..present.document import Heading, Paragraph, plain
+    from ..studies.paper.findings import summary
+    from ..studies.paper.folder import results_folder
+    from ..studies.paper.overview import overview
+    from ..studies.paper.run import BRIEF, FULL, reproduce
     from .progress import progress
     from .reproduce import answer
 
@@ -119,7 +119,7 @@ def diagnose_blind_case(demo: Demo) -> None:
     import shutil
 
     from ..errors import InputError
-    from ..reproduce.document import Heading, Paragraph
+    from ..present.document import Heading, Paragraph
     from . import main
 
     blind, truth = demo.out / "blind", demo.out / "blind-truth"
@@ -160,8 +160,8 @@ STEPS: tuple[Callable[[Demo], None], ...] = (
 
 def write_index(demo: Demo) -> None:
     """The page that leads to everything, as HTML and as Markdown."""
+    from ..present.document import Heading, Links, html, markdown
     from ..record.atomic import write_text
-    from ..reproduce.document import Heading, Links, html, markdown
 
     page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
     write_text(demo.out / "index.html", html("vtank demo", page))

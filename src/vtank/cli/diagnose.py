@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..diagnose.diagnosis import Diagnosis
-    from ..identify.observed import Observed
+    from ..estimate.observed import Observed
     from ..record import Run
 
 NOMINAL = "paper-ii"
@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     from numpy.linalg import LinAlgError
 
     from ..diagnose.diagnosis import diagnose
-    from ..report.terminal import terminal_text
+    from ..present.terminal import terminal_text
 
     with stages() as say:
         try:
@@ -79,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
 
             write_model(args.model, diagnosis)
         if args.report:
-            from ..report.page import write_report
+            from ..present.page import write_report
 
             write_report(args.report, diagnosis, document)
     print(terminal_text(document, min(get_terminal_size((100, 24)).columns, 110)), end="")
@@ -100,7 +100,7 @@ def refuse_unwritable(path: Path | None) -> None:
 def observed(runs: Sequence[Run]) -> list[Observed]:
     """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
     from ..errors import InputError
-    from ..identify.observed import observe
+    from ..estimate.observed import observe
 
     found = [observe(run) for run in runs]
     first = found[0]
@@ -123,8 +123,8 @@ def observed(runs: Sequence[Run]) -> list[Observed]:
 
 def nominal_vector(name: str, runs: Sequence[Observed]) -> np.ndarray | None:
     """Parameter vector of the nominal simulator, shape (P,); None for a foreign vehicle; InputError if it cannot be."""
-    from ..dynamics.truth import load_truth
     from ..errors import InputError
+    from ..plant.truth import load_truth
 
     if name == "none":
         return None
@@ -140,9 +140,9 @@ def nominal_vector(name: str, runs: Sequence[Observed]) -> np.ndarray | None:
 def complete(diagnosis: Diagnosis, say: Callable[[str], None]) -> dict[str, Any]:
     """The whole document of schema vtank.diagnosis/1: with where, how far, and what next."""
     from ..diagnose.diagnosis import own_parameters
+    from ..diagnose.localise.where import locate
     from ..diagnose.next_experiment import next_experiment
     from ..diagnose.shrink import shrink
-    from ..diagnose.where import locate
 
     selection, verdict, chances = diagnosis.selection, diagnosis.verdict, diagnosis.probabilities
     document = diagnosis.document()

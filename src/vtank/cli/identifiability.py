@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..dynamics.truth import Truth
-    from ..identifiability.findings import Findings
-    from ..identify.regression import Model
-    from ..scenario.scenario import Scenario
+    from ..estimate.paper.regression import Model
+    from ..experiment.scenario import Scenario
+    from ..plant.truth import Truth
+    from ..studies.design.findings import Findings
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -69,10 +69,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _chosen(args: argparse.Namespace) -> tuple[list[Scenario], Truth, Model]:
     """Scenarios with names of their own, the truth of all, and the model."""
-    from ..dynamics.truth import load_truth
     from ..errors import InputError
-    from ..identifiability.study import PAPER, natural_model
-    from ..scenario.scenario import load_scenario
+    from ..experiment.scenario import load_scenario
+    from ..plant.truth import load_truth
+    from ..studies.design.study import PAPER, natural_model
 
     scenarios = [load_scenario(name, args.set) for name in args.scenarios or PAPER]
     truths = sorted({scenario.truth for scenario in scenarios})
@@ -84,10 +84,10 @@ def _chosen(args: argparse.Namespace) -> tuple[list[Scenario], Truth, Model]:
 
 def _found(args: argparse.Namespace, scenarios: list[Scenario], truth: Truth, model: Model) -> Findings:
     """Bounds and advice always, the rest as asked for."""
-    from ..identifiability.advice import library, options, remedies
-    from ..identifiability.findings import Findings
-    from ..identifiability.profile import profiles
-    from ..identifiability.study import study
+    from ..studies.design.advice import library, options, remedies
+    from ..studies.design.findings import Findings
+    from ..studies.design.profile import profiles
+    from ..studies.design.study import study
     from .progress import progress
 
     looked = study(scenarios, truth, model, args.seed)
@@ -104,8 +104,8 @@ def _tried(args: argparse.Namespace, found: Findings, scenarios: list[Scenario])
     """With the Monte Carlo of the plan, and single runs over frequency and noise."""
     from dataclasses import replace
 
-    from ..identifiability.bias import bias_map, cells, seeds_of_cell
-    from ..identifiability.trials import trials
+    from ..studies.design.bias import bias_map, cells, seeds_of_cell
+    from ..studies.design.trials import trials
     from .progress import progress
 
     looked, rest = found.study, (args.seed, args.processes)
@@ -121,8 +121,8 @@ def _designed(args: argparse.Namespace, found: Findings) -> Findings:
     """With a better plan, and its Monte Carlo."""
     from dataclasses import replace
 
-    from ..identifiability.design import confirmed, longest, pool
-    from ..identifiability.trials import trials
+    from ..studies.design.design import confirmed, longest, pool
+    from ..studies.design.trials import trials
     from .progress import progress
 
     looked = found.study
@@ -154,10 +154,10 @@ def _print(found: Findings) -> None:
 def _write(args: argparse.Namespace, found: Findings) -> None:
     import json
 
-    from ..identifiability.document import document
-    from ..identifiability.figures import page
+    from ..present.document import csv_text
     from ..record.atomic import write_bytes, write_text
-    from ..reproduce.document import csv_text
+    from ..studies.design.document import document
+    from ..studies.design.figures import page
 
     content = json.dumps(document(found), indent=2, allow_nan=False) + "\n"
     if args.json:
@@ -179,8 +179,8 @@ def _write(args: argparse.Namespace, found: Findings) -> None:
 
 def _write_plan(folder: Path, found: Findings) -> None:
     """The designed runs as scenario files, and the command that flies them."""
-    from ..identifiability.design import scenario_texts
     from ..record.atomic import write_text
+    from ..studies.design.design import scenario_texts
 
     assert found.design is not None
     texts = scenario_texts(found.design)

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ..identify.comparison import Comparison
-    from ..identify.regression import Model
-    from ..identify.report_text import Sheet
+    from ..estimate.comparison import Comparison
+    from ..estimate.paper.regression import Model
+    from ..present.identification import Sheet
     from ..record import Run
 
 MODELS: tuple[Model, ...] = ("I", "II", "III")
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from ..errors import InputError
-    from ..identify.report_json import identification
+    from ..present.identification_json import identification
     from ..record import read_dataset
     from ..record.atomic import write_text
 
@@ -88,8 +88,8 @@ def try_seeds(args: argparse.Namespace) -> int:
     import json
 
     from ..errors import InputError
-    from ..identify.montecarlo import monte_carlo, trials_sheet
     from ..record.atomic import write_text
+    from ..studies.design.montecarlo import monte_carlo, trials_sheet
     from .progress import progress
 
     if args.monte_carlo < 2 or args.threads < 1 or args.seed < 0 or args.out:
@@ -111,8 +111,8 @@ def identify_all(
 ) -> tuple[list[Comparison], list[str]]:
     """The models that these runs can carry, and for the others the reason; InputError where none can."""
     from ..errors import InputError
-    from ..identify.comparison import compare
-    from ..identify.paper_settings import ESTIMATORS
+    from ..estimate.comparison import compare
+    from ..estimate.paper.settings import ESTIMATORS
     from .progress import progress
 
     estimators = () if args.method == "ml" else ESTIMATORS
@@ -132,10 +132,10 @@ def identify_all(
 
 def read_known(truth: str) -> dict[str, float]:
     """Parameters by name, SI, of a preset or of the first run in a truth.json; InputError where there are none."""
-    from ..dynamics.parameters import slot
-    from ..dynamics.truth import load_truth
     from ..errors import InputError
-    from ..identify.report_text import NAMES
+    from ..plant.parameters import slot
+    from ..plant.truth import load_truth
+    from ..present.identification import NAMES
     from ..record import read_truth
 
     if truth.endswith(".json") or Path(truth).is_dir():
@@ -150,7 +150,7 @@ def read_known(truth: str) -> dict[str, float]:
 
 def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None, method: str) -> list[Sheet]:
     """The tables of all models; those of the paper's methods alone, or without them, where that was asked for."""
-    from ..identify.report_text import sheets
+    from ..present.identification import sheets
 
     by_name = {sheet.name: sheet for c in found for sheet in sheets(c, truth)}
     linear = by_name.pop("linear_model", None)
@@ -162,7 +162,7 @@ def print_sheets(tables: Sequence[Sheet]) -> None:
     """Tables and sentences on the terminal."""
     import textwrap
 
-    from ..reproduce.document import Table, plain
+    from ..present.document import Table, plain
 
     for sheet in tables:
         print(f"\n{sheet.title}\n")
@@ -174,7 +174,7 @@ def print_sheets(tables: Sequence[Sheet]) -> None:
 def refuse_strangers(path: Path) -> None:
     """InputError unless `path` is free, empty, or holds nothing but an earlier identification."""
     from ..errors import InputError
-    from ..identify.report_json import SCHEMA
+    from ..present.identification_json import SCHEMA
     from ..record.manifest import read_json
 
     if path.exists() and not path.is_dir():
@@ -193,9 +193,9 @@ def write_folder(path: Path, tables: Sequence[Sheet], found: Sequence[Comparison
     """Markdown, one CSV per table, one picture per run, and the JSON; the folder appears whole or not at all."""
     import json
 
+    from ..present.document import Block, Heading, Paragraph, Picture, Table, csv_text, markdown
+    from ..present.fit_picture import fit_picture
     from ..record.atomic import new_folder
-    from ..reproduce.document import Block, Heading, Paragraph, Picture, Table, csv_text, markdown
-    from ..reproduce.fit_picture import fit_picture
 
     blocks: list[Block] = [Heading(f"Identification of {json.loads(content)['dataset']}", 1)]
     for sheet in tables:

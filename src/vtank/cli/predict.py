@@ -20,7 +20,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from ..diagnose.model_file import predict_gaps, read_model
-    from ..identify.observed import observe
+    from ..estimate.observed import observe
     from ..record.atomic import write_text
     from ..record.reader import read_run
     from .diagnose import refuse_unwritable

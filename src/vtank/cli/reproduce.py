@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..reproduce.evidence import Results
-    from ..simulate import Result
+    from ..experiment import Result
+    from ..studies.paper.evidence import Results
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
 DEFAULT_SEED = 1996
@@ -37,8 +37,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
     from ..errors import InputError
-    from ..reproduce.folder import results_folder
-    from ..reproduce.run import FULL, QUICK, reproduce, write_flights
+    from ..studies.paper.folder import results_folder
+    from ..studies.paper.run import FULL, QUICK, reproduce, write_flights
     from .progress import progress
 
     if args.seed < 0:
@@ -56,7 +56,7 @@ def run(args: argparse.Namespace) -> int:
 
 def fly(truths: Sequence[str], seed: int) -> dict[str, list[Result]]:
     """The four experiments in the tank with each truth."""
-    from ..reproduce.campaign import SCENARIOS
+    from ..studies.paper.campaign import SCENARIOS
     from .run import plan_all, simulate
 
     plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
@@ -70,6 +70,6 @@ def answer(results: Results) -> list[str]:
     """The central finding in lines for a terminal."""
     import textwrap
 
-    from ..reproduce.findings import summary
+    from ..studies.paper.findings import summary
 
     return textwrap.wrap(summary(results), 110)

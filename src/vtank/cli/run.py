@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..pilot.plan import Plan
-    from ..simulate import Result
+    from ..experiment import Result
+    from ..experiment.plan import Plan
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -58,8 +58,8 @@ def plan_all(
     scenarios: Sequence[str], settings: Sequence[str] = (), seed: int | None = None, truth: str | None = None
 ) -> list[Plan]:
     """One plan for each scenario, in order, all with one seed; a scenario given twice makes two different runs."""
-    from ..pilot.plan import plan_run
-    from ..scenario.scenario import load_scenario
+    from ..experiment.plan import plan_run
+    from ..experiment.scenario import load_scenario
 
     loaded = [load_scenario(name, settings) for name in scenarios]
     seed = loaded[0].seed if seed is None else seed
@@ -79,7 +79,7 @@ def scenario_text(plan: Plan, settings: Sequence[str]) -> str:
 
 def simulate(plans: Sequence[Plan], model: str, threads: int) -> list[Result]:
     """Results on "tank" or "surge", with progress shown."""
-    from ..simulate import simulate_surge, simulate_tank
+    from ..experiment import simulate_surge, simulate_tank
     from .progress import percent
 
     with percent(f"simulating {len(plans)} run{'s' * (len(plans) > 1)}") as report:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.parameters import PLAIN, slot, vector
 from ..effects.catalogue import BY_NAME, CATALOGUE
-from ..identify.observed import Observed
+from ..estimate.observed import Observed
+from ..plant.parameters import PLAIN, slot, vector
 from .baselines import baselines
 from .foreign import grow, nominal_of, thinned
 from .selection import Selection, prepare, select

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from ..identify.observed import SPEED
-from ..identify.problem import Filtered, Problem
+from ..estimate.observed import SPEED
+from ..estimate.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
 from .score import Linearised, linearise

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import log_ndtr
 
-from ..dynamics.parameters import slot, vector
 from ..effects.effect import Parameter
-from ..identify.observed import Observed
-from ..identify.problem import Filtered, Noise, Problem
+from ..estimate.observed import Observed
+from ..estimate.problem import Filtered, Noise, Problem
+from ..plant.parameters import slot, vector
 from . import outliers
 from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, OFFSET, Hypothesis, nuisance, starting_values, stretch, typical
 from .optimum import Optimum, Prior, climb

@@ -14,17 +14,17 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.parameters import slot, vector
-from ..dynamics.surge import STANDOFF
-from ..dynamics.truth import Truth
 from ..errors import InputError
-from ..identify.innovations import GAINS, predict
-from ..identify.observed import SPEED, Observed, observe
-from ..pilot.plan import Plan
-from ..scenario.clearance import check_command
-from ..scenario.scenario import Scenario, read_scenario
-from ..scenario.section import Section
-from ..simulate.surge_model import simulate_surge
+from ..estimate.innovations import GAINS, predict
+from ..estimate.observed import SPEED, Observed, observe
+from ..experiment.clearance import check_command
+from ..experiment.plan import Plan
+from ..experiment.scenario import Scenario, read_scenario
+from ..experiment.surge_model import simulate_surge
+from ..plant.parameters import slot, vector
+from ..plant.surge import STANDOFF
+from ..plant.truth import Truth
+from ..record.section import Section
 
 MINUTES = 2.0  # [min] length of every new run, the paper's order
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4)

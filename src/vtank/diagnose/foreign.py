@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..dynamics.parameters import vector
-from ..identify.maximum_likelihood import identify
-from ..identify.observed import Observed
+from ..estimate.maximum_likelihood import identify
+from ..estimate.observed import Observed
+from ..plant.parameters import vector
 from .discrepancy import unnamed
 from .evidence import Fitted, Setting, Start
 from .holdout import Prediction, predictor, rms, targets_of

@@ -13,12 +13,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ..dynamics.parameters import slot
-from ..dynamics.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from ..effects.catalogue import BY_NAME
-from ..identify.innovations import GAINS, kalman, predict
-from ..identify.observed import RANGE, SPEED, Observed
-from ..identify.problem import FLAGGED, Filtered, Noise
+from ..estimate.innovations import GAINS, kalman, predict
+from ..estimate.observed import RANGE, SPEED, Observed
+from ..estimate.problem import FLAGGED, Filtered, Noise
+from ..plant.parameters import slot
+from ..plant.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
 from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
 from .lone_speeds import with_lone_speeds

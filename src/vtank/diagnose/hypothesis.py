@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..dynamics.parameters import slot
-from ..dynamics.surge import LINEAR_INPUT
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..effects.effect import Effect, Parameter
-from ..identify.observed import RANGE, Observed
+from ..estimate.observed import RANGE, Observed
+from ..plant.parameters import slot
+from ..plant.surge import LINEAR_INPUT
 
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
 FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior

@@ -20,7 +20,7 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter, savgol_filter
 
-from ..identify.observed import RANGE, Observed
+from ..estimate.observed import RANGE, Observed
 from .outliers import THRESHOLD
 
 LEAST = 0.01  # share of the largest input below which nothing is flagged; a choice

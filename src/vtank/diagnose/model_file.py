@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..dynamics.parameters import null_vector, slot, vector
-from ..dynamics.quantity import Table, read_table
-from ..dynamics.surge import LINEAR_INPUT
-from ..dynamics.truth import read_effects
 from ..effects.catalogue import BY_NAME, CATALOGUE
 from ..effects.effect import Effect
 from ..errors import InputError
-from ..identify.observed import CHANNELS, Observed
-from ..identify.problem import Noise
+from ..estimate.observed import CHANNELS, Observed
+from ..estimate.problem import Noise
+from ..plant.parameters import null_vector, slot, vector
+from ..plant.surge import LINEAR_INPUT
+from ..plant.truth import read_effects
 from ..record.atomic import write_text
+from ..record.quantity import Table, read_table
 from .holdout import START_WINDOW_S, Model, Prediction, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:

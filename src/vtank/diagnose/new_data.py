@@ -15,8 +15,8 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.special import expit
 
-from ..identify.innovations import GAINS
-from ..identify.observed import RANGE
+from ..estimate.innovations import GAINS
+from ..estimate.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of

@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics.parameters import slot
-from ..identify.observed import SPEED
-from ..identify.problem import Problem
+from ..estimate.observed import SPEED
+from ..estimate.problem import Problem
+from ..plant.parameters import slot
 from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
 from .holdout import model_of

@@ -15,8 +15,8 @@ from functools import partial
 import numpy as np
 from scipy.optimize import minimize
 
-from ..identify.noise_likelihood import linearised, squares_and_logs
-from ..identify.problem import Noise, Problem
+from ..estimate.noise_likelihood import linearised, squares_and_logs
+from ..estimate.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
 
 CONTENDERS = 2  # hypotheses whose own noise level is looked at

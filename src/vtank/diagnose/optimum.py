@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..identify.problem import Filtered, Problem
+from ..estimate.problem import Filtered, Problem
 
 PROMISE = 0.01  # log-likelihood that a further step must promise to be taken
 STUCK = 1e9  # damping at which no step helps any more

@@ -16,8 +16,8 @@ import numpy as np
 
 from ..effects.sonar_multipath import EFFECT as MULTIPATH
 from ..effects.tachometer_spikes import carried
-from ..identify.observed import SPEED, Observed
-from ..identify.problem import Filtered
+from ..estimate.observed import SPEED, Observed
+from ..estimate.problem import Filtered
 
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
 BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to every hypothesis; a guess

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ..dynamics.parameters import vector
+from ..plant.parameters import vector
 from . import outliers
 from .evidence import Fitted, Setting, Start
 from .hypothesis import starting_values

@@ -9,8 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from ..identify.observed import Observed
-from ..identify.problem import FLAGGED, Noise
+from ..estimate.observed import Observed
+from ..estimate.problem import FLAGGED, Noise
 from . import outliers
 from .discrepancy import Discrepancy, unnamed
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from ..identify.observed import Observed
+from ..estimate.observed import Observed
 from .discrepancy import Discrepancy
 from .evidence import STATES, Fitted, Setting, evaluate
 from .holdout import Prediction, fraction_closed, predictor, rms, targets_of

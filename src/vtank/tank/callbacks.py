@@ -21,7 +21,7 @@ from llvmlite import ir
 from numba import carray, types
 from numba.extending import intrinsic
 
-from ..dynamics.sixdof import (
+from ..plant.sixdof import (
     Vector,
     Wrench,
     add,
@@ -34,7 +34,7 @@ from ..dynamics.sixdof import (
     to_body,
     to_world,
 )
-from ..dynamics.surge import surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
+from ..plant.surge import surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
 from .layout import AT, FIELDS, MAGIC, MAX_THRUSTERS, SIZE
 from .offsets import OFFSETS
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ..dynamics import parameters
+from ..plant import parameters
 
 MAGIC = 6.283185e-137  # first number of a simulation that is ours; any value nobody else would write there will do
 MAX_THRUSTERS = 8

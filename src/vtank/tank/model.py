@@ -9,8 +9,8 @@ from xml.sax.saxutils import quoteattr
 import mujoco
 import numpy as np
 
-from ..dynamics.vehicle import Vehicle
 from ..errors import InputError
+from ..plant.vehicle import Vehicle
 from ..resources import models_dir
 from .layout import SIZE
 

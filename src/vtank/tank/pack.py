@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from ..dynamics import parameters, sixdof
-from ..dynamics.vehicle import AXES, Vehicle
 from ..errors import InputError
+from ..plant import parameters, sixdof
+from ..plant.vehicle import AXES, Vehicle
 from ..units import G_M_S2
 from .layout import FIELDS, MAGIC, MAX_THRUSTERS, field
 from .model import STATES, check_model, rigid_mass, site, sonar_and_wall, vehicle_body

@@ -10,8 +10,8 @@ import mujoco
 import mujoco.batch
 import numpy as np
 
-from ..dynamics.vehicle import Vehicle
 from ..errors import InputError
+from ..plant.vehicle import Vehicle
 from .installation import install, installed, uninstall
 from .layout import MAGIC, field
 from .model import STATES, TANK_GROUP, vehicle_body

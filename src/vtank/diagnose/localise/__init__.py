@@ -1,0 +1,1 @@
+"""Where the gap lies: channel, run, stretch of time, frequency and region of motion."""

@@ -1,0 +1,122 @@
+"""The gap of every run: error of a pure simulation on the recorded input, before and after.
+
+"Before" is the nominal simulator and its refit, "after" the diagnosed one. The floor is what a perfect simulator
+would still miss: the error of the diagnosed one, as far as sensor noise and the shared disturbance (turbulence, wake)
+can account for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...estimate.observed import POSITION, RANGE, SPEED, Observed
+from ..discrepancy import simulated
+from ..evidence import Fitted
+from ..selection import Selection
+from ..verdict import Verdict
+
+UNIT = {RANGE: "m", POSITION: "m", SPEED: "m/s"}
+UNHEARD = 1e4  # [m2 or m2/s2] variance of a measurement that teaches the filter nothing, yet leaves twelve digits of P
+
+
+@dataclass(frozen=True)
+class RunGap:
+    """Simulation error of one run on its main measurement.
+
+    Attributes:
+        run: the run's name.
+        kind: RANGE, POSITION or SPEED.
+        time_s: stamps of the measurements, shape (M,).
+        error: measured less simulated, by simulator ("nominal", "refit", "diagnosed"), shape (M,) [m or m/s].
+        counts: by simulator, which measurements it has to explain, shape (M,) of bool.
+        floor: what a perfect simulator would still miss, root mean square [m or m/s].
+        share: of this run in the evidence for the simulator after over that before, all runs together one [-].
+    """
+
+    run: str
+    kind: int
+    time_s: np.ndarray
+    error: dict[str, np.ndarray]
+    counts: dict[str, np.ndarray]
+    floor: float
+    share: float
+
+    @property
+    def unit(self) -> str:
+        """Unit of the error."""
+        return UNIT[self.kind]
+
+    def rms(self, simulator: str) -> float:
+        """Root mean square error of a simulator [m or m/s]."""
+        return _rms(self.error[simulator][self.counts[simulator]])
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        gaps = {simulator: self.rms(simulator) for simulator in self.error}
+        span = float(self.time_s[-1] - self.time_s[0])
+        return {
+            "run": self.run,
+            "duration_s": span,
+            "unit": self.unit,
+            **gaps,
+            "floor": self.floor,
+            "share": self.share,
+        }
+
+
+def run_gaps(selection: Selection, verdict: Verdict, shares: Sequence[float]) -> tuple[RunGap, ...]:
+    """Gap of every run, before and after; shares: of the runs in the evidence."""
+    fits = {"nominal": selection.nominal, "refit": selection.refit, "diagnosed": verdict.fit}
+    errors = {name: simulation_error(fit) for name, fit in fits.items()}
+    runs = selection.setting.runs
+    kinds = [main_kind(run) for run in runs]
+    chosen = [run.kind == kind for run, kind in zip(runs, kinds, strict=True)]
+    floors = [_rms(floor[c]) for floor, c in zip(noise_floors(verdict.fit), chosen, strict=True)]
+    quiet = [~flags[c] for flags, c in zip(selection.setting.flags, chosen, strict=True)]
+    gaps = []
+    for k, run in enumerate(runs):
+        error = {name: e[k][chosen[k]] for name, e in errors.items()}
+        counts = {name: _judged(quiet[k], verdict.fit, name) for name in fits}
+        gap = RunGap(run.name, kinds[k], run.time_s[chosen[k]], error, counts, floors[k], shares[k])
+        gaps.append(replace(gap, floor=min(floors[k], gap.rms("diagnosed"))))
+    return tuple(gaps)
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _judged(quiet: np.ndarray, fit: Fitted, simulator: str) -> np.ndarray:
+    """Lone outliers count for nobody, unless the diagnosis explains them: then they are part of the gap before."""
+    explained = "sonar_multipath" in fit.hypothesis.name
+    return np.ones_like(quiet) if explained and simulator != "diagnosed" else quiet
+
+
+def simulation_error(fit: Fitted) -> list[np.ndarray]:
+    """Measured less simulated, from the fitted initial state on the recorded input alone, per run, shape (M,)."""
+    return [f.innovation for f in simulated(fit.problem, fit.optimum.theta)]
+
+
+def whitened(fit: Fitted) -> np.ndarray:
+    """Innovations over their deviations at the optimum, all runs, shape (sum M,)."""
+    return fit.problem.residuals(fit.optimum.theta, fit.filtered)
+
+
+def main_kind(run: Observed) -> int:
+    """The measurement a run is judged by: range before position before speed."""
+    return int(np.min(run.kind))
+
+
+def noise_floors(fit: Fitted) -> list[np.ndarray]:
+    """Deviation of measured less simulated that sensor noise and disturbance alone would cause, per run, shape (M,)."""
+    level = fit.problem.noise
+    deaf = replace(fit.problem, noise=replace(level, variance=(UNHEARD,) * 3), weight=None)
+    floors = []
+    for run, f in zip(fit.problem.runs, deaf.filter(fit.optimum.theta), strict=True):
+        variance = np.maximum(f.variance - UNHEARD, 0.0) + np.array(level.variance)[run.kind]
+        floors.append(np.sqrt(variance))
+    return floors

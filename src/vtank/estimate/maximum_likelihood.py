@@ -1,0 +1,280 @@
+"""Maximum-likelihood identification of the surge model from all runs jointly.
+
+The sonar's range is predicted and never differentiated; initial states are free; turbulence is handled by the
+innovations of an extended Kalman filter when the residuals ask for it. Gauss-Newton on the innovations with the
+filter's gains held and renewed (prediction-error method: Ljung, System Identification, 1999, ch. 7 and 9); covariance
+from the Fisher information of all unknowns, initial states included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import InputError
+from ..plant.parameters import vector
+from ..plant.surge import LINEAR_INPUT, thrust_target
+from .first_guess import first_guesses, typical_acceleration
+from .levenberg import Descent, Prior, descend
+from .observed import POSITION, RANGE, Observed
+from .problem import Filtered, Problem
+from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
+
+MODELS: dict[str, tuple[str, ...]] = {
+    "I": ("alpha", "beta"),
+    "II": ("alpha", "beta", "thrust_lag.tau"),
+    "III": ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"),
+}
+BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
+    "alpha": (-np.inf, 0.0),
+    "beta": (0.0, np.inf),
+    "thrust_lag.tau": (0.02, 60.0),
+    "thrust_loss.gamma": (-50.0, 5.0),
+}
+INSEPARABLE = 0.95  # |correlation| from which two parameters count as not separated, and
+LOOSE = 0.05  # relative deviation that one of them must have besides; conventions, both
+UNDETERMINED = 0.5  # relative standard deviation from which a parameter is reported as undetermined; a convention
+FORGIVING = 0.3  # [-] disturbance that is forgiven at first, over the runs' own accelerations; a choice
+WARM_UP = 2  # iterations beside the forgiving filter; a choice
+AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
+EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
+WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
+SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Parameters with their uncertainty.
+
+    Attributes:
+        problem: the problem at the noise level found.
+        theta: all unknowns at the optimum.
+        covariance: of theta, shape (size, size).
+        filtered: innovations, variances and gains per run.
+        log_likelihood: of the innovations.
+        converged: whether the optimiser stopped at an optimum.
+        warnings: what the data cannot separate or determine, in plain sentences.
+    """
+
+    problem: Problem
+    theta: np.ndarray
+    covariance: np.ndarray
+    filtered: list[Filtered]
+    log_likelihood: float
+    converged: bool
+    warnings: tuple[str, ...]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Shared parameters by name, SI."""
+        return {name: float(self.theta[i]) for i, name in enumerate(self.problem.free)}
+
+    @property
+    def sd(self) -> dict[str, float]:
+        """Their standard deviations."""
+        return {name: float(np.sqrt(self.covariance[i, i])) for i, name in enumerate(self.problem.free)}
+
+    def interval95(self, name: str) -> tuple[float, float]:
+        """95 % interval of a shared parameter (normal)."""
+        value, sd = self.values[name], self.sd[name]
+        return value - 1.959964 * sd, value + 1.959964 * sd
+
+    @property
+    def correlation(self) -> np.ndarray:
+        """Correlation of the shared parameters, shape (free, free)."""
+        count = len(self.problem.free)
+        return _correlation(self.covariance[:count, :count])
+
+    def vector(self) -> np.ndarray:
+        """Parameter vector with the estimates set, shape (P,)."""
+        return vector(self.values, self.problem.base)
+
+    def free_runs(self) -> list[Filtered]:
+        """Residuals of pure simulation from the input and the estimated start, per run."""
+        return self._calm.filter(self.theta)
+
+    def free_tracks(self) -> list[np.ndarray]:
+        """States (x, u, z, wake, 0) of that simulation at the measurements, shapes (M, 5)."""
+        return self._calm.track(self.theta, self.free_runs())
+
+    @property
+    def _calm(self) -> Problem:
+        return self.problem.with_noise(self.problem.noise.calm())
+
+    def rms(self, kind: int) -> float:
+        """Root mean square of the innovations of one channel [m or m/s]; NaN where it was not measured."""
+        parts = [f.innovation[run.kind == kind] for f, run in zip(self.filtered, self.problem.runs, strict=True)]
+        e = np.concatenate(parts)
+        return float(np.sqrt(np.mean(e**2))) if e.size else float("nan")
+
+
+def identify(
+    runs: Sequence[Observed],
+    model: str = "II",
+    base: np.ndarray | None = None,
+    process_noise: bool | None = None,
+) -> Estimate:
+    """Fit Model I, II or III to all runs jointly.
+
+    base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
+    None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
+    """
+    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5}, base)
+    base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
+    if model == "III" and base[LINEAR_INPUT]:
+        raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")
+    tied = any(
+        {RANGE, POSITION} <= run.first.keys() for run in runs
+    )  # then each run's stand-off matters, and is unknown
+    problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
+    return fit(problem, first_guesses(problem), process_noise)
+
+
+def _common_input(runs: Sequence[Observed]) -> str:
+    names = {run.input_name for run in runs}
+    if len(names) != 1:
+        listed = ", ".join(f"{run.name}: {run.input_name}" for run in runs)
+        raise InputError(f"runs that are fitted together need the same input; found {listed or 'no run'}")
+    return names.pop()
+
+
+def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | None = None) -> Estimate:
+    """The optimum, from as many of the first guesses of theta as it takes until one is beyond doubt."""
+    prior = beforehand(problem, guesses[0])
+    end = _output_error(problem, guesses[0], prior)
+    for guess in guesses[1:]:
+        if colour(problem.filter(end.theta)) < SUSPICIOUS:
+            break  # nothing is left to explain
+        other = _output_error(problem, guess, prior)
+        agree = abs(other.cost - end.cost) < AGREED * end.cost
+        end = min(end, other, key=lambda descent: descent.cost)
+        if agree:
+            break  # the rest is not for want of a better start
+    calm, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
+    restless = max(calm.noise.variance) > EXACT**2 and colour(calm.filter(end.theta)) > SUSPICIOUS
+    if process_noise or (process_noise is None and restless):
+        turbulent, other = _with_process_noise(problem, guesses[0], prior)
+        if process_noise or _likelihood(turbulent, other) > _likelihood(calm, end) + WORTHWHILE:
+            return _estimate(turbulent, other, prior)
+    return _estimate(calm, end, prior)
+
+
+def refit(problem: Problem, guess: np.ndarray) -> Estimate:
+    """The optimum near a guess of theta, at a noise level that is known already."""
+    prior, before = beforehand(problem, guess), np.inf
+    for _ in range(5):
+        end = descend(problem, guess, problem.filter(guess), prior)
+        if problem.noise.quiet or before - end.cost < SETTLED:
+            break
+        guess, before = end.theta, end.cost
+    return _estimate(problem, end, prior)
+
+
+def _likelihood(problem: Problem, end: Descent) -> float:
+    return problem.log_likelihood(problem.filter(end.theta))
+
+
+def beforehand(problem: Problem, guess: np.ndarray) -> Prior:
+    """Bounds of the parameters; and the lag holds about as much thrust at first as the run's own input could give it.
+
+    Without the latter, a short lag's first state is as good as free, and drags the lag along.
+    """
+    low, high = np.full(problem.size, -np.inf), np.full(problem.size, np.inf)
+    sd = np.full(problem.size, np.inf)
+    for i, name in enumerate(problem.free):
+        low[i], high[i] = BOUNDS.get(name, (-np.inf, np.inf))
+    for k, run in enumerate(problem.runs):
+        if problem.has_lag:
+            p, _ = problem.model(guess, k)
+            most = float(np.max(np.abs(run.input)))
+            sd[problem.own_slice(k).stop - 1] = max(thrust_target(0.0, most, p), -thrust_target(0.0, -most, p), 1e-6)
+    return Prior(np.zeros(problem.size), sd, low, high)
+
+
+def _forgiving(problem: Problem) -> Problem:
+    """The problem beside a filter that forgives much.
+
+    It predicts over a second or two only, where the innovations are nearly linear in the parameters: a descent in it
+    leads into the right valley of the simulation over minutes, and stays near it where turbulence makes the simulation
+    worthless.
+    """
+    return problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
+
+
+def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
+    """Optimum of pure simulation from one guess."""
+    forgiving, quiet = _forgiving(problem), problem.with_noise(problem.noise.calm())
+    warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
+    return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
+
+
+def _weighted(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
+    """The problem with the noise of each channel as it was found, and its optimum."""
+    channels = set().union(*(run.first for run in problem.runs))
+    for round in range(len(channels)):  # with a single channel its weight does not matter
+        problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
+        if round + 1 < len(channels):
+            end = descend(problem, end.theta, problem.filter(end.theta), prior)
+    return problem, end
+
+
+def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Descent]:
+    """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
+    problem = _forgiving(problem)
+    end = descend(problem, guess, problem.filter(guess), prior)
+    for rough in (*[True] * 3, *[False] * 17):
+        problem = problem.with_noise(noise_level(problem, end.theta, hold_memory=rough))
+        filtered = problem.filter(end.theta)
+        before = descend(problem, end.theta, filtered, prior, 0)
+        end = descend(problem, end.theta, filtered, prior)
+        if end.converged and not rough and before.cost - end.cost < SETTLED:
+            return problem, end
+        problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
+    return problem, replace(end, converged=False)
+
+
+def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
+    filtered = problem.filter(end.theta)
+    J = end.jacobian / np.sqrt(np.concatenate([f.variance for f in filtered]))[:, None]
+    covariance = _inverse(J.T @ J + np.diag(prior.weight))
+    return Estimate(
+        problem,
+        end.theta,
+        covariance,
+        filtered,
+        problem.log_likelihood(filtered),
+        end.converged,
+        _warnings(problem, end.theta, covariance, end.converged),
+    )
+
+
+def _inverse(information: np.ndarray) -> np.ndarray:
+    """Inverse of a Fisher information, scaled first; directions without information get a very large variance."""
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
+    return (vectors / np.maximum(values, 1e-14)) @ vectors.T / np.outer(scale, scale)
+
+
+def _correlation(covariance: np.ndarray) -> np.ndarray:
+    sd = np.sqrt(np.diag(covariance))
+    return covariance / np.outer(sd, sd)
+
+
+def _warnings(problem: Problem, theta: np.ndarray, covariance: np.ndarray, converged: bool) -> tuple[str, ...]:
+    """What the estimates do not say by themselves; parameters that are all well known may well be correlated."""
+    out = [] if converged else ["the optimiser did not converge; the estimates are not to be trusted"]
+    correlation = _correlation(covariance)
+    loose = np.sqrt(np.diag(covariance)) / np.maximum(np.abs(theta), 1e-12)
+    for i, name in enumerate(problem.free):
+        low, high = BOUNDS.get(name, (-np.inf, np.inf))
+        if theta[i] - low < 1e-6 or high - theta[i] < 1e-6:
+            out.append(f"{name} has run into its bound at {theta[i]:.3g}")
+        elif loose[i] > UNDETERMINED:
+            out.append(f"{name} is not determined by these runs: {theta[i]:.3g} +- {loose[i] * abs(theta[i]):.2g}")
+        for j in range(i):
+            if abs(correlation[i, j]) > INSEPARABLE and max(loose[i], loose[j]) > LOOSE:
+                pair = f"{problem.free[j]} and {name}"
+                out.append(f"{pair} cannot be separated on these runs (correlation {correlation[i, j]:+.3f})")
+    return tuple(out)

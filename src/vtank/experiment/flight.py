@@ -1,0 +1,184 @@
+"""The arrays in which the pilots of N runs work: settings, noise, commands, memory and records.
+
+One row per run. The compiled laws of this package take a Flight, the number of a run and the number of a tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..plant.parameters import slot
+from ..waves import orbit
+from . import noise as streams
+from .clearance import vehicle_of
+from .excitation import fade_in
+from .hold import AS_IT_WAS
+from .plan import Plan
+from .sonar_filter import steady_state
+
+Array = NDArray[np.float64]
+
+SKEW, MULTIPATH, SPIKES = slot("clock_skew.s"), slot("sonar_multipath.p"), slot("tachometer_spikes.p")
+
+# What the laws need of a scenario, one record per run; the effects' parameters stand in the vector p
+SETTING = np.dtype(
+    [
+        ("period_s", "f8"),
+        ("closed_loop", "?"),
+        ("standoff_m", "f8"),
+        ("n_limit_rev_s", "f8"),
+        ("position_gain", "f8"),  # [1/s2]
+        ("speed_gain", "f8"),  # [1/s]
+        ("thrust_m_per_rev2", "f8"),
+        ("blunt_rev_s", "f8"),
+        ("governor_per_s", "f8"),
+        ("filter_q", "f8"),  # [m2/s5]
+        ("filter_r", "f8"),  # [m2]
+        ("ping_ticks", "i8"),
+        ("resolution_m", "f8"),
+        ("dropout", "f8"),
+        ("max_range_m", "f8"),
+    ]
+)
+
+# Rows of Flight.command, .history and .record
+COMMAND, COMMAND_RATE = range(2)
+RANGE, RANGE_RATE = range(2)
+READING, SPEED, SPEED_READING = range(3)
+
+
+class Flight(NamedTuple):
+    """Arrays of N runs over K ticks.
+
+    Attributes:
+        setting: shape (N,), records of SETTING.
+        p: parameter vectors, shape (N, SIZE).
+        noise: shape (N, STREAMS, K).
+        command: shape (N, 2, K): range to the wall [m] or propeller speed [rev/s], and its rate.
+        history: shape (N, 2, K): true range at the tick [m] and its rate [m/s].
+        record: shape (N, 3, K): range read [m], propeller speed and propeller speed read [rev/s].
+        estimate, covariance: of the on-board filter, shapes (N, 3) and (N, 3, 3).
+        trim: what the motor's governor adds to the wanted speed, shape (N,) [rev/s].
+        water: velocity of the water at the ticks, ahead and up, shape (N, 2, K + 1) [m/s], linear in between; shape
+            (N, 2, 0) where no run has waves.
+    """
+
+    setting: NDArray[np.void]
+    p: Array
+    noise: Array
+    command: Array
+    history: Array
+    record: Array
+    estimate: Array
+    covariance: Array
+    trim: Array
+    water: Array
+
+
+def ticks(plan: Plan) -> int:
+    """Ticks to simulate: those of the record, and more where the sonar's clock runs ahead."""
+    beyond = max(float(plan.p[SKEW]), 0.0) * plan.scenario.duration_s / plan.scenario.period_s
+    return plan.scenario.samples + (int(np.ceil(beyond)) + 1 if beyond > 0.0 else 0)
+
+
+def prepare(plans: Sequence[Plan]) -> Flight:
+    """A Flight ready for its first tick; K is that of the longest plan."""
+    count, length = len(plans), max(map(ticks, plans))
+    flight = Flight(
+        setting=np.zeros(count, SETTING),
+        p=np.array([plan.p for plan in plans]),
+        noise=np.empty((count, streams.STREAMS, length)),
+        command=np.empty((count, 2, length)),
+        history=np.empty((count, 2, length)),
+        record=np.full((count, 3, length), np.nan),
+        estimate=np.full((count, 3), np.nan),
+        covariance=np.empty((count, 3, 3)),
+        trim=np.zeros(count),
+        water=np.zeros((count, 2, length + 1 if any(moves(plan) for plan in plans) else 0)),
+    )
+    for i, plan in enumerate(plans):
+        flight.setting[i] = _setting(plan)
+        flight.noise[i] = _noise(plan, length)
+        flight.command[i] = _command(plan, length)
+        flight.covariance[i] = _steady_covariance(plan)
+        if moves(plan):
+            flight.water[i] = _water(plan, length + 1)
+    return flight
+
+
+def moves(plan: Plan) -> bool:
+    """Whether there are waves."""
+    return plan.scenario.waves.kind != "none"
+
+
+def orders(plan: Plan, length: int) -> Array:
+    """Orders to the excited axis, other than surge, at the ticks, shape (length, 3) as those of `hold`."""
+    excitation = plan.scenario.excitation
+    value, rate = excitation.command(
+        np.arange(length, dtype=np.float64) * plan.scenario.period_s, plan.scenario.duration_s
+    )
+    ordered = np.tile(AS_IT_WAS, (length, 1))
+    if excitation.loop == "force":
+        ordered[:, 2] = value
+    else:
+        ordered[:, :2] = np.transpose([value, rate])
+    return ordered
+
+
+def _setting(plan: Plan) -> tuple[float, ...]:
+    s = plan.scenario
+    return (
+        s.period_s,
+        s.excitation.loop != "speed",
+        s.standoff_m,
+        plan.n_limit_rev_s,
+        s.control.position_per_s2,
+        s.control.speed_per_s,
+        s.control.thrust_m_per_rev2,
+        s.control.blunt_rev_s,
+        s.tachometer.governor_per_s,
+        s.filter.q_m2_per_s5,
+        s.filter.r_m2,
+        round(1.0 / (s.sonar.rate_hz * s.period_s)),
+        s.sonar.resolution_m,
+        s.sonar.dropout,
+        s.sonar.max_range_m,
+    )
+
+
+def _noise(plan: Plan, length: int) -> Array:
+    s, of = plan.scenario, (plan.seed, plan.run)
+    rows = np.empty((streams.STREAMS, length))
+    rows[streams.SONAR] = streams.normal(*of, streams.SONAR, s.sonar.noise_m, length)
+    rows[streams.DROPOUT] = streams.uniform(*of, streams.DROPOUT, s.sonar.dropout, length)
+    rows[streams.MULTIPATH] = streams.uniform(*of, streams.MULTIPATH, plan.p[MULTIPATH], length)
+    rows[streams.TACHOMETER] = streams.normal(*of, streams.TACHOMETER, s.tachometer.noise_rev_s, length)
+    rows[streams.SPIKE] = streams.uniform(*of, streams.SPIKE, plan.p[SPIKES], length)
+    level, memory = s.turbulence.acceleration_m_s2, s.turbulence.time_s
+    rows[streams.TURBULENCE] = streams.turbulence(*of, level, memory, s.period_s, length)
+    return rows
+
+
+def _command(plan: Plan, length: int) -> Array:
+    s = plan.scenario
+    if s.excitation.axis != "surge":
+        return np.array([np.full(length, s.standoff_m), np.zeros(length)])
+    value, rate = s.excitation.command(np.arange(length, dtype=np.float64) * s.period_s, s.duration_s)
+    return np.array([s.standoff_m - value, -rate] if s.excitation.loop == "position" else [value, rate])
+
+
+def _steady_covariance(plan: Plan) -> Array:
+    s = plan.scenario
+    return steady_state(s.period_s, s.filter.q_m2_per_s5, s.filter.r_m2)[1]
+
+
+def _water(plan: Plan, length: int) -> Array:
+    s = plan.scenario
+    to_wall = s.standoff_m + vehicle_of(s.vehicle).sonar_x_m
+    sea = orbit(s.waves, s.depth_m, to_wall, streams.stream(plan.seed, plan.run, streams.WAVES))
+    fade, _ = fade_in(np.arange(length, dtype=np.float64) * s.period_s, s.waves.ramp_s)
+    return np.asarray((fade[:, None] * sea.ticks(s.period_s, length)).T)

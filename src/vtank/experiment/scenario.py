@@ -1,0 +1,275 @@
+"""A scenario: one experiment in the tank as it would be written on a test card.
+
+Every imperfection has a null value, which is its default: no noise, no quantisation, no drop-outs, no turbulence. The
+controllers' gains are guesses: the paper does not give its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..record.quantity import find_file
+from ..record.section import Section, meant, open_section
+from ..resources import scenarios_dir
+from ..units import FOOT_M
+from ..waves import Waves
+from .excitation import Excitation, read_excitation
+from .sea import read_waves
+
+STEP_S = 0.01  # [s] step of the tank's integrator, of which the tick is a multiple (models/phoenix.xml)
+SHALLOWEST_M = 0.2  # [m] least depth of the hull's centre, whose half height is 0.13 m: the surface is not modelled
+FT2_M2 = FOOT_M**2  # [m2/ft2]
+INFINITE = float("inf")
+
+
+@dataclass(frozen=True)
+class Sonar:
+    """Beam, ping rate and imperfections of the sonar that looks at the wall ahead.
+
+    Attributes:
+        beam: "pencil" (a cone of width_deg) or "sector" (1 deg across, width_deg high).
+        width_deg: full opening angle [deg]; 0 is a single ray.
+        rate_hz: pings per second; the tick rate divided by a whole number [Hz].
+        resolution_m: ranges are rounded to multiples of it; 0 for none [m].
+        noise_m: standard deviation of a range before rounding [m].
+        dropout: probability that a ping brings no range [-].
+        max_range_m: echoes from beyond are not heard [m].
+    """
+
+    beam: str = "pencil"
+    width_deg: float = 0.0
+    rate_hz: float = 10.0
+    resolution_m: float = 0.0
+    noise_m: float = 0.0
+    dropout: float = 0.0
+    max_range_m: float = INFINITE
+
+
+@dataclass(frozen=True)
+class Tachometer:
+    """Propeller speed sensor: noise [rev/s], and the rate [1/s] at which the motor drive follows its reading."""
+
+    noise_rev_s: float = 0.0
+    governor_per_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Turbulence:
+    """Surge acceleration by turbulence: Ornstein-Uhlenbeck, standard deviation [m/s2] and correlation time [s]."""
+
+    acceleration_m_s2: float = 0.0
+    time_s: float = 1.0
+
+
+@dataclass(frozen=True)
+class SonarFilter:
+    """On-board three-state filter: white jerk q [m2/s5] and range variance r [m2].
+
+    r = 0.01 ft2 is the paper's; it gives no q: from about 1 ft2/s5 the filter's gain is "almost unitary", as it says.
+    """
+
+    q_m2_per_s5: float = 1.0 * FT2_M2
+    r_m2: float = 0.01 * FT2_M2
+
+
+@dataclass(frozen=True)
+class Control:
+    """Gains of the controllers: all guesses.
+
+    Surge: acceleration demand = position gain x error + speed gain x error of speed; propeller speed = the square root
+    of the demand over what the controller takes for beta (`thrust_m_per_rev2`), blunted below `blunt_rev_s`.
+    The other axes: natural frequency [rad/s] and damping ratio on the true pose (perfect gyro and depth cell).
+    """
+
+    position_per_s2: float = 0.4
+    speed_per_s: float = 1.0
+    thrust_m_per_rev2: float = 0.0005
+    blunt_rev_s: float = 5.0
+    hold_rad_s: float = 0.5
+    hold_damping: float = 1.0
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One experiment. Angles, feet and rpm stop at the file; everything here is SI.
+
+    Attributes:
+        name: the file's.
+        description: one sentence.
+        truth: truth preset, name or path.
+        duration_s, period_s: length of the record and of a tick [s].
+        standoff_m: distance from sonar to wall at the start [m].
+        depth_m: of the hull's centre [m].
+        n_limit_rev_s: largest commanded propeller speed either way, None for the truth's [rev/s].
+        hold: "thrusters" holds the other axes with their thrusters, "rigid" holds them exactly.
+        seed: of all noise.
+        vehicle: vehicle file, name or path.
+        walls: MJCF of the walls around it, name in models/ or path.
+        effects: slot of the parameter vector -> value, of the effects that are switched on.
+    """
+
+    name: str
+    path: Path
+    description: str
+    truth: str
+    duration_s: float
+    period_s: float
+    standoff_m: float
+    depth_m: float
+    n_limit_rev_s: float | None
+    hold: str
+    seed: int
+    excitation: Excitation
+    sonar: Sonar = Sonar()
+    tachometer: Tachometer = Tachometer()
+    turbulence: Turbulence = Turbulence()
+    filter: SonarFilter = SonarFilter()
+    control: Control = Control()
+    effects: Mapping[str, float] = field(default_factory=dict)
+    vehicle: str = "phoenix"
+    walls: str = "basin"
+    waves: Waves = Waves()
+
+    @property
+    def samples(self) -> int:
+        """Samples in the record, the first at t = 0 and the last at the end."""
+        return int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """Instants of the samples, shape (samples,) [s]."""
+        return np.arange(self.samples, dtype=np.float64) * self.period_s
+
+
+def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Scenario:
+    """The scenario of that name in scenarios/, or of that TOML file, with `key=value` settings laid over it.
+
+    InputError names file, line and key of whatever is unknown, of the wrong type or unit, out of bounds or unsafe.
+    """
+    path = find_file(name_or_path, scenarios_dir(), "scenario")
+    return read_scenario(open_section(path, tuple(settings)))
+
+
+def read_scenario(section: Section) -> Scenario:
+    """The scenario in a whole file that is open already; InputError as `load_scenario`."""
+    scenario = Scenario(
+        name=section.path.stem,
+        path=section.path,
+        description=section.text("description", ""),
+        truth=section.text("truth", "paper-ii"),
+        duration_s=section.positive("duration_s", 120.0, 86400.0),
+        period_s=_period(section),
+        standoff_m=section.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
+        depth_m=section.number("depth_m", 3.0 * FOOT_M, SHALLOWEST_M, 1000.0),
+        n_limit_rev_s=section.positive("n_limit_rev_s") if "n_limit_rev_s" in section.entries else None,
+        hold=section.choice("hold", ("thrusters", "rigid"), "thrusters"),
+        seed=section.integer("seed", 0),
+        excitation=read_excitation(section.section("excitation")),
+        sonar=_sonar(section.section("sonar"), _period(section)),
+        tachometer=_tachometer(section.section("tachometer"), _period(section)),
+        turbulence=_turbulence(section.section("turbulence")),
+        filter=_filter(section.section("filter")),
+        control=_control(section.section("control")),
+        effects=_effects(section.section("effects")),
+        vehicle=section.text("vehicle", "phoenix"),
+        walls=section.text("walls", "basin"),
+        waves=read_waves(section.section("waves"), section.number("depth_m", 3.0 * FOOT_M)),
+    )
+    section.known.add("n_limit_rev_s")
+    section.close()
+    return scenario
+
+
+def scenario_names() -> tuple[str, ...]:
+    """Names of the scenarios that come with vtank."""
+    return tuple(sorted(path.stem for path in scenarios_dir().glob("*.toml")))
+
+
+def _period(section: Section) -> float:
+    period = section.positive("period_s", 0.1, 10.0)
+    if abs(period / STEP_S - round(period / STEP_S)) > 1e-9:
+        raise section.error("period_s", f"expected a multiple of the tank's step, {STEP_S:g} s; found {period:g}")
+    return period
+
+
+def _sonar(section: Section, period_s: float) -> Sonar:
+    sonar = Sonar(
+        beam=section.choice("beam", ("pencil", "sector"), "pencil"),
+        width_deg=section.number("width_deg", 0.0, 0.0, 120.0),
+        rate_hz=section.positive("rate_hz", 1.0 / period_s),
+        resolution_m=section.number("resolution_m", 0.0, 0.0, 1.0),
+        noise_m=section.number("noise_m", 0.0, 0.0, 10.0),
+        dropout=section.number("dropout", 0.0, 0.0, 1.0),
+        max_range_m=section.positive("max_range_m", INFINITE),
+    )
+    ticks = 1.0 / (sonar.rate_hz * period_s)
+    if abs(ticks - round(ticks)) > 1e-6 or ticks < 0.5:
+        message = f"expected the tick rate, {1.0 / period_s:g} Hz, divided by a whole number; found {sonar.rate_hz:g}"
+        raise section.error("rate_hz", message)
+    section.close()
+    return sonar
+
+
+def _tachometer(section: Section, period_s: float) -> Tachometer:
+    tachometer = Tachometer(
+        noise_rev_s=section.number("noise_rev_s", 0.0, 0.0, 10.0),
+        governor_per_s=section.number("governor_per_s", 0.0, 0.0, 1.0 / period_s),
+    )
+    section.close()
+    return tachometer
+
+
+def _turbulence(section: Section) -> Turbulence:
+    turbulence = Turbulence(
+        acceleration_m_s2=section.number("acceleration_m_s2", 0.0, 0.0, 10.0),
+        time_s=section.positive("time_s", 1.0),
+    )
+    section.close()
+    return turbulence
+
+
+def _filter(section: Section) -> SonarFilter:
+    values = []
+    for name, unit, default in (("q", "2_per_s5", SonarFilter.q_m2_per_s5), ("r", "2", SonarFilter.r_m2)):
+        feet, metres = f"{name}_ft{unit}", f"{name}_m{unit}"
+        if feet in section.entries:
+            section.either(feet, metres)
+            values.append(section.positive(feet) * FT2_M2)
+        else:
+            values.append(section.positive(metres, default))
+    section.known.update(("q_ft2_per_s5", "r_ft2"))
+    section.close()
+    return SonarFilter(*values)
+
+
+def _control(section: Section) -> Control:
+    control = Control(
+        position_per_s2=section.number("position_per_s2", Control.position_per_s2, 0.0, 100.0),
+        speed_per_s=section.number("speed_per_s", Control.speed_per_s, 0.0, 100.0),
+        thrust_m_per_rev2=section.positive("thrust_m_per_rev2", Control.thrust_m_per_rev2),
+        blunt_rev_s=section.number("blunt_rev_s", Control.blunt_rev_s, 0.0, 20.0),
+        hold_rad_s=section.number("hold_rad_s", Control.hold_rad_s, 0.0, 5.0),
+        hold_damping=section.number("hold_damping", Control.hold_damping, 0.0, 10.0),
+    )
+    section.close()
+    return control
+
+
+def _effects(section: Section) -> dict[str, float]:
+    values = {}
+    for name in section.entries:
+        if name not in BY_NAME:
+            raise section.error(name, "unknown effect" + meant(name, tuple(effect.name for effect in CATALOGUE)))
+        table = section.section(name)
+        for parameter in BY_NAME[name].parameters:
+            if parameter.key in table.entries:
+                values[f"{name}.{parameter.name}"] = table.number(parameter.key, None, *parameter.bounds)
+            table.known.add(parameter.key)
+        table.close()
+    return values

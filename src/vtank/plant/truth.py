@@ -1,0 +1,130 @@
+"""Truth presets: the surge parameters a virtual experiment is run with, and where they come from.
+
+A preset is a TOML file in models/truths/. It either prints lumped parameters, in the paper's feet or in SI, or names a
+vehicle whose mass, added mass, drag and propellers they are derived from (`lumped.py`). Effects may be switched on in
+it as in a scenario. A model written by the diagnosis is such a preset, with more tables that are passed over here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..effects.catalogue import BY_NAME
+from ..record.quantity import Table, find_file, read_table
+from ..resources import models_dir
+from .lumped import Lumped, Propellers, SurgeForces, from_feet, lump, propeller_forces
+from .parameters import vector
+from .vehicle import load_vehicle
+
+FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
+SI = ("alpha_per_m", "beta_m_per_rev2", "gamma_per_rev", "tau_s")
+OWN = ("name", "source", "n_limit_rev_s", "lumped", "derived", "effects")
+PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # what a diagnosed model has besides
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Surge parameters [1/m, m/rev2, 1/rev, s], largest propeller speed either way [rev/s], and their origin.
+
+    effects: slot of the parameter vector -> value, of effects that are switched on besides.
+    """
+
+    name: str
+    alpha_per_m: float
+    beta_m_per_rev2: float
+    gamma_per_rev: float
+    tau_s: float
+    n_limit_rev_s: float
+    source: str
+    effects: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def lumped(self) -> Lumped:
+        """The four parameters alone."""
+        return Lumped(self.alpha_per_m, self.beta_m_per_rev2, self.gamma_per_rev, self.tau_s)
+
+    def vector(self) -> np.ndarray:
+        """Parameter vector p of the surge equation; effects that are not switched on have their null values."""
+        return vector(
+            {
+                "alpha": self.alpha_per_m,
+                "beta": self.beta_m_per_rev2,
+                "thrust_loss.gamma": self.gamma_per_rev,
+                "thrust_lag.tau": self.tau_s,
+                **self.effects,
+            }
+        )
+
+
+def truth_names() -> tuple[str, ...]:
+    """Names of the presets that come with vtank."""
+    return tuple(sorted(path.stem for path in (models_dir() / "truths").glob("*.toml")))
+
+
+def load_truth(name_or_path: str | Path) -> Truth:
+    """The preset of that name in models/truths/, or of that TOML file; InputError names file and key."""
+    path = find_file(name_or_path, models_dir() / "truths", "truth preset")
+    file = read_table(path).check_keys((*OWN, *PASSED_OVER))
+    if file.text("input", "n_rev_s") != "n_rev_s":
+        raise file.error("input", 'the tank is driven by propeller speed, expected "n_rev_s"')
+    lumped = _derived(file.table("derived")) if "derived" in file.entries else _printed(file.table("lumped"))
+    _check_signs(file, lumped)
+    return Truth(
+        name=file.text("name"),
+        alpha_per_m=lumped.alpha_per_m,
+        beta_m_per_rev2=lumped.beta_m_per_rev2,
+        gamma_per_rev=lumped.gamma_per_rev,
+        tau_s=lumped.tau_s,
+        n_limit_rev_s=file.positive("n_limit_rev_s"),
+        source=file.text("source"),
+        effects=read_effects(file.table("effects")),
+    )
+
+
+def read_effects(table: Table) -> dict[str, float]:
+    """Slot -> value of all effects in an [effects] table, each parameter within its bounds."""
+    values = {}
+    table.check_keys(BY_NAME)
+    for name in table.entries:
+        own = table.table(name).check_keys([q.key for q in BY_NAME[name].parameters])
+        for q in (q for q in BY_NAME[name].parameters if q.key in own.entries):
+            value = own.number(q.key)
+            if not q.bounds[0] <= value <= q.bounds[1]:
+                raise own.error(q.key, f"expected a number from {q.bounds[0]:g} to {q.bounds[1]:g}, found {value:g}")
+            values[f"{name}.{q.name}"] = value
+    return values
+
+
+def _printed(table: Table) -> Lumped:
+    if "a_per_ft" in table.entries:
+        table.check_keys(FEET)
+        return from_feet(*(table.number(key) for key in FEET))
+    table.check_keys(SI)
+    return Lumped(*(table.number(key) for key in SI))
+
+
+def _derived(table: Table) -> Lumped:
+    table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
+    vehicle = load_vehicle(table.text("vehicle"))
+    propellers = Propellers(
+        len(vehicle.propeller_sites), vehicle.propeller_diameter_m, table.number("kt0"), table.number("kt1")
+    )
+    thrust, loss = propeller_forces(propellers, table.positive("density_kg_per_m3"))
+    drag = float(vehicle.quadratic_drag[0])
+    return lump(SurgeForces(vehicle.moving_mass_kg, drag, thrust, loss, table.number("tau_s")))
+
+
+def _check_signs(file: Table, lumped: Lumped) -> None:
+    rules = {
+        "alpha": (lumped.alpha_per_m <= 0.0, "drag must slow the vehicle: alpha (a) must not be positive"),
+        "beta": (lumped.beta_m_per_rev2 > 0.0, "thrust must push: beta (b) must be positive"),
+        "gamma": (lumped.gamma_per_rev <= 0.0, "thrust falls with speed: gamma must not be positive"),
+        "tau": (lumped.tau_s >= 0.0, "tau must not be negative"),
+    }
+    for name, (holds, message) in rules.items():
+        if not holds:
+            raise file.error(name, message)

@@ -1,0 +1,157 @@
+"""A vehicle's hydrodynamics: what MuJoCo's rigid body does not know.
+
+Body axes x forward, y starboard, z down. Rigid-body mass, inertia and centre of gravity stand in the vehicle's MJCF;
+added mass, drag, buoyancy and thrusters stand in a TOML file beside it (models/phoenix.toml is the example).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..record.quantity import Table, find_file, read_table
+from ..resources import models_dir
+
+BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N")
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+ADDED_MASS = ("surge_kg", "sway_kg", "heave_kg", "roll_kg_m2", "pitch_kg_m2", "yaw_kg_m2")
+COUPLING = {"sway_yaw_kg_m": (1, 5), "heave_pitch_kg_m": (2, 4), "surge_pitch_kg_m": (0, 4), "sway_roll_kg_m": (1, 3)}
+QUADRATIC_DRAG = tuple(f"{axis}_N_s2_per_m2" for axis in AXES[:3]) + tuple(
+    f"{axis}_N_m_s2_per_rad2" for axis in AXES[3:]
+)
+LINEAR_DRAG = tuple(f"{axis}_N_s_per_m" for axis in AXES[:3]) + tuple(f"{axis}_N_m_s_per_rad" for axis in AXES[3:])
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """A thruster at a site of the MJCF: unit direction of positive force in body axes, largest force [N] either way."""
+
+    site: str
+    direction: tuple[float, float, float]
+    limit_N: float
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """Hydrodynamics of one vehicle.
+
+    Attributes:
+        name: as in the file.
+        mjcf: path of the rigid body.
+        mass_kg: mass of the rigid body, the same as in the MJCF [kg].
+        added_mass: shape (6, 6), symmetric, positive: -X_udot, ..., -N_rdot [kg, kg m, kg m2].
+        quadratic_drag: shape (6,), positive; entry 0 is the published surge drag, which the tank does not use because
+            surge drag comes from the truth [N/(m/s)2, N m/(rad/s)2].
+        linear_drag: shape (6,) [N/(m/s), N m/(rad/s)].
+        buoyancy_N: buoyant force, up [N].
+        centre_of_buoyancy_m: shape (3,) in body axes [m].
+        propeller_sites: sites of the propellers that drive surge.
+        propeller_diameter_m: [m].
+        thrusters: the other thrusters, in the order of the tank's thruster inputs.
+        sites: places on the body, name of the MJCF's site -> body axes [m].
+    """
+
+    name: str
+    mjcf: Path
+    mass_kg: float
+    added_mass: np.ndarray
+    quadratic_drag: np.ndarray
+    linear_drag: np.ndarray
+    buoyancy_N: float
+    centre_of_buoyancy_m: np.ndarray
+    propeller_sites: tuple[str, ...]
+    propeller_diameter_m: float
+    thrusters: tuple[Thruster, ...]
+    sites: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+
+    @property
+    def moving_mass_kg(self) -> float:
+        """m - X_udot: what a surge force accelerates [kg]."""
+        return self.mass_kg + float(self.added_mass[0, 0])
+
+    @property
+    def sonar_x_m(self) -> float:
+        """How far the first sonar stands ahead of the body's origin [m]; 0 where the file lists none."""
+        return next((place[0] for name, place in self.sites.items() if name.startswith("sonar")), 0.0)
+
+    @property
+    def ends_m(self) -> tuple[float, float]:
+        """Foremost and hindmost of the listed places [m], body axes."""
+        along = [place[0] for place in self.sites.values()] or [0.0]
+        return max(along), min(along)
+
+
+def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
+    """The vehicle of that name in models/, or of that TOML file; InputError names file and key."""
+    path = find_file(name_or_path, models_dir(), "vehicle")
+    file = read_table(path).check_keys(
+        (
+            "name",
+            "mjcf",
+            "body",
+            "added_mass",
+            "quadratic_drag",
+            "linear_drag",
+            "propeller",
+            "thruster",
+            "sites",
+            "hull",
+        )
+    )
+    body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
+    places = file.table("sites")
+    return Vehicle(
+        name=file.text("name"),
+        mjcf=path.parent / file.text("mjcf"),
+        mass_kg=body.positive("mass_kg"),
+        added_mass=_added_mass(file.table("added_mass")),
+        quadratic_drag=_drag(file.table("quadratic_drag"), QUADRATIC_DRAG, None),
+        linear_drag=_drag(file.table("linear_drag"), LINEAR_DRAG, 0.0),
+        buoyancy_N=body.positive("buoyancy_N"),
+        centre_of_buoyancy_m=np.array(body.vector("centre_of_buoyancy_m")),
+        propeller_sites=_names(propeller, "sites"),
+        propeller_diameter_m=propeller.positive("diameter_m"),
+        thrusters=tuple(_thruster(table) for table in file.tables("thruster")),
+        sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
+    )
+
+
+def _added_mass(table: Table) -> np.ndarray:
+    table.check_keys((*ADDED_MASS, *COUPLING))
+    matrix = np.diag([table.number(key) for key in ADDED_MASS])
+    for key, (row, column) in COUPLING.items():
+        matrix[row, column] = matrix[column, row] = table.number(key, 0.0)
+    if np.linalg.eigvalsh(matrix)[0] < 0.0:
+        raise InputError(
+            f"{table.path}: {table.name}: the matrix has a negative eigenvalue; added mass cannot be negative"
+        )
+    return matrix
+
+
+def _drag(table: Table, keys: tuple[str, ...], default: float | None) -> np.ndarray:
+    table.check_keys(keys)
+    values = np.array([table.number(key, default) for key in keys])
+    if values.min() < 0.0:
+        key = keys[int(values.argmin())]
+        raise table.error(key, "drag coefficients are given as positive numbers")
+    return values
+
+
+def _names(table: Table, key: str) -> tuple[str, ...]:
+    names = table.entries.get(key)
+    if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
+        raise table.error(key, "expected a list of site names")
+    return tuple(names)
+
+
+def _thruster(table: Table) -> Thruster:
+    table.check_keys(("site", "direction", "limit_N"))
+    direction = np.array(table.vector("direction"))
+    if not np.linalg.norm(direction) > 0.0:
+        raise table.error("direction", "expected a direction in body axes that is not zero")
+    x, y, z = direction / np.linalg.norm(direction)
+    return Thruster(table.text("site"), (float(x), float(y), float(z)), table.positive("limit_N"))

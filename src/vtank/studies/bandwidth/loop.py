@@ -1,0 +1,94 @@
+"""The linear model of the surge loop: range filter, controller and vehicle, exact at the ticks.
+
+Left out is everything that is not linear: quadratic drag, thrust loss, the propellers' limit, and the controller's
+blunting about zero, so that thrust per unit of moving mass is (beta/beta_c) times the demand, beta_c being what the
+controller takes for beta. What is left (lag, linear drag, filter, hold between ticks) is solved exactly: a sinusoid at
+the ticks meets transfer functions in z = exp(i w h), as in Astrom and Wittenmark, Computer-Controlled Systems (1997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import expm
+
+from ...experiment.plan import Plan
+from ...experiment.sonar_filter import steady_state, transition
+from ...plant.parameters import slot
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+BETA, TAU, LINEAR_DRAG = slot("beta"), slot("thrust_lag.tau"), slot("linear_drag.c")
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The linear loop of one plan."""
+
+    plan: Plan
+
+    @property
+    def period_s(self) -> float:
+        """Tick [s]."""
+        return self.plan.scenario.period_s
+
+    @property
+    def ratio(self) -> float:
+        """Thrust per moving mass that a demand makes, over the demand: beta/beta_c."""
+        return float(self.plan.p[BETA]) / self.plan.scenario.control.thrust_m_per_rev2
+
+    def filter_step(self) -> tuple[Array, Array]:
+        """(keep, gain) of the range filter in the steady state: s_k = keep s_(k-1) + gain x_k, shapes (3, 3), (3,)."""
+        s = self.plan.scenario
+        gain, _ = steady_state(s.period_s, s.filter.q_m2_per_s5, s.filter.r_m2)
+        ahead = transition(s.period_s)
+        return ahead - np.outer(gain, ahead[0]), gain
+
+    def vehicle_step(self) -> tuple[Array, Array]:
+        """(step, drive) from tick to tick of (x, u, z), or (x, u) without lag: exact, the thrust being held."""
+        tau, drag = self.plan.p[TAU], self.plan.p[LINEAR_DRAG]
+        if tau > 0.0:
+            rates = np.array([[0.0, 1.0, 0.0], [0.0, -drag, 1.0], [0.0, 0.0, -1.0 / tau]])
+            drive = np.array([0.0, 0.0, 1.0 / tau])
+        else:
+            rates, drive = np.array([[0.0, 1.0], [0.0, -drag]]), np.array([0.0, 1.0])
+        size = drive.size
+        held = expm(np.block([[rates, drive[:, None]], [np.zeros((1, size + 1))]]) * self.period_s)
+        return held[:size, :size], held[:size, size]
+
+    def stable(self) -> bool:
+        """Whether the loop comes to rest by itself; where it does not, its response says nothing about a motion."""
+        (step, drive), (keep, gain) = self.vehicle_step(), self.filter_step()
+        gains = self.plan.scenario.control
+        estimate = np.hstack([np.outer(gain, np.eye(drive.size)[0]), keep])  # s_k of (vehicle_k, s_(k-1))
+        demand = -np.array([gains.position_per_s2, gains.speed_per_s, 0.0]) @ estimate
+        ahead = np.hstack([step, np.zeros((drive.size, 3))]) + self.ratio * np.outer(drive, demand)
+        return bool(np.abs(np.linalg.eigvals(np.vstack([ahead, estimate]))).max() < 1.0)
+
+    def estimate(self, rad_s: Array) -> Complex:
+        """Filtered position and rate for a unit position, shape (2, W) [1, 1/s]."""
+        keep, gain = self.filter_step()
+        z = np.exp(1j * np.atleast_1d(rad_s) * self.period_s)
+        return np.array([np.linalg.solve(np.eye(3) - keep / each, gain.astype(complex))[:2] for each in z]).T
+
+    def vehicle(self, rad_s: Array) -> Complex:
+        """Position for a unit of commanded thrust per moving mass held between ticks, shape (W,) [s2]."""
+        step, drive = self.vehicle_step()
+        z = np.exp(1j * np.atleast_1d(rad_s) * self.period_s)
+        return np.array([np.linalg.solve(each * np.eye(drive.size) - step, drive)[0] for each in z])
+
+    def controller(self, rad_s: Array) -> tuple[Complex, Complex]:
+        """Demand [m/s2] for a unit of command, and for a unit of position, shape (W,) each [1/s2]."""
+        gains = self.plan.scenario.control
+        command = gains.position_per_s2 + 1j * np.atleast_1d(rad_s) * gains.speed_per_s
+        position, rate = self.estimate(rad_s)
+        feedback = -(gains.position_per_s2 * position + gains.speed_per_s * rate)
+        return np.asarray(command, dtype=np.complex128), np.asarray(feedback, dtype=np.complex128)
+
+    def response(self, rad_s: Array) -> Complex:
+        """Position over commanded position, shape (W,)."""
+        command, feedback = self.controller(rad_s)
+        forward = self.vehicle(rad_s) * self.ratio
+        return np.asarray(forward * command / (1.0 - forward * feedback))

@@ -1,0 +1,161 @@
+"""`vtank blind answer`: diagnose every case from its runs alone and commit to the answers by hash.
+
+A case that cannot be diagnosed is a refusal: an answer with uniform probabilities and the message, scored like any
+other. Work that was interrupted goes on where it stopped, unless the recordings or the program have changed since.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vtank
+
+from ...effects.catalogue import CATALOGUE
+from ...errors import InputError
+from ...plant.truth import load_truth
+from ...record.atomic import write_bytes
+from ...record.manifest import current_versions, sha256
+from .processes import processes
+from .seal import Entry, Index, canonical, digest, json_bytes, read_index
+
+SCHEMA = "vtank.blind-answers/1"
+AnswerCase = Callable[[Path, int, tuple[str, ...], str], dict[str, Any]]  # folder, seed, withheld effects, nominal
+
+
+def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+    """The diagnosis of one case: its document, how far the gap shrinks, and the text of the diagnosed model's file."""
+    from ...diagnose.diagnosis import diagnose
+    from ...diagnose.model_file import model_text
+    from ...diagnose.shrink import shrink
+    from ...estimate.observed import observe
+    from ...record import read_dataset
+
+    runs = [observe(run) for run in read_dataset(folder)]
+    names = [effect.name for effect in CATALOGUE if effect.name not in withheld] if withheld else None
+    diagnosis = diagnose(runs, load_truth(nominal).vector(), seed, names)
+    how_far = shrink(diagnosis.selection, diagnosis.verdict, seed)
+    return {"document": diagnosis.document() | {"shrink": how_far}, "model": model_text(diagnosis)}
+
+
+def answer(
+    folder: Path,
+    out: Path,
+    seed: int = 0,
+    count: int = 2,
+    stage: Callable[[str, int], Callable[[str], None]] = lambda label, total: lambda note: None,
+    answer_case: AnswerCase = diagnose_case,
+) -> str:
+    """Write the answers to all cases in `folder` to `out`, their hashes beside it; returns the hash of all.
+
+    InputError where a recording is not the one that the index lists.
+    """
+    index = read_index(folder)
+    for entry in index.entries:
+        check_data(folder, entry)
+    program = sources()
+    mark = digest({"index": index.sha256, "seed": seed, "sources": program})
+    part = out.with_name(out.name + ".part")
+    done = _resume(part, mark)
+    rest = [entry for entry in index.entries if entry.case not in done]
+    said = stage("diagnosing", len(rest))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with part.open("a", encoding="utf-8") as lines, processes(count) as work:
+        for entry, found in zip(rest, work(partial(_one, folder, seed, index.nominal, answer_case), rest), strict=True):
+            done[entry.case] = found
+            lines.write(json.dumps({"mark": mark, "case": entry.case, "answer": found}, allow_nan=False) + "\n")
+            lines.flush()
+            said(entry.case)
+    total = _commit(out, index, seed, program, done)
+    part.unlink()
+    return total
+
+
+def check_data(folder: Path, entry: Entry) -> None:
+    """InputError where a recording of a case is missing, added or changed."""
+    present = {path.name: path for path in (folder / entry.case).glob("*")}
+    for file in sorted({*present, *entry.runs}):
+        path = folder / entry.case / file
+        if file not in present:
+            raise InputError(f"{path}: missing; the index lists it")
+        if sha256(path.read_bytes()) != entry.runs.get(file):
+            raise InputError(f"{path}: not the recording that the index lists; changed since the cases were made")
+
+
+def sources() -> str:
+    """One hash for all source files and frozen numbers of the package: which program gave the answers."""
+    root = Path(vtank.__file__).parent
+    files = sorted(path for pattern in ("*.py", "*.toml") for path in root.rglob(pattern))
+    return digest({str(path.relative_to(root)): sha256(path.read_bytes()) for path in files})
+
+
+def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
+    try:
+        found = plain(answer_case(folder / entry.case, seed, entry.withheld, nominal))
+        canonical(found)
+    except Exception as error:  # whatever goes wrong in one case must not stop the others
+        found = refusal(f"{type(error).__name__}: {error}", entry.withheld)
+    return {"data": entry.data, **found}
+
+
+def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
+    """The answer of one who cannot answer: every effect, none, parameters and unknown are equally likely."""
+    without = {*withheld, "thrust_lag"}  # the nominal has a lag already
+    able = [effect.name for effect in CATALOGUE if effect.standing == "separable" and effect.name not in without]
+    names = ["none", "parameters", "unknown", "sonar_latency", *able]
+    verdict: dict[str, Any] = {
+        "kind": "undecided",
+        "effects": [],
+        "class": [],
+        "channel": None,
+        "probability": 1.0 / len(names),
+    }
+    chances = dict.fromkeys(names, 1.0 / len(names))
+    return {"refused": message, "document": {"verdict": verdict, "probabilities": chances}}
+
+
+def plain(value: Any) -> Any:
+    """A document of plain numbers, lists and texts; what is not finite becomes null."""
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(item) for item in value]
+    if isinstance(value, np.generic | np.ndarray):
+        return plain(value.tolist())
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _resume(part: Path, mark: str) -> dict[str, Any]:
+    """Answers of an interrupted run of the same program on the same cases; a line cut short is left out."""
+    done: dict[str, Any] = {}
+    for line in part.read_text(encoding="utf-8").splitlines() if part.exists() else ():
+        try:
+            content = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        if content["mark"] == mark:
+            done[content["case"]] = content["answer"]
+    if part.exists():
+        kept = (json.dumps({"mark": mark, "case": case, "answer": found}) + "\n" for case, found in done.items())
+        write_bytes(part, "".join(kept).encode())
+    return done
+
+
+def _commit(out: Path, index: Index, seed: int, program: str, answers: dict[str, Any]) -> str:
+    content = {"schema": SCHEMA, "index": index.sha256, "seed": seed, "sources": program,
+               "versions": current_versions(), "answers": answers}  # fmt: skip
+    data = json_bytes(content)
+    lines = [f"{sha256(data)}  {out.name}", *(f"{digest(found)}  {case}" for case, found in _in_order(answers))]
+    write_bytes(out, data)
+    write_bytes(out.with_suffix(".sha256"), ("\n".join(lines) + "\n").encode())
+    return sha256(data)
+
+
+def _in_order(answers: dict[str, Any]) -> Iterator[tuple[str, Any]]:
+    return iter(sorted(answers.items()))

@@ -1,0 +1,99 @@
+"""How much of the gap is closed on runs that were held back.
+
+Against the oracle the gaps are free of noise (`held_out.py`). The stated interval is a statement about what
+`vtank predict` will show on new runs of the same experiments, noise and all, so it is checked with that very command's
+code, the floor being what the true model leaves.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...effects.catalogue import BY_NAME
+from ...plant.parameters import vector
+from ...record import read_run
+from .cause import RUNS
+from .held_out import HeldOut, gaps
+
+
+@dataclass(frozen=True)
+class Closed:
+    """Held-out gaps of a case.
+
+    Attributes:
+        nominal, refit, oracle, diagnosed: root mean square over all held-out runs, free of noise; NaN if unknown [m].
+        interval: stated 90 % interval of the fraction closed, if any.
+        realised: fraction closed on new runs of the same experiments, noise and all; None where nothing was reducible.
+    """
+
+    nominal: float = float("nan")
+    refit: float = float("nan")
+    oracle: float = float("nan")
+    diagnosed: float = float("nan")
+    interval: tuple[float, float] | None = None
+    realised: float | None = None
+
+    @property
+    def fraction(self) -> float:
+        """Share of what the oracle closes of the refit's gap that the diagnosis closes."""
+        return (self.refit - self.diagnosed) / (self.refit - self.oracle)
+
+    @property
+    def covered(self) -> bool | None:
+        """Whether the stated interval holds the realised fraction; None where one of them is missing."""
+        if self.interval is None or self.realised is None:
+            return None
+        return self.interval[0] <= self.realised <= self.interval[1]
+
+
+def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folder: Path) -> Closed:
+    """The gaps of one case; folder: where the truths lie."""
+    known: dict[str, Any] = {name: _together(values) for name, values in truth["held_out"].items()}
+    if "model" not in answer:
+        return Closed(**known)
+    from ...diagnose.model_file import ModelFile, read_model
+
+    with tempfile.TemporaryDirectory() as room:
+        path = Path(room) / "model.toml"
+        path.write_text(answer["model"], encoding="utf-8")
+        models: ModelFile = read_model(path)
+    files = [folder / "held_out" / case / file for file in sorted(truth["held_out_files"])]
+    standoff = truth["experiment"]["standoff_m"][RUNS:]
+    held = [HeldOut.read(file, metres) for file, metres in zip(files, standoff, strict=True)]
+    diagnosed = _together(gaps(held, models.diagnosed.p, models.diagnosed.per_run))
+    shrink = answer["document"].get("shrink") or {}
+    stated = shrink.get("interval90")
+    interval = (float(stated[0]), float(stated[1])) if stated else None
+    realised = _realised(models, truth["slots"][RUNS : 2 * RUNS], files[:RUNS]) if interval else None
+    return Closed(**known, diagnosed=diagnosed, interval=interval, realised=realised)
+
+
+def _together(values: Sequence[float]) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _realised(models: Any, slots: Sequence[Mapping[str, float]], files: Sequence[Path]) -> float | None:
+    """Fraction closed on these runs, by the predictor of `vtank predict`."""
+    from ...diagnose.holdout import Model, Prediction, fraction_closed, rms, target_of
+    from ...estimate.observed import observe
+
+    errors: list[list[np.ndarray]] = [[], [], []]
+    for file, true in zip(files, slots, strict=True):
+        target = target_of(observe(read_run(file)), models.noise)
+        truth = Model(vector(dict(true)), _own(true))
+        for i, model in enumerate((models.refit, models.diagnosed, truth)):
+            errors[i].append(Prediction(model, target).errors())
+    refit, diagnosed, floor = map(rms, errors)
+    return fraction_closed(refit, diagnosed, floor)
+
+
+def _own(slots: Mapping[str, float]) -> tuple[str, ...]:
+    """Slots that every run has for itself."""
+    named = [name.split(".") for name in slots if "." in name]
+    return tuple(f"{e}.{q.name}" for e, name in named for q in BY_NAME[e].parameters if q.name == name and q.per_run)

@@ -1,0 +1,127 @@
+"""Flights of blind cases in the MuJoCo tank, with the outside laws on board, and the same plans without noise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...experiment import noise
+from ...experiment.flight import SPEED, Flight, ticks
+from ...experiment.plan import Plan
+from ...experiment.result import Result
+from ...experiment.scenario import Tachometer, Turbulence
+from ...experiment.tank_model import Chunk, chunks
+from ...plant.parameters import slot
+from ...record import Run
+from .cause import Cause
+from .outside import OUTSIDE, Memory, OutsideLaw, Sight
+
+Array = NDArray[np.float64]
+DELAY = slot("command_delay.d")
+DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
+
+
+@dataclass
+class Passenger:
+    """An outside law on board of one run, with its memory."""
+
+    law: OutsideLaw
+    size: float
+    plan: Plan
+    memory: Memory = field(default_factory=dict)
+    before: float = 0.0
+
+    def push(self, x: float, u: float, n: float) -> float:
+        """Acceleration to be held over the coming tick [m/s2], from place [m], speed [m/s] and propeller speed now."""
+        if self.law.push is None:
+            return 0.0
+        h, truth = self.plan.scenario.period_s, self.plan.truth
+        a, self.before = (u - self.before) / h, u
+        middle = u + 0.5 * h * a
+        sight = Sight(h, x + 0.5 * h * u, middle, a, n, truth.alpha_per_m, truth.beta_m_per_rev2)
+        return self.law.push(self.size, sight, self.memory)
+
+    def record(self, n: Array, range_m: Array) -> tuple[Array, Array]:
+        """What is written down of the readings."""
+        if self.law.distort is None:
+            return n, range_m
+        random = noise.stream(self.plan.seed, self.plan.run, DISTORTION)
+        return self.law.distort(self.size, random, n, range_m)
+
+
+@dataclass(frozen=True)
+class Trip:
+    """One run to be flown: its plan, the outside causes, and the memory of the sonar's noise [s]."""
+
+    plan: Plan
+    causes: tuple[Cause, ...] = ()
+    sonar_memory_s: float = 0.0
+
+    def passengers(self) -> list[Passenger]:
+        """The outside laws, with fresh memories."""
+        return [Passenger(OUTSIDE[c.name], c.size, self.plan) for c in self.causes if c.outside]
+
+
+def fly_tank(
+    trips: Sequence[Trip], nthread: int = 1, progress: Callable[[float], None] = lambda share: None
+) -> list[Result]:
+    """Results in the MuJoCo tank, in the order of the trips; `progress` is told the share that is done."""
+    results: dict[int, Result] = {}
+    total, done = sum(ticks(trip.plan) for trip in trips), 0
+
+    def report(piece: int) -> None:
+        nonlocal done
+        done += piece
+        progress(done / total)
+
+    for late in (False, True):  # delayed commands are stepped more finely, which the others need not be
+        group = [i for i, trip in enumerate(trips) if (trip.plan.p[DELAY] > 0.0) == late]
+        for some in chunks([trips[i].plan for i in group]):
+            chosen = [group[i] for i in some]
+            chunk = TripChunk([trips[i] for i in chosen], nthread)
+            results.update(zip(chosen, chunk.run(report), strict=True))
+    return [results[i] for i in range(len(trips))]
+
+
+class TripChunk(Chunk):
+    """Trips in one batch of the tank."""
+
+    def __init__(self, trips: Sequence[Trip], nthread: int) -> None:
+        super().__init__([trip.plan for trip in trips], nthread)
+        self.aboard = [(i, p) for i, trip in enumerate(trips) for p in trip.passengers()]
+        for i, trip in enumerate(trips):
+            colour(self.flight, i, trip)
+
+    def _tick(self, k: int) -> None:
+        super()._tick(k)
+        for i, passenger in self.aboard:
+            x, u, n = self.true[i, 0, k], self.true[i, 1, k], self.flight.record[i, SPEED, k]
+            self.tank.disturbance_m_s2[i] += passenger.push(float(x), float(u), float(n))
+
+    def _result(self, i: int) -> Result:
+        result = super()._result(i)
+        columns = result.run.columns
+        n, range_m = columns["n_rev_s"], columns["range_m"]
+        for j, passenger in self.aboard:
+            n, range_m = passenger.record(n, range_m) if i == j else (n, range_m)
+        run = Run(result.run.name, result.run.time_s, {"n_rev_s": n, "range_m": range_m})
+        return replace(result, run=run)
+
+
+def colour(flight: Flight, i: int, trip: Trip) -> None:
+    """Give the sonar's noise of run i its memory, in place."""
+    if trip.sonar_memory_s > 0.0:
+        keep = math.exp(-trip.plan.scenario.period_s / trip.sonar_memory_s)
+        flight.noise[i, noise.SONAR] = noise.ornstein_uhlenbeck(flight.noise[i, noise.SONAR].copy(), keep)
+
+
+def quiet(plan: Plan) -> Plan:
+    """The plan without noise, drop-outs, rounding and turbulence; multipath and spikes are effects and stay."""
+    s = plan.scenario
+    sonar = replace(s.sonar, noise_m=0.0, resolution_m=0.0, dropout=0.0)
+    tachometer = Tachometer(0.0, s.tachometer.governor_per_s)
+    return replace(plan, scenario=replace(s, sonar=sonar, tachometer=tachometer, turbulence=Turbulence()))

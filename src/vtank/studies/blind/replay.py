@@ -1,0 +1,136 @@
+"""A run played again on the surge axis, without noise: from any state, at any parameters, with a given propeller speed.
+
+Sensors and actuators are the pilot's own, so that every effect acts as it did in the tank.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...compiled import law
+from ...effects import tachometer_bias, tachometer_spikes
+from ...experiment import noise as streams
+from ...experiment.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
+from ...experiment.plan import Plan
+from ...experiment.surge_model import drive
+from ...experiment.tick import stamp, tick
+from ...plant.parameters import slot
+from .cause import Cause
+from .fly import Trip, quiet
+
+Array = NDArray[np.float64]
+STANDOFF, SKEW, LAG = slot("standoff"), slot("clock_skew.s"), slot("thrust_lag.tau")
+BIAS, SPIKE_RATE, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.p"), slot("tachometer_spikes.size")
+MULTIPATH = slot("sonar_multipath.p")
+STEPS = 2  # steps of the surge model in a tick
+
+
+@law
+def play(f: Flight, i: int, samples: int, steps: int, start: Array, motion: Array) -> None:
+    """Run i from `start` (x, u, z, wake); fills motion (2, K) with place [m] and speed [m/s]."""
+    state = start.copy()
+    for k in range(f.history.shape[2]):
+        motion[0, k] = state[0]
+        motion[1, k] = state[1]
+        f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
+        f.history[i, RANGE_RATE, k] = -state[1]
+        tick(f, i, k)
+        drive(f, i, k, steps, state)
+    stamp(f, i, samples)
+
+
+class Replay:
+    """A run that can be played again and again.
+
+    Attributes:
+        samples: ticks in the record.
+        spikes: how far the tachometer's spikes throw its readings off, shape (T,) [rev/s].
+        motion: place [m] and speed [m/s] at the ticks of the last replay, shape (2, K).
+    """
+
+    def __init__(self, plan: Plan, spikes: Array | None = None) -> None:
+        """spikes: where they are not the plan's own, shape (T,) [rev/s]."""
+        self.plan, self.samples = quiet(plan), plan.scenario.samples
+        self.spikes = spikes_of(plan) if spikes is None else spikes
+        longest = self.plan.p.copy()
+        longest[SKEW] = 0.02  # room for a sonar clock that runs ahead by up to 2 %
+        self.flight = prepare([replace(self.plan, p=longest)])
+        self.motion = np.empty((2, self.flight.history.shape[2]))
+
+    def model(self, p: Array, n_read: Array, start: Array) -> Array:
+        """Ranges, shape (T,) [m], that parameters p foretell from the recorded propeller speed n_read (T,) [rev/s].
+
+        start: state (x, u, z, wake). A model that has spikes is told which readings they hit, and takes its own size of
+        them off: how well they are found is not what a held-out run is to show. Its ranges have no multipath.
+        """
+        n = tachometer_bias.true_speed(n_read, p[BIAS])
+        if p[SPIKE_RATE] > 0.0:
+            n = repair(n, self.spikes, p[SPIKE_SIZE])
+        clean = p.copy()
+        clean[[BIAS, SPIKE_RATE, MULTIPATH]] = 0.0
+        return self._open_loop(clean, n, start)
+
+    def truth(self, p: Array, n: Array, start: Array) -> tuple[Array, Array]:
+        """Readings (n_read [rev/s], range [m]), shape (T,) each, of a hull whose propellers turn at n (T,) [rev/s]."""
+        range_m = self._open_loop(p, n, start)
+        return self.flight.record[0, SPEED_READING, : self.samples].copy(), range_m
+
+    def _open_loop(self, p: Array, n: Array, start: Array) -> Array:
+        self._prepare(p, n)
+        play(self.flight, 0, self.samples, STEPS, start, self.motion)
+        return self.flight.record[0, READING, : self.samples].copy()
+
+    def _prepare(self, p: Array, n: Array) -> None:
+        f = self.flight
+        f.p[0] = p
+        f.setting["closed_loop"], f.setting["governor_per_s"], f.setting["n_limit_rev_s"] = False, 0.0, np.inf
+        f.command[0, :, : n.size], f.command[0, :, n.size :] = n, n[-1]
+        f.trim[0] = 0.0
+
+    def pushed(self, causes: tuple[Cause, ...], n: Array | None = None) -> tuple[Array, Array, Array]:
+        """Readings and true propeller speed (n_read, range, n) of the truth itself, from rest, outside laws on board.
+
+        n: true propeller speed where it is given [rev/s]; by default what the pilot makes of the scenario.
+        """
+        aboard = Trip(self.plan, causes).passengers()
+        if n is not None:
+            self._prepare(self.plan.p, n)
+        else:
+            self.flight = prepare([self.plan])
+            self.motion = np.empty((2, self.flight.history.shape[2]))
+        f, state = self.flight, np.zeros(4)
+        if any(passenger.law.push for passenger in aboard):
+            for k in range(f.history.shape[2]):
+                self.motion[:, k] = state[:2]
+                f.history[0, RANGE, k], f.history[0, RANGE_RATE, k] = f.p[0, STANDOFF] - state[0], -state[1]
+                tick(f, 0, k)
+                f.noise[0, streams.TURBULENCE, k] = sum(
+                    p.push(float(state[0]), float(state[1]), float(f.record[0, SPEED, k])) for p in aboard
+                )
+                drive(f, 0, k, STEPS, state)
+            f.noise[0, streams.TURBULENCE] = 0.0
+            stamp(f, 0, self.samples)
+        else:
+            play(f, 0, self.samples, STEPS, state, self.motion)
+        n_read, range_m = (f.record[0, row, : self.samples].copy() for row in (SPEED_READING, READING))
+        for passenger in aboard:
+            n_read, range_m = passenger.record(n_read, range_m)
+        return n_read, range_m, f.record[0, SPEED, : self.samples].copy()
+
+
+def repair(n: Array, spikes: Array, size: float) -> Array:
+    """Propeller speed [rev/s] with a spike of `size` taken off where `spikes`, shape (T,) [rev/s], say so."""
+    fixed = n.copy()
+    for k in np.flatnonzero(spikes):
+        fixed[k] = tachometer_spikes.repaired(n[k], spikes[k], size)
+    return fixed
+
+
+def spikes_of(plan: Plan) -> Array:
+    """How far the spikes of a plan throw the tachometer's readings off, shape (T,) [rev/s]."""
+    p = plan.p[SPIKE_RATE]
+    drawn = streams.uniform(plan.seed, plan.run, streams.SPIKE, p, plan.scenario.samples)
+    return np.array([tachometer_spikes.reading(0.0, p, plan.p[SPIKE_SIZE], u) for u in drawn])

@@ -1,0 +1,87 @@
+"""How far a case lies from every wrong explanation: each effect of the catalogue refitted to the noise-free runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...effects.catalogue import CATALOGUE
+from ...effects.effect import Effect
+from ...plant.parameters import slot
+from .case import Case, tied
+from .cause import CHANCE
+from .refit import ITERATIONS, NUISANCE, Fit, Recording, parameters, refit
+
+Array = NDArray[np.float64]
+LEADERS = 2  # single effects beside which a second is looked for; a choice
+FEW = 3  # iterations of each first fit, of which only the best is finished; a choice
+NEAR = 0.1  # where a fit begins, over the effect's typical size; a choice
+
+
+def rivals(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
+    """Names of the rivals and the Gram matrix of what they leave, whitened; `parameters` stands first.
+
+    The root of a diagonal element is the separation from that rival: the part of the signal that it cannot imitate.
+    """
+    names, rest = ["parameters"], [left.whole]
+    for effect in others(case):
+        names.append(effect.name)
+        rest.append(best_fit([effect], clean, left).whole)
+    gram = np.array(rest) @ np.array(rest).T
+    return {"names": names, "gram": [[float(f"{value:.6g}") for value in row] for row in gram]}
+
+
+def others(case: Case) -> list[Effect]:
+    """Effects of the catalogue that are not the cause, of tied ones the first."""
+    causes = [tied(c.name) for c in case.causes]
+    return [e for e in CATALOGUE if e.standing != "absorbed" and tied(e.name) == e.name and e.name not in causes
+            and e.name not in (*CHANCE, "thrust_lag")]  # fmt: skip
+
+
+def best_pair(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
+    """Two effects that together leave the least, each being looked for beside the best single ones; what they leave."""
+    singles = sorted(((best_fit([e], clean, left), e) for e in others(case)), key=lambda found: found[0].size)
+    found: list[tuple[float, tuple[str, ...]]] = [(fit.size, (leader.name,)) for fit, leader in singles[:1]]
+    for fit, leader in singles[:LEADERS]:
+        for second in (e for e in others(case) if e is not leader):
+            found.append((best_fit([leader, second], clean, fit).size, (leader.name, second.name)))
+    size, names = min(found)
+    return {"names": list(names), "d": size}
+
+
+def best_fit(effects: Sequence[Effect], clean: Sequence[Recording], left: Fit) -> Fit:
+    """The best refit of the hull's own parameters and some effects, from several starts of the last around `left`."""
+    top = max(float(np.max(np.abs(r.n_read))) for r in clean)
+    free = (*NUISANCE, *parameters(effects))
+    starts = list(_starts(effects[-1], left.p, top))
+    fits = [refit(clean, p, free, FEW if len(starts) > 1 else ITERATIONS, left.start) for p in starts]
+    best = min(fits, key=lambda fit: fit.size)
+    if len(starts) > 1:
+        best = min(best, refit(clean, best.p, free, ITERATIONS, best.start), key=lambda fit: fit.size)
+    return min(best, left, key=lambda fit: fit.size)
+
+
+def _starts(effect: Effect, p: Array, top_rev_s: float) -> Iterator[Array]:
+    """Parameters near the null, from which the first step is linear; several where a shape decides."""
+    if effect.name == "thrust_saturation":
+        for share in (0.9, 0.7):
+            yield _set(p, {"thrust_saturation.n_max": share * top_rev_s})
+    elif effect.name == "seiche":
+        for rad_s in (0.2, 0.4, 0.8, 1.4):
+            yield _set(p, {"seiche.amplitude": 0.002, "seiche.frequency": rad_s})
+    elif effect.name == "wake_memory":
+        for time_s in (2.0, 12.0):
+            yield _set(p, {"wake_memory.k": 0.05, "wake_memory.T": time_s})
+    else:
+        signs = {q.name: 1.0 if q.bounds[1] > 0.0 else -1.0 for q in effect.parameters}
+        yield _set(p, {f"{effect.name}.{q.name}": NEAR * signs[q.name] * q.scale for q in effect.parameters})
+
+
+def _set(p: Array, values: dict[str, float]) -> Array:
+    p = p.copy()
+    for name, value in values.items():
+        p[:, slot(name)] = value
+    return p

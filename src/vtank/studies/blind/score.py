@@ -1,0 +1,257 @@
+"""`vtank blind score`: verify every hash, score every case, and write tables, figures and one JSON file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...record.atomic import write_bytes
+from .calibration import corp
+from .ceiling import unknown_ceiling
+from .closed import closed
+from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
+from .processes import processes
+from .rows import STRATA, Row, row
+from .seal import json_bytes
+from .verify import Opened, open_all
+
+SCHEMA = "vtank.blind-score/1"
+SURE = 0.95  # stated probability from which a wrong class is held against an answer
+VISIBLE = 10.0  # d from which the bars on naming and closing hold
+Summary = dict[str, Measure]
+
+
+def score(
+    folder: Path,
+    truth: Path,
+    answers: Path,
+    count: int = 2,
+    stage: Callable[[str, int], Callable[[str], None]] = lambda label, total: lambda note: None,
+) -> dict[str, Any]:
+    """Rows and measures; InputError where a hash does not hold."""
+    opened = open_all(folder, truth, answers)
+    said = stage("scoring", len(opened.truths))
+    rows = []
+    with processes(count) as work:
+        for one in work(partial(_row, opened, truth), list(opened.truths)):
+            rows.append(one)
+            said(one.case)
+    return {"rows": rows, "sources": opened.sources, "measures": measures(rows)}
+
+
+def _row(opened: Opened, truth: Path, case: str) -> Row:
+    sealed, answer = opened.truths[case], opened.answers[case]
+    return row(case, sealed, answer, closed(case, sealed, answer, truth))
+
+
+def write_score(out: Path, scored: dict[str, Any]) -> None:
+    """Write score.md, score.json, cases.csv, the tables as CSV and the figures into a folder."""
+    from .figures import draw_all
+    from .tables import cases_csv, markdown, tables
+
+    out.mkdir(parents=True, exist_ok=True)
+    made = tables(scored["measures"])
+    write_bytes(out / "score.md", markdown(made, scored["sources"]).encode())
+    write_bytes(out / "cases.csv", cases_csv(scored["rows"]).encode())
+    for table in made:
+        write_bytes(out / f"{table.file}.csv", table.csv().encode())
+    write_bytes(out / "score.json", json_bytes(_json(scored)))
+    draw_all(out, scored["rows"])
+
+
+def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
+    """Every group of measures by its name, per stratum or subset."""
+    singles, pairs = _known(rows, "single"), _known(rows, "pair")
+    return {
+        "single": {name: naming(some) for name, some in by_stratum(singles).items()},
+        "pair": {name: naming(some) for name, some in by_stratum(pairs).items()},
+        "subsets": {name: naming(some) for name, some in _subsets(_visible(singles)).items()},
+        "none": {name: no_gap(some) for name, some in _subsets([r for r in rows if r.label == "none"]).items()},
+        "parameters": {
+            name: parameters_only(some)
+            for name, some in by_stratum([r for r in rows if r.label == "parameters"]).items()
+        },
+        "unknown": {
+            name: unknown(some) for name, some in by_stratum([r for r in rows if r.label == "unknown"]).items()
+        },
+        "unknown_single": {
+            name: unknown(some)
+            for name, some in by_stratum(
+                [replace(r, d=r.d_single) for r in rows if r.label == "unknown"]
+            ).items()
+        },
+        "outside": {"visible": unknown(_visible([r for r in rows if r.kind == "outside"]))},
+        "left_out": {"visible": unknown(_visible([r for r in rows if r.kind == "left_out"]))},
+        "known": {"all": known(singles + pairs), "visible": known(_visible(singles + pairs))},
+        "sure": {"all": {"wrong at 0.95": _sure([r for r in rows if r.label != "unknown"]),
+                         "wrong at 0.95, cause unknown": _sure([r for r in rows if r.label == "unknown"])}},
+        "closed": {name: shrinkage(some) for name, some in by_stratum(singles + pairs).items()},
+        "calibration": calibration(rows),
+    }  # fmt: skip
+
+
+def by_stratum(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """The rows of each stratum of d, all from VISIBLE on, and all."""
+    out = {name: [r for r in rows if low <= r.d < high] for name, (low, high) in STRATA.items()}
+    return out | {">=10": _visible(rows), "all": list(rows)}
+
+
+def naming(rows: Sequence[Row]) -> Summary:
+    """How well the cause is named, with the ceiling and simpler methods beside it."""
+    size = [float(len(r.chances)) for r in rows]
+    out = {
+        "top-1": share([r.right for r in rows]),
+        "class correct": share([r.class_right for r in rows]),
+        "class size": mean([float(len(r.named)) for r in rows]),
+        "log score": mean([log_score(r.chances, r.label) for r in rows]),
+        "brier": mean([brier(r.chances, r.label) for r in rows]),
+        "undecided": share([r.verdict.get("kind") == "undecided" for r in rows]),
+        "refused": share([bool(r.refused) for r in rows]),
+    }
+    bound = [r.ceiling for r in rows if r.ceiling is not None]
+    out |= {
+        "top-1, ceiling": mean([c.top1 for c in bound]),
+        "top-1 over ceiling": _over_ceiling(rows),
+        "log score, ceiling": mean([c.log_score for c in bound]),
+        "brier, ceiling": mean([c.brier for c in bound]),
+        "top-1, random": mean([1.0 / n for n in size]),
+        "log score, random": mean([math.log(n) for n in size]),
+        "brier, random": mean([1.0 - 1.0 / n for n in size]),
+    }
+    for name in sorted({name for r in rows for name in r.baselines}):
+        stated = [(r.baselines[name], r.label) for r in rows if name in r.baselines]
+        out[f"top-1, {name}"] = share([max(p, key=lambda k, p=p: p[k]) == label for p, label in stated])  # type: ignore[misc]
+        out[f"log score, {name}"] = mean([log_score(p, label) for p, label in stated])
+        out[f"brier, {name}"] = mean([brier(p, label) for p, label in stated])
+    return out
+
+
+def _over_ceiling(rows: Sequence[Row]) -> Measure:
+    """Right answers over those that the ideal observer would give, on the cases whose ceiling is known."""
+    some = [(r.right, r.ceiling.top1) for r in rows if r.ceiling is not None]
+    if not some:
+        return NOTHING
+    hits, bound = share([right for right, _ in some]), sum(top1 for _, top1 in some) / len(some)
+    return Measure(hits.value / bound, hits.n, hits.low / bound, hits.high / bound)
+
+
+def no_gap(rows: Sequence[Row]) -> Summary:
+    """What is said where there is no gap."""
+    said = [r.verdict.get("kind") for r in rows]
+    return {
+        "false alarm": share([kind in ("effect", "effects", "unknown", "parameters") for kind in said]),
+        "false effect": share([kind in ("effect", "effects") for kind in said]),
+        "false none-of-these": share([kind == "unknown" for kind in said]),
+        "undecided": share([kind == "undecided" for kind in said]),
+        "top-1": share([r.right for r in rows]),
+        "log score": mean([log_score(r.chances, r.label) for r in rows]),
+    }
+
+
+def parameters_only(rows: Sequence[Row]) -> Summary:
+    """What is said where only the simulator's own parameters are off."""
+    said = [r.verdict.get("kind") for r in rows]
+    return {
+        "top-1": share([r.right for r in rows]),
+        "false effect": share([kind in ("effect", "effects") for kind in said]),
+        "false none-of-these": share([kind == "unknown" for kind in said]),
+        "called no gap": share([kind == "none" for kind in said]),
+        "log score": mean([log_score(r.chances, r.label) for r in rows]),
+    }
+
+
+def unknown(rows: Sequence[Row]) -> Summary:
+    """Whether a cause outside the catalogue is noticed."""
+    return {
+        "called unknown": share([r.verdict.get("kind") == "unknown" for r in rows]),
+        "called unknown or undecided": share([r.verdict.get("kind") in ("unknown", "undecided") for r in rows]),
+        "top-1": share([r.right for r in rows]),
+        "log score": mean([log_score(r.chances, r.label) for r in rows]),
+        "called unknown, ceiling": mean([unknown_ceiling(r.d) for r in rows]),
+    }
+
+
+def known(rows: Sequence[Row]) -> Summary:
+    """Known effects that are denied."""
+    said = [r.verdict.get("kind") for r in rows]
+    return {
+        "false none-of-these": share([kind == "unknown" for kind in said]),
+        "false no gap": share([kind == "none" for kind in said]),
+        "called parameters": share([kind == "parameters" for kind in said]),
+    }
+
+
+def shrinkage(rows: Sequence[Row]) -> Summary:
+    """Gap closed on held-out runs against the oracle, and coverage of the stated interval."""
+    fractions = [r.closed.fraction for r in rows if _reducible(r)]
+    covered = [r.closed.covered for r in rows if r.closed.covered is not None]
+    widths = [r.closed.interval[1] - r.closed.interval[0] for r in rows if r.closed.interval is not None]
+    return {
+        "closed, median": quantile(fractions, 0.5),
+        "closed, 10th percentile": quantile(fractions, 0.1),
+        "coverage of 90 %": share([bool(c) for c in covered]),
+        "interval, median width": quantile(widths, 0.5),
+    }
+
+
+def calibration(rows: Sequence[Row]) -> dict[str, Summary]:
+    """CORP miscalibration of the most probable name, and of all names pooled, with what chance alone would show."""
+    if not rows:
+        return {}
+    best = [(r.chances[r.answer], float(r.right)) for r in rows]
+    every = [(p, float(name == r.label)) for r in rows for name, p in r.chances.items()]
+    out: dict[str, Summary] = {}
+    for name, pairs in (("most probable name", best), ("all names", every)):
+        found = corp(*np.array(pairs).T)
+        parts = {"miscalibration": found.miscalibration, "by chance": found.expected, "brier": found.brier,
+                 "discrimination": found.discrimination, "uncertainty": found.uncertainty}  # fmt: skip
+        out[name] = {key: Measure(value, found.n, math.nan, math.nan) for key, value in parts.items()}
+    return out
+
+
+def _known(rows: Sequence[Row], kind: str) -> list[Row]:
+    return [r for r in rows if r.kind == kind and r.label not in ("none", "parameters", "unknown")]
+
+
+def _visible(rows: Sequence[Row]) -> list[Row]:
+    return [r for r in rows if r.d >= VISIBLE]
+
+
+def _subsets(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    return {
+        "all": list(rows),
+        "white": [r for r in rows if not r.coloured],
+        "coloured": [r for r in rows if r.coloured],
+        "seen excitation": [r for r in rows if not r.unseen],
+        "unseen excitation": [r for r in rows if r.unseen],
+        "an effect withheld": [r for r in rows if r.decoy],
+    }
+
+
+def _sure(rows: Sequence[Row]) -> Measure:
+    wrong = [float(r.verdict.get("probability") or 0.0) >= SURE and not r.class_right for r in rows]
+    return share(wrong) if rows else NOTHING
+
+
+def _reducible(row: Row) -> bool:
+    """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
+    c = row.closed
+    return bool(np.isfinite([c.refit, c.oracle, c.diagnosed]).all()) and c.refit > 1.1 * c.oracle
+
+
+def _json(scored: dict[str, Any]) -> dict[str, Any]:
+    def clean(value: float) -> float | None:
+        return value if math.isfinite(value) else None
+
+    groups = {
+        group: {name: {key: {k: clean(v) for k, v in vars(m).items()} for key, m in summary.items()}
+                for name, summary in some.items()}
+        for group, some in scored["measures"].items()
+    }  # fmt: skip
+    return {"schema": SCHEMA, "sources": scored["sources"], "cases": len(scored["rows"]), "measures": groups}

@@ -1,0 +1,135 @@
+"""Sealing: case files that tell nothing but their data, and salted hashes that bind truth and answers.
+
+DIR holds case_0001/run_1.csv ... and cases.json with the hash of every file and the commitment to every truth. The
+truths and their salts lie in another folder.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...record import Run
+from ...record.manifest import read_json, sha256
+
+SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
+INDEX, SEAL = "cases.json", "seal.json"
+EPOCH_S = 946684800  # [s] 1 January 2000: the time stamp of every file
+FORMATS = {  # one width for all
+    "time_s": "%7.1f",
+    "n_rev_s": "%11.5f",
+    "range_m": "%9.5f",
+    "clean_m": "%10.6f",
+    "spike_rev_s": "%11.5f",
+}
+
+
+def canonical(document: Any) -> bytes:
+    """JSON with sorted keys and no spaces: one document, one sequence of bytes."""
+    return json.dumps(document, sort_keys=True, separators=(",", ":"), allow_nan=False, ensure_ascii=True).encode()
+
+
+def digest(document: Any) -> str:
+    """SHA-256 of the canonical JSON, in hex."""
+    return sha256(canonical(document))
+
+
+def new_salt() -> str:
+    """256 random bits in hex, from the operating system and not from the seed, which could be guessed."""
+    return secrets.token_hex(32)
+
+
+def commitment(salt: str, document: Any) -> str:
+    """SHA-256 of salt and canonical JSON: binds the document, tells nothing about it."""
+    return sha256(salt.encode() + canonical(document))
+
+
+def case_name(number: int) -> str:
+    """Name of the folder of a case, counted from 1."""
+    return f"case_{number:04d}"
+
+
+def fixed_csv(run: Run) -> bytes:
+    """The CSV file of a run with every cell as wide as its column, missing ones blank: all runs take the same bytes."""
+    columns = {"time_s": run.time_s, **run.columns}
+    widths = {name: FORMATS[name] for name in columns}
+    cells = [[_cell(widths[name], value) for value in values.tolist()] for name, values in columns.items()]
+    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _cell(form: str, value: float) -> str:
+    blank = " " * len(form % 0.0)
+    text = blank if value != value else form % value
+    if len(text) != len(blank):
+        raise InputError(f"{value}: too large to be written as '{form}'")
+    return text
+
+
+def as_written(values: np.ndarray, name: str) -> np.ndarray:
+    """Values as a reader of the file gets them, rounded like the column of that name, shape as given."""
+    return np.round(values, int(FORMATS[name].split(".")[1].rstrip("f")))
+
+
+def json_bytes(document: Any) -> bytes:
+    """JSON to be read by people too."""
+    return (json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
+
+
+def level_times(folder: Path) -> None:
+    """Give every file and folder below one time stamp, and the folder itself."""
+    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
+        os.utime(path, (EPOCH_S, EPOCH_S))
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth."""
+
+    case: str
+    runs: dict[str, str]
+    withheld: tuple[str, ...]
+    commitment: str
+
+    @property
+    def data(self) -> str:
+        """One hash for all its recordings."""
+        return digest(self.runs)
+
+
+@dataclass(frozen=True)
+class Index:
+    """What DIR says about itself: the nominal and the cases; `sha256` of the file."""
+
+    nominal: str
+    entries: tuple[Entry, ...]
+    sha256: str
+
+
+def index_bytes(nominal: str, entries: Iterable[Entry]) -> bytes:
+    """The file cases.json."""
+    cases = [
+        {"case": e.case, "runs": e.runs, "withheld": list(e.withheld), "commitment": e.commitment} for e in entries
+    ]
+    return json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": cases})
+
+
+def read_index(folder: Path) -> Index:
+    """The index of DIR; InputError where there is none."""
+    path = folder / INDEX
+    content = read_json(path, SCHEMA)
+    try:
+        entries = tuple(
+            Entry(c["case"], dict(c["runs"]), tuple(c["withheld"]), c["commitment"]) for c in content["cases"]
+        )
+        return Index(str(content["nominal"]), entries, sha256(path.read_bytes()))
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{path}: not an index of schema {SCHEMA} ({error})") from None

@@ -1,0 +1,105 @@
+"""Verification before any score: recordings, truths and answers are what was committed to."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ...errors import InputError
+from ...record.manifest import read_json, sha256
+from .answer import SCHEMA as ANSWERS_SCHEMA
+from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, read_index
+
+
+@dataclass(frozen=True)
+class Opened:
+    """Everything that is needed to score, verified: index, truths and answers by case."""
+
+    index: Index
+    truths: dict[str, dict[str, Any]]
+    answers: dict[str, dict[str, Any]]
+    sources: str
+
+
+def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
+    """Verify every hash and open the seals; InputError names all that was changed, is missing or does not belong."""
+    index = read_index(folder)
+    faults = [*_cases(folder, index), *_seal(truth, index)]
+    truths = {entry.case: _truth(truth, entry.case) for entry in index.entries}
+    for entry in index.entries:
+        document, salt = truths[entry.case].get("truth", {}), str(truths[entry.case].get("salt", ""))
+        if commitment(salt, document) != entry.commitment:
+            faults.append(f"{truth / entry.case}.json: the truth is not the one that was sealed")
+        elif document.get("schema") != TRUTH_SCHEMA or document.get("data") != entry.data:
+            faults.append(f"{truth / entry.case}.json: the truth does not belong to the recordings of {entry.case}")
+        else:
+            faults += _held_out(truth, entry.case, document)
+    content, found = _answers(answers, index)
+    faults += found
+    if faults:
+        raise InputError("nothing is scored:\n  " + "\n  ".join(faults))
+    return Opened(index, {case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
+
+
+def _cases(folder: Path, index: Index) -> list[str]:
+    faults = []
+    for entry in index.entries:
+        for file, expected in entry.runs.items():
+            faults += _file(folder / entry.case / file, expected, "recording")
+    return faults
+
+
+def _seal(truth: Path, index: Index) -> list[str]:
+    seal = read_json(truth / SEAL, SEAL_SCHEMA)
+    return (
+        []
+        if seal.get("index") == index.sha256
+        else [f"{truth / SEAL}: made for other cases, or cases.json was changed"]
+    )
+
+
+def _truth(truth: Path, case: str) -> dict[str, Any]:
+    path = truth / f"{case}.json"
+    try:
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:
+        raise InputError(f"{path}: not JSON") from None
+
+
+def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
+    files = document["held_out_files"].items()
+    return [f for file, hash in files for f in _file(truth / "held_out" / case / file, hash, "held-out run")]
+
+
+def _file(path: Path, expected: str, what: str) -> list[str]:
+    if not path.is_file():
+        return [f"{path}: missing"]
+    return [] if sha256(path.read_bytes()) == expected else [f"{path}: the {what} was changed"]
+
+
+def _answers(path: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
+    content = read_json(path, ANSWERS_SCHEMA)
+    listed = path.with_suffix(".sha256")
+    try:
+        lines = [line.split("  ", 1) for line in listed.read_text(encoding="utf-8").splitlines()]
+        committed = {name: hash for hash, name in lines}
+    except (OSError, ValueError):
+        raise InputError(f"{listed}: cannot be read, expected the hashes of {path.name}") from None
+    faults = []
+    if content.get("index") != index.sha256:
+        faults.append(f"{path}: answers to other cases")
+    for entry in index.entries:
+        answer = content["answers"].get(entry.case)
+        if answer is None:
+            faults.append(f"{path}: no answer to {entry.case}")
+        elif committed.get(entry.case) != digest(answer):
+            faults.append(f"{path}: the answer to {entry.case} is not the one that was committed to")
+        elif answer.get("data") != entry.data:
+            faults.append(f"{path}: the answer to {entry.case} was given to other recordings")
+    if not faults and committed.get(path.name) != sha256(path.read_bytes()):
+        faults.append(f"{path}: changed since the answers were committed to")
+    return content, faults

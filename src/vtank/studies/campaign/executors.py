@@ -1,0 +1,174 @@
+"""Where chunks are computed: threads, processes, or a Dask cluster. The results are the same everywhere.
+
+An executor takes work (a function of one chunk) and chunks, and yields the results in the order in which they come,
+with only a few chunks under way at a time. A worker that dies takes its chunk with it; the chunk is done again.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import Executor as Pool
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.process import BaseProcess
+from typing import Any, Self, TypeVar
+
+from ...errors import InputError
+
+T = TypeVar("T")
+R = TypeVar("R")
+CRASHES = 3  # in a row, without one chunk done, before giving up; as Dask's allowed-failures
+HINT = "too little memory for so many, or a script that starts them without `if __name__ == '__main__':`"
+PATIENCE_S = 10.0  # [s] for a scheduler to answer; a choice
+
+
+class Executor(ABC):
+    """What computes chunks: `workers` of them at a time. A context manager that ends what it started."""
+
+    workers: int
+
+    @abstractmethod
+    def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
+        """The results of all chunks, in any order."""
+
+    def close(self) -> None:  # noqa: B027  (nothing to end unless a subclass says so)
+        """End what was started."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def flow(pool: Pool, work: Callable[[T], R], left: deque[T], window: int) -> Generator[R, None, None]:
+    """Results as they come; at most `window` chunks under way. After an exception `left` has those not yielded."""
+    flying: dict[Future[R], T] = {}
+    try:
+        while left or flying:
+            while left and len(flying) < window:
+                flying[pool.submit(work, left[0])] = left[0]
+                left.popleft()
+            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+                result = future.result()
+                del flying[future]
+                yield result
+    finally:
+        left.extend(flying.values())
+        for future in flying:
+            future.cancel()
+
+
+class Threads(Executor):
+    """Threads of this process: MuJoCo and compiled code run without Python's lock."""
+
+    def __init__(self, workers: int | None = None) -> None:
+        """`workers`: threads, by default one for each processor."""
+        self.workers = workers or processors()
+
+    def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
+        """See `Executor`."""
+        with ThreadPoolExecutor(self.workers) as pool:
+            yield from flow(pool, work, deque(chunks), 2 * self.workers)
+
+
+class Processes(Executor):
+    """Processes on this machine, started afresh (spawned), as threads and forking do not go together."""
+
+    def __init__(self, workers: int) -> None:
+        """`workers`: processes."""
+        self.workers = workers
+
+    def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
+        """See `Executor`. InputError when the processes keep dying."""
+        left, crashes = deque(chunks), 0
+        context = multiprocessing.get_context("spawn")
+        while left:
+            try:
+                with ProcessPoolExecutor(self.workers, context, _begin) as pool:
+                    for result in flow(pool, work, left, 2 * self.workers):
+                        crashes = 0
+                        yield result
+            except BrokenProcessPool:
+                crashes += 1
+                if crashes == CRASHES:
+                    raise InputError(f"worker processes die again and again: {HINT}") from None
+
+
+def _begin() -> None:
+    """In a new process: leave Ctrl-C to the parent, and end with it, even when it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    parent = multiprocessing.parent_process()
+    assert parent is not None  # this is a child
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
+
+
+def _end_with(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
+
+
+class Cluster(Executor):
+    """A Dask cluster, by the address of its scheduler (tcp://host:8786). Scheduler and workers need the same vtank."""
+
+    def __init__(self, address: str) -> None:
+        """Connect; InputError where nothing answers there."""
+        self.address = address
+        self.client = _client(address)
+        self.workers = max(1, sum(self.client.nthreads().values()))
+
+    def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
+        """See `Executor`. Dask itself gives the chunks of a dead worker to another."""
+        try:
+            yield from flow(self.client.get_executor(pure=False), work, deque(chunks), 2 * self.workers)
+        except CancelledError:
+            raise InputError(f"{self.address}: the scheduler is gone; the same command goes on from here") from None
+        except Exception as error:
+            what = " ".join(f"{type(error).__name__}: {error}".split())
+            raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
+
+    def close(self) -> None:
+        """Leave the cluster, which goes on."""
+        self.client.close()
+
+
+class LocalCluster(Cluster):
+    """A Dask cluster of worker processes on this machine."""
+
+    def __init__(self, workers: int) -> None:
+        """`workers`: processes of one thread each."""
+        self.cluster = _distributed().LocalCluster(
+            workers, threads_per_worker=1, processes=True, dashboard_address=None
+        )
+        super().__init__(self.cluster.scheduler_address)
+
+    def close(self) -> None:
+        """End the cluster."""
+        super().close()
+        self.cluster.close()
+
+
+def processors() -> int:
+    """Processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _client(address: str) -> Any:
+    try:
+        return _distributed().Client(address, timeout=PATIENCE_S)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{address}: no Dask scheduler answers there ({error})") from None
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("Dask is not installed: pip install 'vtank[cluster]'") from None
+    return distributed

@@ -1,0 +1,185 @@
+"""The journal of a campaign in flight: which chunks are done, so that another go does the others and nothing twice.
+
+    DIR/journal/campaign.json    what is flown, in which form and in chunks of which size
+    DIR/journal/000064.json      rows of the chunk that starts with run 64; written last, after its recordings
+    DIR/journal/000064.npy       its recordings, for HDF5; as CSV they go to DIR/data at once
+    DIR/campaign.json            takes the journal's place when all is done
+
+A chunk is done when its rows are there and its recordings have the sizes noted with them. All files appear whole or
+not at all, by renaming, so that the process may be killed at any moment.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO, Any, Self
+
+from ...errors import InputError
+from ...record.manifest import read_json
+from .campaign import Campaign
+from .chunk import Piece, versions
+
+IDENTITY = "campaign.json"
+SCHEMA = "vtank.campaign/1"
+DATA = "data"  # folder of the CSV runs
+ROWS = "runs.csv"
+HDF5 = "runs.h5"
+PART = ".part"
+TALLY = ("runs", "done", "failed")
+OURS = {"journal", DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
+
+
+@contextmanager
+def renamed(path: Path) -> Iterator[Path]:
+    """Where to write a file that takes its name when the block ends well; until then it is called *.part."""
+    part = path.with_name(path.name + PART)
+    yield part
+    os.replace(part, path)
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[IO[str]]:
+    """A text file to write, as `renamed`."""
+    with renamed(path) as part, open(part, "w", encoding="utf-8", newline="\n") as file:
+        yield file
+
+
+def identity(campaign: Campaign, form: str) -> dict[str, Any]:
+    """All that decides the bytes of the results, apart from the processor."""
+    truths = {name: {"name": truth.name, "vector": truth.vector().tolist()} for name, truth in campaign.truths.items()}
+    return {
+        "schema": SCHEMA,
+        "campaign": campaign.text,
+        "scenarios": dict(campaign.scenarios),
+        "truths": truths,
+        "form": form,
+        "versions": versions(),
+    }
+
+
+class Journal:
+    """One folder's journal. A context manager: one process at a time holds it."""
+
+    def __init__(self, out: Path, campaign: Campaign, form: str, chunk: int) -> None:
+        """Begin, or take up again with the chunks as they were. InputError for a folder that holds anything else."""
+        self.out, self.folder, self.form = out, out / "journal", form
+        self.identity = identity(campaign, form)
+        self.complete = _same(out / IDENTITY, self.identity)
+        self.chunks: list[range] = []
+        self._lock: IO[str] | None = None
+        if self.complete:
+            shutil.rmtree(self.folder, ignore_errors=True)  # what a go left that was killed at the very end
+        else:
+            self._begin(len(campaign), chunk)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self._lock:
+            self._lock.close()
+
+    def _begin(self, runs: int, chunk: int) -> None:
+        present = {path.name for path in self.out.iterdir()} if self.out.is_dir() else set()
+        if present - OURS or (present and "journal" not in present):
+            raise InputError(f"{self.out}: not empty and not a campaign begun by vtank: choose another folder")
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self._lock = _locked(self.folder / "lock")
+        if not _same(self.folder / IDENTITY, self.identity, beside=("chunk",)):
+            self._write(self.folder / IDENTITY, self.identity | {"chunk": chunk})
+        if self.form == "csv":
+            (self.out / DATA).mkdir(exist_ok=True)
+        size = read_json(self.folder / IDENTITY, SCHEMA)["chunk"]
+        self.chunks = [range(start, min(start + size, runs)) for start in range(0, runs, size)]
+
+    def left(self) -> list[range]:
+        """The chunks that are still to be done."""
+        return [chunk for chunk in self.chunks if not self._is_done(chunk)]
+
+    def add(self, piece: Piece) -> None:
+        """Keep the results of a chunk."""
+        rows, sizes = [], {}
+        for flown in piece.runs:
+            rows.append(flown.row | {"sha256": flown.sha256} if flown.data is not None else flown.row)
+            if flown.data is not None and self.form == "csv":
+                name = f"{DATA}/{flown.row['run']}.csv"
+                (self.out / name).write_bytes(flown.data)
+                sizes[name] = len(flown.data)
+        if self.form == "hdf5":
+            spool = self._spool(piece.start)
+            with renamed(spool) as part:
+                part.write_bytes(b"".join(flown.data for flown in piece.runs if flown.data is not None))
+            sizes[f"journal/{spool.name}"] = spool.stat().st_size
+        self._write(self._page(piece.start), {"rows": rows, "sizes": sizes})
+
+    def rows(self) -> Iterator[tuple[int, dict[str, Any]]]:
+        """Start of its chunk and row of every run, in order."""
+        for chunk in self.chunks:
+            page = json.loads(self._page(chunk.start).read_text(encoding="utf-8"))
+            yield from ((chunk.start, row) for row in page["rows"])
+
+    def spool(self, start: int) -> IO[bytes]:
+        """The recordings of a chunk, one .npy array after the other."""
+        return self._spool(start).open("rb")
+
+    @property
+    def failed(self) -> int:
+        """Failed runs of a complete campaign."""
+        return int(read_json(self.out / IDENTITY, SCHEMA)["failed"])
+
+    def finish(self, runs: int, failed: int) -> None:
+        """The results stand: put what was flown beside them, and remove the journal."""
+        tally = dict(zip(TALLY, (runs, runs - failed, failed), strict=True))
+        self._write(self.out / IDENTITY, self.identity | tally)
+        shutil.rmtree(self.folder)
+
+    def _page(self, start: int) -> Path:
+        return self.folder / f"{start:06d}.json"
+
+    def _spool(self, start: int) -> Path:
+        return self.folder / f"{start:06d}.npy"
+
+    def _is_done(self, chunk: range) -> bool:
+        try:
+            page = json.loads(self._page(chunk.start).read_text(encoding="utf-8"))
+            return all((self.out / name).stat().st_size == size for name, size in page["sizes"].items())
+        except (OSError, ValueError):
+            return False
+
+    def _write(self, path: Path, content: dict[str, Any]) -> None:
+        with whole(path) as file:
+            json.dump(content, file, ensure_ascii=False, separators=(",", ":"))
+
+
+def _locked(path: Path) -> IO[str]:
+    """A file that no other process may lock; the lock ends with the process, however it ends."""
+    file = open(path, "w")
+    try:
+        import fcntl
+
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except ImportError:  # elsewhere than on POSIX there is no such lock
+        pass
+    except OSError:
+        file.close()
+        raise InputError(f"{path.parent.parent}: another process is flying this campaign") from None
+    return file
+
+
+def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -> bool:
+    """Whether a file says that this very campaign is there; False for no file, InputError for another campaign."""
+    if not path.is_file():
+        return False
+    found = {key: value for key, value in read_json(path, SCHEMA).items() if key not in beside}
+    if found == wanted:
+        return True
+    if found | {"versions": None} == wanted | {"versions": None}:
+        differ = [name for name, version in wanted["versions"].items() if found["versions"].get(name) != version]
+        pairs = ", ".join(f"{name} {found['versions'].get(name)} (here {wanted['versions'][name]})" for name in differ)
+        raise InputError(f"{path.parent}: flown with {pairs}: go on with those, or into another folder")
+    raise InputError(f"{path.parent}: holds another campaign, or this one in another form: choose another folder")

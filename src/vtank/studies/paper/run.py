@@ -1,0 +1,179 @@
+"""The reproduction from end to end: flown campaigns in; tables, figures, study and findings out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from ...experiment import Result
+from ...present.document import Block, Heading, Links, Paragraph, Picture, csv_text, html, markdown
+from ...record import Manifest, write_dataset
+from . import findings, study_figures
+from .calibration import BASES, MULTIPLES, Calibration, calibrate
+from .campaign import TRUTHS, Campaign, identify_campaign, pieces
+from .evidence import Results
+from .paper_figures import plan
+from .practice import practise
+from .published import published
+from .study import experiments, levels, study, study_csv
+from .tables import paper_form, tables_csv, title
+
+Stage = Callable[[str, int], AbstractContextManager[Callable[[str], None]]]
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How many seeds each part of the study gets, and the true drags of the calibration over Brutzman's."""
+
+    study: int
+    calibration: int
+    practice: int
+    multiples: tuple[float, ...] = MULTIPLES
+
+
+FULL = Effort(40, 24, 16)
+BRIEF = Effort(10, 16, 6, (0.3, 1.0, 3.0, 10.0, 30.0, 65.0))  # about 25 s on one core
+QUICK = Effort(3, 3, 2, (0.3, 1.0, 10.0, 65.0))
+
+
+@contextmanager
+def silent(label: str, total: int) -> Iterator[Callable[[str], None]]:
+    """A stage that shows nothing."""
+    yield lambda note: None
+
+
+def reproduce(
+    folder: Path, flights: Mapping[str, Sequence[Result]], seed: int, effort: Effort = FULL, stage: Stage = silent
+) -> Results:
+    """Identify, study and write everything into an existing empty folder; returns what the pages are made of.
+
+    flights: truth -> results of the four experiments. The study compares all truths whichever were flown.
+    """
+    with stage("identifying", len(flights) * pieces()) as advance:
+        campaigns = {truth: identify_campaign(results, advance) for truth, results in flights.items()}
+    results = investigate(campaigns, seed, effort, stage)
+    write_results(folder, results, stage)
+    return results
+
+
+def investigate(campaigns: dict[str, Campaign], seed: int, effort: Effort, stage: Stage = silent) -> Results:
+    """The study, the calibration and the paper's comparisons on many seeds."""
+    chosen = levels()
+    work = len(TRUTHS) * len(experiments(chosen)) + len(BASES) * len(effort.multiples) + len(TRUTHS)
+    with stage("studying the estimator", work) as advance:
+        return Results(
+            study(seed, effort.study, advance, chosen=chosen),
+            calibrate(seed, effort.calibration, advance, effort.multiples),
+            practise(seed, effort.practice, advance),
+            campaigns,
+        )
+
+
+def write_flights(folder: Path, flights: Mapping[str, Sequence[Result]]) -> None:
+    """One data set for each truth, `folder`/<truth>, as `vtank run` writes them."""
+    for truth, results in flights.items():
+        plans = [result.plan for result in results]
+        scenarios = {plan.name: plan.scenario.path.read_text(encoding="utf-8") for plan in plans}
+        known = {"model": "tank", "settings": [], "runs": [result.truth() for result in results]}
+        write_dataset(
+            folder / truth, [result.run for result in results], Manifest(scenarios=scenarios, seed=plans[0].seed), known
+        )
+
+
+def write_results(folder: Path, results: Results, stage: Stage = silent) -> None:
+    """Pages, tables and figures."""
+    drawings = {truth: plan(campaign) for truth, campaign in results.campaigns.items()}
+    with stage("drawing", sum(map(len, drawings.values())) + len(STUDY_PICTURES)) as advance:
+        for truth, campaign in results.campaigns.items():
+            write_campaign(folder / truth, campaign, advance)
+        for name, (_, draw) in STUDY_PICTURES.items():
+            (folder / f"{name}.png").write_bytes(draw(results))
+            advance(name)
+    page = findings.page(results)
+    _write(folder / "findings.md", markdown(page))
+    _write(folder / "study.csv", study_csv(results.study))
+    _write(folder / "calibration.csv", calibration_csv(results.calibration))
+    pictures = [Picture(f"{name}.png", caption) for name, (caption, _) in STUDY_PICTURES.items()]
+    links = [
+        (f"{truth}/index.html", f"Tables 1 to 4 and Figures 1 to 12, truth {truth}") for truth in results.campaigns
+    ]
+    links += [
+        ("study.csv", "medians and 10-90 % bands of every level"),
+        ("calibration.csv", "estimated against true drag"),
+    ]
+    contents: list[Block] = [Heading("The paper reproduced", 2), Links(tuple(links)), Heading("The study in pictures")]
+    _write(folder / "index.html", html("The paper reproduced", [*page, *contents, *pictures]))
+
+
+def write_campaign(folder: Path, campaign: Campaign, advance: Callable[[str], None] = lambda note: None) -> None:
+    """Tables and figures of one truth."""
+    folder.mkdir(parents=True)
+    pictures = []
+    for name, (caption, draw) in plan(campaign).items():
+        (folder / f"{name}.png").write_bytes(draw())
+        pictures.append(Picture(f"{name}.png", caption))
+        advance(f"{campaign.truth.name}, {name}")
+    page = tables_page(campaign)
+    _write(folder / "tables.md", markdown(page))
+    _write(folder / "tables.csv", tables_csv(campaign))
+    _write(
+        folder / "index.html",
+        html(f"The paper reproduced, truth {campaign.truth.name}", [*page, Heading("Figures 1 to 12"), *pictures]),
+    )
+
+
+def tables_page(campaign: Campaign) -> list[Block]:
+    """Tables 1 to 4 of one truth."""
+    name = campaign.truth.name
+    blocks: list[Block] = [Heading(f"Tables 1 to 4, truth {name}", 1), Paragraph(INTRODUCTION)]
+    for number, table in published().items():
+        blocks += [Heading(title(table)), paper_form(campaign, number)]
+    return blocks
+
+
+INTRODUCTION = (
+    "Simulated in the MuJoCo tank and identified by the paper's method, in the paper's units. Each quantity has a row "
+    "from each source; the residual rows of the truth tell what a perfect model leaves, the error of the sonar filter. "
+    "Maximum likelihood stands with its standard deviation, for each data set and for all four together."
+)
+
+STUDY_PICTURES: dict[str, tuple[str, Callable[[Results], bytes]]] = {
+    "study-truths": (
+        "Three vehicles through the paper's estimators, beside the published values.",
+        lambda r: study_figures.truths_and_print(r.study),
+    ),
+    "study-calibration": (
+        "Estimated against true drag, and what true drag a published value stands for.",
+        lambda r: study_figures.calibration(r.calibration),
+    ),
+    "study-parts": (
+        "Time step, sonar filter and noise, each by itself and together.",
+        lambda r: study_figures.parts(r.study),
+    ),
+    "study-kalman": (
+        "The printed Kalman estimator as Q, T, filter and experiment vary.",
+        lambda r: study_figures.factors(r.study, "kalman"),
+    ),
+    "study-least-squares": (
+        "Least squares, which a settling Q amounts to, as T, filter and experiment vary.",
+        lambda r: study_figures.factors(r.study, "least_squares"),
+    ),
+}
+
+
+def calibration_csv(c: Calibration) -> str:
+    """Quantiles of a [1/ft] over true drag, one a line."""
+    header = ("thrust_and_lag_of", "method", "data_set", "true_drag_over_brutzman", "a_p10", "a_median", "a_p90")
+    rows = [
+        (base, method, data_set + 1, f"{multiple:g}", *(f"{x:.5g}" for x in bands[i, data_set]))
+        for (base, method), bands in c.bands.items()
+        for data_set in range(bands.shape[1])
+        for i, multiple in enumerate(c.multiples)
+    ]
+    return csv_text(header, rows)
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8")

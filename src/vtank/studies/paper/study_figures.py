@@ -1,0 +1,169 @@
+"""Figures of the study: estimates beside truths and print, factor by factor, part by part, and the calibration."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...present.canvas import GREY, PUBLISHED, TRUTH, TRUTH_COLOURS, VERMILION, drawn, legend_below, page
+from .calibration import BASES, ESTIMATORS, Calibration
+from .paper_figures import NAMES
+from .published import SETS, brutzman_a_per_ft, published
+from .study import QUANTITIES, Level, Study
+
+TITLES = {
+    "kalman": "Kalman, printed q_ii = 1",
+    "two_stage": "two-stage, printed q_ii",
+    "least_squares": "least squares",
+    "literal": "Kalman, q_ii in the print's units",
+    "normalised": "Kalman, q_ii normalised",
+}
+FACTOR_TITLES = {
+    "T": "regression step T",
+    "filter q": "sonar filter's q [ft²/s⁵]",
+    "filter on n": "filter also on n",
+    "record": "length of record",
+    "noise": "sonar noise [mm]",
+    "amplitude": "amplitude of the command",
+    "spikes": "tachometer spikes of 8 rev/s",
+}
+COLUMNS = (  # factor, label, method, table beside it
+    ("method", "kalman", "kalman", 2),
+    ("method", "two_stage", "two_stage", 4),
+    ("method", "least_squares", "least_squares", 2),
+    ("Model III", "q_ii = 3", "kalman", 3),
+)
+ROWS = ("a", "b", "tau", "gamma")
+LIMITS = {"a": (-3.4, 1.4), "b": (-0.004, 0.010), "tau": (-0.4, 4.2), "gamma": (-0.21, 0.09)}
+LIMITS_III = LIMITS | {"b": (-0.045, 0.065), "tau": (-1.0, 16.0)}
+PART_TITLES = {
+    "exact": "time step\nalone",
+    "filter u": "filter\non u",
+    "filter u,n": "filter on\nu and n",
+    "noise": "noise\nin u",
+    "recorded": "all, as\nrecorded",
+}
+
+
+@drawn
+def truths_and_print(s: Study) -> Any:
+    """What each estimator makes of three vehicles, beside what was published."""
+    figure = page("The paper's estimators on three vehicles, beside the published values", 12.5, 8.4)
+    grid = figure.subplots(len(ROWS), len(COLUMNS), squeeze=False)
+    for j, (factor, label, method, number) in enumerate(COLUMNS):
+        level = s.level(factor, label, method)
+        name = TITLES[method] if level.model == "II" else "Kalman, printed q_ii = 3"
+        grid[0, j].set_title(f"{name}\nModel {level.model}, beside Table {number}")
+        for ax, quantity in zip(grid[:, j], ROWS, strict=True):
+            if quantity == "gamma" and level.model == "II":
+                ax.set_axis_off()
+                continue
+            _truths(ax, s, [(level, d) for d in range(SETS)], quantity)
+            ax.plot(range(SETS), published()[number].values[quantity], "x", color=VERMILION, ms=8, mew=2, zorder=5)
+            ax.set(ylim=(LIMITS_III if level.model == "III" else LIMITS)[quantity])
+            ax.set_ylabel(NAMES[quantity] if j in (0, 3) else "")
+            ax.set_xticks(range(SETS), [f"set {k + 1}" for k in range(SETS)])
+    grid[0, 0].plot([], [], "x", color=VERMILION, ms=8, mew=2, label="published")
+    _legend_in(grid[-1, 0], grid[0, 0])
+    return figure
+
+
+@drawn
+def factors(s: Study, method: str) -> Any:
+    """The estimate of a, all data sets together, as one thing after another varies."""
+    panels = [("Q", group) for group in ("literal", "normalised")] if method == "kalman" else []
+    panels += [(name, method) for name in FACTOR_TITLES if name in s.factors]
+    figure = page(f"Drag estimated by {TITLES[method]} (Model II, data sets 1 to 4 together)", 12.5, 7.0)
+    grid = figure.subplots(2, -(-len(panels) // 2), sharey=True, squeeze=False)
+    for ax, (factor, group) in zip(grid.flat, panels, strict=False):
+        chosen = [level for level in s.levels if (level.factor, level.method) == (factor, group)]
+        _published_band(ax)
+        _truths(ax, s, [(level, None) for level in chosen], "a")
+        ax.set_xticks(range(len(chosen)), [level.label.removesuffix(" mm") for level in chosen])
+        ax.set(title=FACTOR_TITLES.get(factor, TITLES.get(group)), ylim=(-4.0, 1.6))
+    for ax in grid.flat[len(panels) :]:
+        ax.set_axis_off()
+    for ax in grid[:, 0]:
+        ax.set_ylabel("a [1/ft]")
+    _multiples(grid[0, -1])
+    _legend_in(grid[-1, -1], grid[0, 0])
+    return figure
+
+
+@drawn
+def parts(s: Study) -> Any:
+    """Where the error comes from: time step, filter, noise, all together."""
+    figure = page("Where the error of the drag comes from (Model II, T = 0.5 s)", 12.5, 6.4)
+    grid = figure.subplots(2, SETS, sharex=True, squeeze=False)
+    for row, method, limits in ((grid[0], "least_squares", (-2.0, 1.0)), (grid[1], "kalman", (-4.0, 1.6))):
+        chosen = [level for level in s.levels if (level.factor, level.method) == ("part", method)]
+        for data_set, ax in enumerate(row):
+            _truths(ax, s, [(level, data_set) for level in chosen], "a")
+            ax.axhline(published()[2].values["a"][data_set], **PUBLISHED)
+            ax.set(title=f"{TITLES[method]}, data set {data_set + 1}", ylim=limits)
+            ax.set_xticks(range(len(chosen)), [PART_TITLES[level.label] for level in chosen], fontsize=8)
+        row[0].set_ylabel("a [1/ft]")
+    legend_below(figure, [grid[0, 0]], 4)
+    return figure
+
+
+@drawn
+def calibration(c: Calibration) -> Any:
+    """Estimated against true drag, and the published values."""
+    figure = page("Which true drag stands behind a published one (Model II)", 12.5, 8.6)
+    grid = figure.subplots(len(ESTIMATORS), SETS, sharex=True, sharey="row", squeeze=False)
+    for row, method in zip(grid, ESTIMATORS, strict=True):
+        printed = published()[4 if method == "two_stage" else 2].values["a"]
+        for data_set, ax in enumerate(row):
+            for base in BASES:
+                _curve(ax, c, base, method, data_set)
+            ax.plot(c.multiples, c.multiples * brutzman_a_per_ft(), **TRUTH | {"label": "estimate = truth"})
+            ax.axhline(printed[data_set], **PUBLISHED)
+            ax.axvline(printed[data_set] / brutzman_a_per_ft(), color=VERMILION, lw=0.8, alpha=0.5)
+            ax.set(xscale="log", title=f"{TITLES[method]}, data set {data_set + 1}", ylim=(-3.0, 0.6))
+            ax.set_xticks([1, 3, 10, 30], ["1", "3", "10", "30"])
+            ax.minorticks_off()
+        row[0].set_ylabel("estimated a [1/ft]")
+    for ax in grid[-1]:
+        ax.set_xlabel("true drag / Brutzman's")
+    word = "upright line: the published drag taken at its word"
+    figure.text(0.99, 0.995, word, ha="right", va="top", color=GREY, fontsize=8)
+    legend_below(figure, [grid[0, 0]], 4)
+    return figure
+
+
+def _truths(ax: Any, s: Study, places: list[tuple[Level, int | None]], quantity: str) -> None:
+    """One place on the axis for each level and data set; there, in one colour a truth, median and 10-90 % band."""
+    for k, truth in enumerate(s.truths):
+        colour, x = TRUTH_COLOURS[truth], np.arange(len(places)) + 0.22 * (k - 1)
+        low, middle, high = np.array([s.band(truth, level, quantity, data_set) for level, data_set in places]).T
+        ax.vlines(x, low, high, color=colour, lw=2.6, alpha=0.45)
+        ax.plot(x, middle, "o", color=colour, ms=4, label=f"truth {truth}: median and\n10-90 %; dashed: its value")
+        ax.axhline(s.truths[truth][QUANTITIES.index(quantity)], color=colour, lw=0.9, ls=(0, (5, 2)))
+    ax.grid(axis="x", visible=False)
+
+
+def _legend_in(empty: Any, ax: Any) -> None:
+    """The legend of one panel in the room of an empty one, where it widens nothing."""
+    legend = empty.legend(*ax.get_legend_handles_labels(), loc="upper left", borderaxespad=0.0, labelspacing=1.0)
+    legend.set_in_layout(False)
+
+
+def _curve(ax: Any, c: Calibration, base: str, method: str, data_set: int) -> None:
+    low, middle, high = c.bands[base, method][:, data_set].T
+    label = f"thrust and lag of {base}: median, 10-90 %"
+    ax.fill_between(c.multiples, low, high, color=TRUTH_COLOURS[base], alpha=0.18, lw=0)
+    ax.plot(c.multiples, middle, "o-", ms=3, color=TRUTH_COLOURS[base], label=label)
+
+
+def _published_band(ax: Any) -> None:
+    a = published()[2].values["a"]
+    ax.axhspan(a.min(), a.max(), color=VERMILION, alpha=0.13, lw=0, label="published, Table 2")
+
+
+def _multiples(ax: Any) -> None:
+    """A second axis in multiples of Brutzman's drag."""
+    brutzman = brutzman_a_per_ft()
+    axis = ax.secondary_yaxis("right", functions=(lambda a: a / brutzman, lambda multiple: multiple * brutzman))
+    axis.set_ylabel("times Brutzman's drag")
