@@ -65,7 +65,7 @@ LANES, MASK, ROWS = Lanes(), Mask(), Rows()
 def _primitive(value: ir.Type) -> Any:
     """A data model that holds one LLVM value."""
 
-    class Model(models.PrimitiveModel):  # type: ignore[misc]
+    class Model(models.PrimitiveModel):
         def __init__(self, manager: Any, kind: types.Type) -> None:
             super().__init__(manager, kind, value)
 
@@ -95,7 +95,7 @@ def _any(context: Any, builder: Any, source: Any, target: Any, value: Any) -> An
 def _register(function: Any, result: types.Type, takes: tuple[types.Type, ...], build: Callable[..., Any]) -> None:
     """Make a Python function or operator work on these types; where lanes are taken, plain numbers mix in."""
 
-    class Template(AbstractTemplate):  # type: ignore[misc]
+    class Template(AbstractTemplate):
         key = function
 
         def generic(self, args: Any, kws: Any) -> Any:

@@ -48,21 +48,11 @@ def readers(plant: Plant, channels: Sequence[Channel]) -> dict[str, Any]:
     return {"read": read, "instant": instant}
 
 
-# --- templates -------------------------------------------------------------------------------------------------------
-index: int
-reading: Any
-when: Any
-other: Any
-otherwise: Any
-motion: Any
-disturbance: Any
-pushing: Any
-lagging: Any
-put: Any
-acting: Any
-rates: Any
-targets: Any
-lags: Any
+# --- templates; `bind` puts a plant's and a row's own laws in the place of these names
+unbound: Any = None
+index = reading = when = other = otherwise = motion = disturbance = pushing = lagging = put = acting = rates = (
+    targets
+) = lags = unbound
 
 
 @term

@@ -104,22 +104,11 @@ def _tuples(plant: Plant) -> dict[str, Any]:
     return found
 
 
-# --- names that mean something else for every plant --------------------------------------------------------------------
-SIZE: int
-STATES: int
-SPEEDS: tuple[int, ...]
-PLACES: tuple[int, ...]
-acts: Any
-inputs: Any
-instant: Any
-read: Any
-fades: Any
-step: Any
-opened: Any
-loaded: Any
-corrected: Any
-first: Any
-written: Any
+# --- names in the place of which `bind` puts what they mean for a plant
+unbound: Any = None
+SIZE = STATES = SPEEDS = PLACES = acts = inputs = instant = read = fades = step = opened = loaded = corrected = (
+    first
+) = written = unbound
 
 
 def forced(forcing, j):  # type: ignore[no-untyped-def]
@@ -320,7 +309,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):  #
 
 # --- the filter's algebra --------------------------------------------------------------------------------------------
 def nudge(s, x):  # type: ignore[no-untyped-def]
-    """Fill x, shape (B, S, 8), with states s, shape (S,): as they are in the first lane, each nudged in one of the rest."""
+    """Fill x, shape (B, S, 8), with states s, shape (S,): in each lane but the first, one is nudged."""
     for i in range(SIZE):
         for c in range(x.shape[0]):
             for q in range(WIDTH):

@@ -23,7 +23,7 @@ advance, fades = SURGE.laws["advance"], SURGE.laws["fades"]
 STANDOFF, CURRENT = slot("standoff"), slot("ambient_current.U")
 STEP_S = 0.05  # [s] longest step: errors up to 4e-7 m in 120 s (tests/test_simulate_surge.py)
 CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
-POSITION, SURGE = range(2)
+POSITION, SPEED = range(2)
 
 
 @law
@@ -56,7 +56,7 @@ def fly(f: Flight, i: int, steps: int, motion: Array) -> None:
     state = np.zeros(4)
     for k in range(motion.shape[1]):
         motion[POSITION, k] = state[0]
-        motion[SURGE, k] = state[1]
+        motion[SPEED, k] = state[1]
         f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
         f.history[i, RANGE_RATE, k] = -state[1]
         tick(f, i, k)
@@ -96,6 +96,6 @@ def _chunk(plans: Sequence[Plan], step_s: float) -> list[Result]:
         steps = int(np.ceil(plan.scenario.period_s / step_s - 1e-9))
         fly(flight, i, steps, motion)
         stamp(flight, i, plan.scenario.samples)
-        true = {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}
+        true = {"position_m": motion[POSITION], "surge_m_s": motion[SPEED]}
         results.append(result(plan, flight, i, true | ({"water_m_s": flight.water[i, 0]} if moves(plan) else {})))
     return results

@@ -40,6 +40,16 @@ class Parameters:
             raise InputError(f"no parameter '{name}'; there are: {', '.join(self.names)}")
         return self.names.index(name)
 
+    @cached_property
+    def _places(self) -> dict[tuple[str, ...], np.ndarray]:
+        return {}
+
+    def slots(self, names: tuple[str, ...]) -> np.ndarray:
+        """Indices of several parameters, shape (K,)."""
+        if names not in self._places:
+            self._places[names] = np.array([self.slot(name) for name in names], dtype=int)
+        return self._places[names]
+
     def vector(self, values: Mapping[str, float], base: np.ndarray | None = None) -> np.ndarray:
         """A copy of `base` (default: the null values), shape (P,), with the named slots set."""
         p = self.null.copy() if base is None else base.copy()
@@ -60,7 +70,7 @@ class Plant:
         lagging: names of those that lag an input, in the order of `targets`.
         axes: where unmodelled accelerations act.
         parameters: what it reads from parameters.
-        rates: (t, s, n, push, p) -> d/dt of every state; those of lagging states, which s holds as they act, are unused.
+        rates: (t, s, n, push, p) -> d/dt of every state; unused for lagging ones, which s holds as they act.
         targets: (t, n, p) -> what the lagging states settle to.
         lags: (p) -> their time constants [s]; 0 is no lag.
         inputs: (reading, lone, j, p) -> the inputs n behind sample j of the recorded ones, `lone` off where alone.
@@ -95,23 +105,17 @@ class Plant:
             own[template.__name__] = bind(template, f"{self.name}_{template.__name__}", own, term)
         return own
 
+    @cached_property
+    def move(self) -> Callable[..., Any]:
+        """(t, h, s, n, push, p) -> states after one step of h [s] from time t [s], inputs and accelerations held."""
+        return bind(move, f"{self.name}_move", self.laws)
 
-# --- templates: tuples' arithmetic is made by `_tuples`, the rest are the plant's own laws ------------------
-rates: Any
-targets: Any
-lags: Any
-along: Any
-fourth: Any
-lagging: Any
-put: Any
-acting: Any
-settled: Any
-faded: Any
-motion: Any
-disturbance: Any
-pushing: Any
-dying: Any
-joined: Any
+
+# --- templates; `bind` puts a plant's own laws, and its arithmetic from `_tuples`, in the place of these names
+unbound: Any = None
+rates = targets = lags = along = fourth = lagging = put = acting = settled = faded = motion = disturbance = pushing = (
+    dying
+) = joined = unbound
 
 
 def fades(h, p):  # type: ignore[no-untyped-def]
@@ -135,6 +139,11 @@ def advance(t, h, s, n, push, fade, p):  # type: ignore[no-untyped-def]
     k3 = rates(t + g, put(along(s1, g, k2), z2), n, push, p)
     k4 = rates(t + h, put(along(s1, h, k3), z3), n, push, p)
     return put(fourth(s1, h / 6.0, k1, k2, k3, k4), z3)
+
+
+def move(t, h, s, n, push, p):  # type: ignore[no-untyped-def]
+    """One step by itself."""
+    return advance(t, h, s, n, push, fades(h, p), p)
 
 
 def step(t, h, s, n, push, keep, mean, fade, p):  # type: ignore[no-untyped-def]
