@@ -97,23 +97,10 @@ def _forced(named: Fitted, basis: list[np.ndarray], shared: bool) -> np.ndarray:
     """Change of all innovations, shape (sum M, K), per unit of each force function; one set per run unless shared."""
     problem, theta = named.problem, named.optimum.theta
     blocks = []
-    for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
-        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
-        columns = np.empty((e.size, basis[k].shape[1]))
-        for i in range(basis[k].shape[1]):
-            pushed = _single(problem, k, 1e-4 * basis[k][:, i])
-            pushed._predict(k, *problem.model(theta, k), f.gain, e)
-            columns[:, i] = (e - f.innovation) / (1e-4 * sd)
-        assert run.time_s.size == e.size
-        blocks.append(columns)
+    for k, f in enumerate(named.filtered):
+        base = (f.innovation / np.sqrt(f.variance))[:, None]
+        blocks.append((problem.varied(theta, f, k, forcing=1e-4 * basis[k]) - base) / 1e-4)
     return np.vstack(blocks) if shared else _block_diagonal(blocks)
-
-
-def _single(problem: Problem, k: int, push: np.ndarray) -> Problem:
-    """The problem with a known acceleration on one run alone."""
-    zero = [np.zeros(run.input.size) for run in problem.runs]
-    zero[k] = push
-    return replace(problem, forcing=tuple(zero))
 
 
 def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
@@ -121,14 +108,8 @@ def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
     problem, theta = named.problem, named.optimum.theta
     blocks = []
     for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
-        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
-        columns = np.empty((e.size, basis[k].shape[1]))
-        for i in range(basis[k].shape[1]):
-            runs = list(problem.runs)
-            runs[k] = replace(run, value=run.value - basis[k][:, i] * 1e-3)
-            replace(problem, runs=tuple(runs))._predict(k, *problem.model(theta, k), f.gain, e)
-            columns[:, i] = (e - f.innovation) / (1e-3 * sd)
-        blocks.append(columns)
+        base = (f.innovation / np.sqrt(f.variance))[:, None]
+        blocks.append((problem.varied(theta, f, k, value=run.value[:, None] - 1e-3 * basis[k]) - base) / 1e-3)
     return np.vstack(blocks)
 
 

@@ -17,11 +17,11 @@ from scipy.special import log_ndtr
 
 from ..effects.effect import Parameter
 from ..estimate.observed import Observed
+from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
 from ..plant.parameters import slot, vector
 from . import outliers
 from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, OFFSET, Hypothesis, nuisance, starting_values, stretch, typical
-from .optimum import Optimum, Prior, climb
 
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..estimate.innovations import GAINS, predict
+from ..estimate.innovations import Noise, innovations, no_gain
 from ..estimate.observed import SPEED, Observed, observe
 from ..experiment.clearance import check_command
 from ..experiment.plan import Plan
@@ -179,8 +179,6 @@ def recorded(run: Observed, p: np.ndarray, standoff: float | None = None) -> Obs
 
     standoff: distance from the sonar to the wall at the start [m], by default that in p.
     """
-    size = run.time_s.size
-    out, p = np.empty(size), p if standoff is None else vector({"standoff": standoff}, p)
-    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.lone, run.time_s, np.zeros(size), run.kind,
-            np.zeros((size, GAINS)), out)  # fmt: skip
+    p = p if standoff is None else vector({"standoff": standoff}, p)
+    out = innovations(run, p, np.zeros(4), Noise(), no_gain(run), np.zeros(run.time_s.size))
     return replace(run, value=-out)

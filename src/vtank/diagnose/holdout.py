@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from ..effects.catalogue import BY_NAME
-from ..estimate.innovations import GAINS, kalman, predict
+from ..estimate.innovations import filtered, innovations, no_gain
 from ..estimate.observed import RANGE, SPEED, Observed
 from ..estimate.problem import FLAGGED, Filtered, Noise
 from ..plant.parameters import slot
@@ -157,12 +157,10 @@ class Target:
 
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Variances of the innovations, shape (M,), and gains, shape (M, 6), for measurements of given variance."""
-        run, size, p = self.run, self.run.time_s.size, self.here(p)
-        e, S, gain = np.empty(size), np.empty(size), np.zeros((size, GAINS))
-        kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input, run.lone,
-               run.time_s, run.value, run.kind, variance, e, S, gain, None, self.noise.colour_sigma,
-               self.noise.colour_time)  # fmt: skip
-        return S, gain
+        p = self.here(p)
+        start, sd = self.begin(p)
+        found = filtered(self.run, p, start, self.noise, variance, sd)
+        return found.variance, found.gain
 
     def errors(
         self,
@@ -176,10 +174,9 @@ class Target:
 
         forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
         """
-        run, out, p = self.run, np.empty(self.run.time_s.size), self.here(p)
+        p = self.here(p)
         start = self.begin(p)[0] if start is None else start
-        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, value,
-                run.kind, gain, out, forcing, None, self.noise.colour_time)  # fmt: skip
+        out = innovations(self.run, p, start, self.noise, gain, value, forcing)
         if np.all(np.abs(out) < DIVERGED):
             return out
         return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
@@ -221,7 +218,7 @@ class Prediction:
         target, model = self.target, model or self.model
         value = target.run.value if value is None else value
         weight = self._weigh(model, value)
-        gain = np.zeros((value.size, GAINS))
+        gain = no_gain(target.run)
         gain[: target.inside] = self.gains[int(np.argmax(weight))]
         return target.errors(model.mean(weight), gain, value, forcing)[target.scored]
 

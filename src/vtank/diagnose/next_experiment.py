@@ -182,8 +182,7 @@ def _least_squares(problem: Problem, theta: np.ndarray, known: np.ndarray) -> fl
     """Least sum of squares of a run's residuals and of what leaving theta costs, by STEPS linearisations."""
     moved, filtered, least = np.zeros_like(theta), problem.filter(theta), np.inf
     for _ in range(STEPS):
-        r = problem.residuals(theta + moved, filtered)
-        J = problem.jacobian(theta + moved, filtered, r)
+        r, J = problem.linearise(theta + moved, filtered)
         A, b = J.T @ J + known, J.T @ r + known @ moved
         cost, step = float(r @ r + moved @ known @ moved), -np.linalg.solve(A, b)
         if cost > least:
@@ -215,9 +214,8 @@ def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
     """Separation of winner and rival by the recordings so far."""
     problem = replace(rival.problem, runs=noise_free(setting, winner).runs)
     theta = rival.optimum.theta
-    filtered = problem.filter(theta)
-    r = problem.residuals(theta, filtered)
-    b = problem.jacobian(theta, filtered, r).T @ r
+    r, J = problem.linearise(theta, problem.filter(theta))
+    b = J.T @ r
     return float(np.sqrt(max(r @ r - b @ np.linalg.solve(rival.optimum.information, b), 0.0)))
 
 

@@ -57,8 +57,7 @@ class Linearised:
 def linearise(fit: Fitted) -> Linearised:
     """Residuals and derivatives of a fit at its optimum."""
     theta = fit.optimum.theta
-    r = fit.problem.residuals(theta, fit.filtered)
-    return Linearised(fit, r, fit.problem.jacobian(theta, fit.filtered, r))
+    return Linearised(fit, *fit.problem.linearise(theta, fit.filtered))
 
 
 def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
@@ -82,12 +81,10 @@ def _shift(fit: Fitted, start: Start) -> np.ndarray:
     """Residuals of the fit with an effect added at the given values."""
     problem, parts = fit.problem, []
     for k, f in enumerate(fit.filtered):
-        p, state = problem.model(fit.optimum.theta, k)
+        p, _ = problem.model(fit.optimum.theta, k)
         p = vector({name: float(np.broadcast_to(v, len(problem.runs))[k]) for name, v in start.items()}, p)
-        e = np.empty(f.innovation.size)
-        problem._predict(k, p, state, f.gain, e)
-        parts.append(e / np.sqrt(f.variance))
-    return np.nan_to_num(np.concatenate(parts), posinf=1e6, neginf=-1e6)
+        parts.append(problem.varied(fit.optimum.theta, f, k, p=p))
+    return np.concatenate(parts)
 
 
 def scan(setting: Setting, refit: Fitted) -> list[Start]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiled import law
+from ..lanes import where
 from .effect import Effect, Parameter
 
 SEEN = 0.6  # share of the size by which a reading must lie off: above one half, since most readings are good; a guess
@@ -30,9 +31,7 @@ def carried(lone, size):  # type: ignore[no-untyped-def]
 @law
 def repaired(n_read: float, lone: float, size: float) -> float:
     """Reading less the spike it carries, where it stands alone by `lone`; size = 0 repairs nothing [rev/s]."""
-    if carried(lone, size):
-        return n_read - size if lone > 0.0 else n_read + size
-    return n_read
+    return where(carried(lone, size), where(lone > 0.0, n_read - size, n_read + size), n_read)
 
 
 EFFECT = Effect(

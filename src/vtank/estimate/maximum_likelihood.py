@@ -17,8 +17,8 @@ from ..errors import InputError
 from ..plant.parameters import vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
 from .first_guess import first_guesses, typical_acceleration
-from .levenberg import Descent, Prior, descend
 from .observed import POSITION, RANGE, Observed
+from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
 from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
@@ -41,7 +41,7 @@ WARM_UP = 2  # iterations beside the forgiving filter; a choice
 AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
 EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
-SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
+SETTLED = 0.005  # gain in log-likelihood below which the noise level and the parameters agree
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
             break  # nothing is left to explain
         other = _output_error(problem, guess, prior)
         agree = abs(other.cost - end.cost) < AGREED * end.cost
-        end = min(end, other, key=lambda descent: descent.cost)
+        end = min(end, other, key=lambda optimum: optimum.cost)
         if agree:
             break  # the rest is not for want of a better start
     calm, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
@@ -165,14 +165,14 @@ def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
     prior, before = beforehand(problem, guess), np.inf
     for _ in range(5):
-        end = descend(problem, guess, problem.filter(guess), prior)
+        end = descend(problem, guess, prior, problem.filter(guess))
         if problem.noise.quiet or before - end.cost < SETTLED:
             break
         guess, before = end.theta, end.cost
     return _estimate(problem, end, prior)
 
 
-def _likelihood(problem: Problem, end: Descent) -> float:
+def _likelihood(problem: Problem, end: Optimum) -> float:
     return problem.log_likelihood(problem.filter(end.theta))
 
 
@@ -203,41 +203,41 @@ def _forgiving(problem: Problem) -> Problem:
     return problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
 
 
-def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
+def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Optimum:
     """Optimum of pure simulation from one guess."""
     forgiving, quiet = _forgiving(problem), problem.with_noise(problem.noise.calm())
-    warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
-    return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
+    warm = descend(forgiving, guess, prior, forgiving.filter(guess), WARM_UP)
+    return descend(quiet, warm.theta, prior, quiet.filter(warm.theta))
 
 
-def _weighted(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
+def _weighted(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Optimum]:
     """The problem with the noise of each channel as it was found, and its optimum."""
     channels = set().union(*(run.first for run in problem.runs))
     for round in range(len(channels)):  # with a single channel its weight does not matter
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
         if round + 1 < len(channels):
-            end = descend(problem, end.theta, problem.filter(end.theta), prior)
+            end = descend(problem, end.theta, prior, problem.filter(end.theta))
     return problem, end
 
 
-def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Descent]:
+def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
     problem = _forgiving(problem)
-    end = descend(problem, guess, problem.filter(guess), prior)
+    end = descend(problem, guess, prior, problem.filter(guess))
     for rough in (*[True] * 3, *[False] * 17):
         problem = problem.with_noise(noise_level(problem, end.theta, hold_memory=rough))
         filtered = problem.filter(end.theta)
-        before = descend(problem, end.theta, filtered, prior, 0)
-        end = descend(problem, end.theta, filtered, prior)
+        before = descend(problem, end.theta, prior, filtered, 0)
+        end = descend(problem, end.theta, prior, filtered)
         if end.converged and not rough and before.cost - end.cost < SETTLED:
             return problem, end
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
     return problem, replace(end, converged=False)
 
 
-def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
+def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
-    J = end.jacobian / np.sqrt(np.concatenate([f.variance for f in filtered]))[:, None]
+    J = problem.jacobian(end.theta, filtered)
     covariance = _inverse(J.T @ J + np.diag(prior.weight))
     return Estimate(
         problem,

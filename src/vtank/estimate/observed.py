@@ -7,14 +7,18 @@ from functools import cached_property
 
 import numpy as np
 
+from ..channels import channels
 from ..errors import InputError
+from ..plant.plant import Plant
+from ..plant.surge import SURGE
 from ..record.run import Run
+from .kernels import Record, Steps
 
 RANGE, POSITION, SPEED = 0, 1, 2
-CHANNELS = {"range_m": RANGE, "position_m": POSITION, "surge_m_s": SPEED}
+CHANNELS = {row.name: kind for kind, row in enumerate(channels(SURGE))}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observed:
     """Input and measurements of one run, for the compiled kernels.
 
@@ -25,8 +29,9 @@ class Observed:
         input: input values, held from each stamp to the next, shape (I,).
         time_s: stamps of the measurements, ascending, shape (M,).
         value: measurements [m or m/s], shape (M,).
-        kind: channel of each, RANGE, POSITION or SPEED, shape (M,).
+        kind: channel of each, its place in the plant's table, here RANGE, POSITION or SPEED, shape (M,).
         lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
+        plant: whose inputs and measurements these are.
     """
 
     name: str
@@ -37,10 +42,26 @@ class Observed:
     value: np.ndarray
     kind: np.ndarray
     lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    plant: Plant = SURGE
 
     def __post_init__(self) -> None:
-        if self.lone.size != self.input.size:
-            object.__setattr__(self, "lone", np.zeros(self.input.size))
+        if self.lone.shape != self.input.shape:
+            object.__setattr__(self, "lone", np.zeros(self.input.shape))
+
+    @cached_property
+    def record(self) -> Record:
+        """The same for the compiled kernels."""
+        stamp, reading, lone, time, value = (
+            np.ascontiguousarray(a, dtype=float)
+            for a in (self.input_time_s, self.input, self.lone, self.time_s, self.value)
+        )
+        colour = np.array([float(row.coloured) for row in channels(self.plant)])[self.kind]
+        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), colour)
+
+    @cached_property
+    def plans(self) -> dict[tuple[float, ...], Steps]:
+        """Step plans of this run, by the delays they were made for."""
+        return {}
 
     @cached_property
     def has_position(self) -> bool:

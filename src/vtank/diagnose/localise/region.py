@@ -143,7 +143,7 @@ def missing_force(fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]) -
     """
     problem, theta, base = fit.problem, fit.optimum.theta, whitened(fit)
     shared = len(problem.free)
-    own = problem.jacobian(theta, fit.filtered, base)[:, shared:]
+    own = problem.jacobian(theta, fit.filtered)[:, shared:]
     centred = {name: _centring(moved[name], edges[name], k > 0) for k, name in enumerate(moved)}
     A = np.column_stack([_columns(fit, base, moved[name], edges[name]) @ centred[name] for name in moved] + [own])
     prior = np.concatenate([np.zeros(A.shape[1] - own.shape[1]), fit.prior.sd[shared:] ** -2.0])

@@ -14,9 +14,9 @@ import numpy as np
 
 from ...errors import InputError
 from ...estimate.first_guess import first_guesses
-from ...estimate.levenberg import descend
 from ...estimate.maximum_likelihood import MODELS, beforehand, fit, refit
 from ...estimate.observed import observe
+from ...estimate.optimum import descend
 from ...estimate.paper.estimate import estimate
 from ...estimate.paper.regression import Model, Regression, lump_all, regression
 from ...estimate.paper.settings import ESTIMATORS, Estimator, PaperSettings
@@ -65,7 +65,7 @@ def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noi
     if noise.quiet:
         found = fit(problem, [guess])
     else:
-        theta = descend(problem, guess, problem.filter(guess), beforehand(problem, guess)).theta
+        theta = descend(problem, guess, beforehand(problem, guess), problem.filter(guess)).theta
         found = refit(problem.with_noise(noise_level(problem, theta)), theta)
     return Answer(np.array(list(found.values.values())), np.array(list(found.sd.values())))
 

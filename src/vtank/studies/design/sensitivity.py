@@ -13,7 +13,7 @@ import numpy as np
 
 from ...effects.catalogue import CATALOGUE
 from ...effects.effect import Effect, Parameter
-from ...estimate.innovations import predict
+from ...estimate.innovations import innovations
 from ...estimate.problem import Problem
 from ...plant.parameters import slot, vector
 from ...plant.surge import thrust_target
@@ -84,9 +84,7 @@ class Probe:
 
     def innovations(self, p: Array, start: Array) -> Array:
         """Whitened innovations with the gains held, shape (M,)."""
-        run, e = self.flown.run, np.empty(self.flown.run.time_s.size)
-        predict(p, start, self.flown.noise.correlation_time, run.input_time_s, run.input, run.lone,
-                run.time_s, run.value, run.kind, self.filtered.gain, e)  # fmt: skip
+        e = innovations(self.flown.run, p, start, self.flown.noise, self.filtered.gain)
         return np.asarray(e / np.sqrt(self.filtered.variance))
 
     def quantity(self, q: Quantity, p: Array) -> Array:
