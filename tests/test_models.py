@@ -14,7 +14,8 @@ import pytest
 
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
-from vtank.tank.model import TANK_GROUP, load_model
+from vtank.tank import load_model
+from vtank.tank.model import HEARD
 from vtank.units import FOOT_M, INCH_M, LBF_N, SLUG_KG
 
 MODELS = models_dir()
@@ -56,10 +57,8 @@ def data(model: mujoco.MjModel) -> mujoco.MjData:
 
 def distance(model: mujoco.MjModel, data: mujoco.MjData, site: str, direction: tuple[float, float, float]) -> float:
     """From a site along a world direction to the tank [m]; -1 where there is nothing."""
-    groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-    groups[TANK_GROUP] = 1
     start = data.site(site).xpos
-    return mujoco.mj_ray(model, data, start, np.array(direction), groups, 1, -1, np.zeros(1, dtype=np.int32))
+    return mujoco.mj_ray(model, data, start, np.array(direction), HEARD, 1, -1, np.zeros(1, dtype=np.int32))
 
 
 @pytest.mark.parametrize("key", entries())
