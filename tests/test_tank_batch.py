@@ -125,7 +125,7 @@ def test_diverging_simulation_is_reported_and_can_be_reset(
 def test_divergence_is_reported_also_where_mujoco_starts_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     model = awkward_model()
-    model.opt.disableflags &= ~mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    model.opt.disableflags ^= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
     with Tank(model, awkward_vehicle(), without_drag()) as tank:
         tank.propeller_rev_s[:] = np.nan
         with pytest.raises(InputError, match="simulation 0 of 1 diverged"):

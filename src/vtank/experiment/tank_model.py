@@ -61,15 +61,9 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
     """Numbers of the plans that are stepped together: alike in what all simulations of a batch must share."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, plan in enumerate(plans):
-        scenario = plan.scenario
-        alike: tuple[object, ...] = (
-            ticks(plan),
-            scenario.period_s,
-            scenario.hold,
-            scenario.sonar.beam,
-            scenario.sonar.width_deg,
-        )
-        alike = (*alike, scenario.vehicle, scenario.walls, scenario.excitation.axis)
+        s = plan.scenario
+        files, axis = (s.vehicle, s.walls), s.excitation.axis
+        alike = (ticks(plan), s.period_s, s.hold, s.sonar.beam, s.sonar.width_deg, files, axis)
         groups.setdefault(alike, []).append(i)
     for group in groups.values():
         for start in range(0, len(group), CHUNK):

@@ -21,7 +21,8 @@ from .pack import check_parameters, pack
 def prepare(data: mujoco.MjData, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> None:
     """Give one MjData the vehicle's hydrodynamics, to be stepped by mujoco.mj_step inside `forces()`.
 
-    `data`: of a model by load_world or submerge. Call it again after mj_resetData, which forgets them. Inputs: `layout.field(data.userdata, "propeller_rev_s")`.
+    data: of a model that load_world or submerge made. Call it again after mj_resetData, which forgets them. Inputs:
+    `layout.field(data.userdata, "propeller_rev_s")`.
     """
     data.userdata[:] = pack(data.model, vehicle, p, held)
 

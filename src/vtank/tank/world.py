@@ -121,7 +121,7 @@ def _bonds(hull: mujoco.MjSpec) -> Iterator[str]:
 def _set_afloat(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) -> None:
     """Move the vehicle into the world, above x = y = 0, level at its start.
 
-    start: its pose in `hull`, shape (7,). A body with other axes than x forward, z down is carried by one that has them.
+    start: its pose in `hull`, shape (7,). A body whose axes are not x forward, z down is carried by one whose are.
     """
     joint = _free_joint(hull)
     body, place, frame = joint.parent, [0.0, 0.0, float(start[2])], world.worldbody.add_frame()
