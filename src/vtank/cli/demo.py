@@ -79,8 +79,8 @@ def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
     from ..present.document import Picture
     from ..record.atomic import write_bytes
-    from ..tank.model import load_model
     from ..tank.render import picture
+    from ..tank.world import load_model
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "tank.png"

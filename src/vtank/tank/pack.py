@@ -12,7 +12,7 @@ from ..plant import parameters, sixdof
 from ..plant.vehicle import AXES, Vehicle
 from ..units import G_M_S2
 from .layout import FIELDS, MAGIC, MAX_THRUSTERS, field
-from .model import STATES, check_model, rigid_mass, site, sonar_and_wall, vehicle_body
+from .model import STATES, centre_of_gravity, check_model, rigid_mass, site, sonar_and_wall, vehicle_body
 
 
 def pack(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> np.ndarray:
@@ -45,7 +45,7 @@ def pack(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequence[
         "buoyancy_N": vehicle.buoyancy_N,
         "displaced_kg": vehicle.buoyancy_N / G_M_S2,
         "centre_of_buoyancy_m": vehicle.centre_of_buoyancy_m,
-        "centre_of_gravity_m": model.body_ipos[body],
+        "centre_of_gravity_m": centre_of_gravity(model, body),
         "thruster_wrench": _thruster_wrenches(model, vehicle),
         "propeller_z_m": np.mean([site(model, name)[2] for name in vehicle.propeller_sites]),
         "sonar_m": sonar,
