@@ -24,7 +24,7 @@ from ..experiment.surge_model import simulate_surge
 from ..plant.parameters import slot, vector
 from ..plant.surge import STANDOFF
 from ..plant.truth import Truth
-from ..record.section import Section
+from ..record.table import Table
 
 MINUTES = 2.0  # [min] length of every new run, the paper's order
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4)
@@ -134,7 +134,7 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
     """The experiment flown by the pilot without noise; None where the tank has no room for it."""
     table = {"duration_s": 60.0 * MINUTES, "standoff_m": FAR_M, **table}
     try:
-        scenario: Scenario = read_scenario(Section(Path("next-experiment.toml"), "", table))
+        scenario: Scenario = read_scenario(Table(Path("next-experiment.toml"), "", table))
         check_command(scenario)
         p = p.copy()
         p[STANDOFF] = scenario.standoff_m
@@ -154,7 +154,7 @@ def _truth(p: np.ndarray, top: float) -> Truth:
 def _driven(words: str, table: dict[str, Any], p: np.ndarray, like: Observed) -> Experiment:
     """The open-loop experiment in the unit of the recordings' input."""
     time = np.arange(0.0, 60.0 * MINUTES + 0.05, 0.1)
-    scenario = read_scenario(Section(Path("next-experiment.toml"), "", {"duration_s": 60.0 * MINUTES, **table}))
+    scenario = read_scenario(Table(Path("next-experiment.toml"), "", {"duration_s": 60.0 * MINUTES, **table}))
     value = scenario.excitation.command(time, scenario.duration_s)[0]
     run = Observed(words, like.input_name, time, value, time, np.zeros(time.size), np.zeros(time.size, dtype=np.int64))
     return Experiment(words, {}, MINUTES, recorded(with_channels(run, like.first), p))

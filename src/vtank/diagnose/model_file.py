@@ -23,7 +23,7 @@ from ..plant.parameters import null_vector, slot, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.atomic import write_text
-from ..record.quantity import Table, read_table
+from ..record.table import Table, open_table
 from .holdout import START_WINDOW_S, Model, Prediction, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def _texts(names: Sequence[str]) -> str:
 
 def read_model(path: Path | str) -> ModelFile:
     """The model file at `path`; InputError names file and key of what is wrong."""
-    file = read_table(Path(path))
+    file = open_table(Path(path))
     if file.text("schema", "") != SCHEMA:
         raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
     name = file.text("input")

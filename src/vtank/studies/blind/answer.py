@@ -7,13 +7,10 @@ other. Work that was interrupted goes on where it stopped, unless the recordings
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 import vtank
 
@@ -21,6 +18,8 @@ from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...plant.truth import load_truth
 from ...record.atomic import write_bytes
+from ...record.documents import plain
+from ...record.files import read_bytes, read_text
 from ...record.manifest import current_versions, sha256
 from .processes import processes
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
@@ -84,7 +83,7 @@ def check_data(folder: Path, entry: Entry) -> None:
         path = folder / entry.case / file
         if file not in present:
             raise InputError(f"{path}: missing; the index lists it")
-        if sha256(path.read_bytes()) != entry.runs.get(file):
+        if sha256(read_bytes(path)) != entry.runs.get(file):
             raise InputError(f"{path}: not the recording that the index lists; changed since the cases were made")
 
 
@@ -120,27 +119,16 @@ def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
     return {"refused": message, "document": {"verdict": verdict, "probabilities": chances}}
 
 
-def plain(value: Any) -> Any:
-    """A document of plain numbers, lists and texts; what is not finite becomes null."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic | np.ndarray):
-        return plain(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
 def _resume(part: Path, mark: str) -> dict[str, Any]:
-    """Answers of an interrupted run of the same program on the same cases; a line cut short is left out."""
+    """Answers of an interrupted run of the same program on the same cases; a line that is none is left out."""
     done: dict[str, Any] = {}
-    for line in part.read_text(encoding="utf-8").splitlines() if part.exists() else ():
+    for line in read_text(part).splitlines() if part.exists() else ():
         try:
             content = json.loads(line)
-        except json.JSONDecodeError:
+            if content["mark"] == mark:
+                done[content["case"]] = content["answer"]
+        except (ValueError, KeyError, TypeError, RecursionError):
             continue
-        if content["mark"] == mark:
-            done[content["case"]] = content["answer"]
     if part.exists():
         kept = (json.dumps({"mark": mark, "case": case, "answer": found}) + "\n" for case, found in done.items())
         write_bytes(part, "".join(kept).encode())
