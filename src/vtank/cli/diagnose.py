@@ -100,9 +100,9 @@ def refuse_unwritable(path: Path | None) -> None:
 def observed(runs: Sequence[Run]) -> list[Observed]:
     """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
     from ..errors import InputError
-    from ..estimate.observed import observe
+    from ..estimate.observed import observe, stretches
 
-    found = [observe(run) for run in runs]
+    found = [observe(run) for run in stretches(runs)]
     first = found[0]
     for run in found:
         if run.input_name != first.input_name:

@@ -70,7 +70,7 @@ class Fitted:
         prior: priors and bounds of all unknowns.
         optimum: where the fit ended.
         filtered: innovations at the optimum.
-        log_likelihood: of the innovations and of the outliers.
+        log_likelihood: of the innovations and of the outliers; -inf where the model runs away.
         log_evidence: the same with parameters integrated out.
         extra: estimates that are not slots of the optimiser (outlier effects), by slot name.
     """
@@ -234,6 +234,8 @@ def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Pri
         likelihood += gain
         extra |= {"tachometer_spikes.p": p}
     evidence = likelihood + _occam(prior, optimum)
+    if not np.isfinite(evidence):
+        likelihood = evidence = -np.inf
     return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
 
 
@@ -245,7 +247,10 @@ def _occam(prior: Prior, optimum: Optimum) -> float:
     at_low = (optimum.theta <= prior.low + 1e-12) & (optimum.gradient > 0)
     at_high = (optimum.theta >= prior.high - 1e-12) & (optimum.gradient < 0)
     variance = np.diag(np.linalg.inv(optimum.information))
-    for i in np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high)):
+    bounded = np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high))
+    if sign <= 0.0 or np.any(variance[bounded] <= 0.0):  # lost to rounding: nothing is known about how wide it is
+        return -np.inf
+    for i in bounded:
         pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
         virtual, sd = optimum.theta[i] - pull, np.sqrt(variance[i])
         total += 0.5 * pull**2 / variance[i]

@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..estimate.problem import RUNAWAY
 from ..plant.parameters import vector
 from . import outliers
 from .evidence import Fitted, Setting, Start
@@ -87,7 +88,7 @@ def _shift(fit: Fitted, start: Start) -> np.ndarray:
         e = np.empty(f.innovation.size)
         problem._predict(k, p, state, f.gain, e)
         parts.append(e / np.sqrt(f.variance))
-    return np.nan_to_num(np.concatenate(parts), posinf=1e6, neginf=-1e6)
+    return np.clip(np.nan_to_num(np.concatenate(parts)), -RUNAWAY, RUNAWAY)
 
 
 def scan(setting: Setting, refit: Fitted) -> list[Start]:

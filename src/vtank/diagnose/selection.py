@@ -9,10 +9,12 @@ from functools import partial
 
 import numpy as np
 
+from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
+from ..plant.parameters import slot
 from . import outliers
-from .discrepancy import Discrepancy, unnamed
+from .discrepancy import Discrepancy, simulated, unnamed
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .hypothesis import Hypothesis, candidates
 from .lone_speeds import with_lone_speeds
@@ -79,7 +81,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     """Weigh everything; names: the effects to consider (default: the catalogue)."""
     effects = candidates(setting.nominal, setting.runs, names)
     say("refit of the nominal's own parameters")
-    refit = evaluate(setting, Hypothesis())
+    refit = _refit(setting)
     setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
     say(f"{len(effects)} effects, one by one")
@@ -95,7 +97,22 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
     say("what has no name")
     found = Selection(setting, nominal, refit, named, ())
+    if found.best.log_evidence == -np.inf:
+        listed = ", ".join(run.name for run in setting.runs)
+        raise InputError(
+            f"run {listed}: no simulator follows these recordings, whatever its drag and thrust; "
+            "expected numbers that a vehicle driven by its input could reach, in SI units"
+        )
     return replace(found, unnamed=tuple(unnamed(setting, found.best)))
+
+
+def _refit(setting: Setting) -> Fitted:
+    """The refit; where its simulation runs away, it may have begun with a thrust of the wrong sign."""
+    fit = evaluate(setting, Hypothesis())
+    if all(np.isfinite(f.innovation).all() for f in simulated(fit.problem, fit.optimum.theta)):
+        return fit
+    other = evaluate(setting, Hypothesis(), [{"beta": -float(setting.nominal[slot("beta")])}])
+    return max(fit, other, key=lambda found: found.log_evidence)
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:
