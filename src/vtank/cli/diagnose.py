@@ -114,6 +114,8 @@ def observed(runs: Sequence[Run]) -> list[Observed]:
             raise InputError(
                 f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST_SAMPLES} to diagnose"
             )
+        if run.input.size < 2:
+            raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
     if all(float(abs(run.input).max()) == 0.0 for run in found):
         raise InputError(
             f"{first.input_name} is zero in all runs: nothing drives the vehicle, nothing can be diagnosed"

@@ -26,6 +26,7 @@ from .optimum import Optimum, Prior, climb
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
+LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -199,14 +200,20 @@ def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] |
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
-        optimum = climb(problem, theta, prior, problem.filter(np.clip(theta, prior.low, prior.high)))
+        optimum = climb(problem, theta, prior, _filtered(problem, np.clip(theta, prior.low, prior.high)))
         if best is None or optimum.cost < best[2].cost:
             best = problem, prior, optimum
     assert best is not None
     problem, prior, optimum = best
     if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
-        optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
+        optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
+
+
+def _filtered(problem: Problem, theta: np.ndarray) -> list[Filtered]:
+    """The filter at theta; a measurement whose variance is lost to rounding counts for nothing."""
+    found = problem.filter(theta)
+    return [replace(f, variance=np.where(f.variance > 0.0, f.variance, LOST)) for f in found]
 
 
 def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
@@ -221,7 +228,9 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
 
 def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
     """Likelihood and evidence at an optimum."""
-    filtered = problem.filter(optimum.theta)
+    filtered = _filtered(problem, optimum.theta)
+    if not all(np.isfinite(f.innovation).all() and np.all(f.variance < LOST) for f in filtered):
+        return Fitted(hypothesis, problem, prior, optimum, filtered, -np.inf, -np.inf, {})
     extra: dict[str, float] = {}
     likelihood = problem.log_likelihood(filtered)
     if "sonar_multipath" in hypothesis.name:

@@ -180,9 +180,7 @@ class Target:
         start = self.begin(p)[0] if start is None else start
         predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, value,
                 run.kind, gain, out, forcing, None, self.noise.colour_time)  # fmt: skip
-        if np.all(np.abs(out) < DIVERGED):
-            return out
-        return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
+        return held(out)
 
 
 def target_of(run: Observed, noise: Noise) -> Target:
@@ -247,6 +245,11 @@ class Prediction:
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
         noise = (target.variance + target.coloured)[target.scored]
         return noise, np.maximum(S - REMOTE - target.coloured, 0.0)[target.scored]
+
+
+def held(values: np.ndarray) -> np.ndarray:
+    """Errors or motions of a simulation, held at DIVERGED where it has run away."""
+    return np.asarray(np.clip(np.nan_to_num(values, nan=DIVERGED), -DIVERGED, DIVERGED))
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:

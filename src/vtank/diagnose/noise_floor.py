@@ -71,8 +71,9 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
         return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
 
     def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
-        squares, logs, count = likelihood(shape(q))
-        cost = 0.5 * (count * np.log(squares / count) + logs)
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # the simulation may run away
+            squares, logs, count = likelihood(shape(q))
+            cost = 0.5 * (count * np.log(squares / count) + logs)
         return squares / count, cost if np.isfinite(cost) else HOPELESS
 
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]

@@ -12,9 +12,8 @@ import numpy as np
 from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
-from ..plant.parameters import slot
 from . import outliers
-from .discrepancy import Discrepancy, simulated, unnamed
+from .discrepancy import Discrepancy, unnamed
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .hypothesis import Hypothesis, candidates
 from .lone_speeds import with_lone_speeds
@@ -81,7 +80,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     """Weigh everything; names: the effects to consider (default: the catalogue)."""
     effects = candidates(setting.nominal, setting.runs, names)
     say("refit of the nominal's own parameters")
-    refit = _refit(setting)
+    refit = evaluate(setting, Hypothesis())
     setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
     say(f"{len(effects)} effects, one by one")
@@ -104,15 +103,6 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
             "expected numbers that a vehicle driven by its input could reach, in SI units"
         )
     return replace(found, unnamed=tuple(unnamed(setting, found.best)))
-
-
-def _refit(setting: Setting) -> Fitted:
-    """The refit; where its simulation runs away, it may have begun with a thrust of the wrong sign."""
-    fit = evaluate(setting, Hypothesis())
-    if all(np.isfinite(f.innovation).all() for f in simulated(fit.problem, fit.optimum.theta)):
-        return fit
-    other = evaluate(setting, Hypothesis(), [{"beta": -float(setting.nominal[slot("beta")])}])
-    return max(fit, other, key=lambda found: found.log_evidence)
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:
