@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import remainder, tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -119,7 +120,10 @@ def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[
             lines += ["", f"[{prefix}effects.{effect.name}]"]
             for q in effect.parameters:
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.12g}{own}")
+                value = float(model.p[slot(f"{effect.name}.{q.name}")])
+                if q.unit == "rad" and abs(value) > q.bounds[1]:  # a fit may go round more than once
+                    value = remainder(value, tau)
+                lines.append(f"{q.key} = {value:.12g}{own}")
     return lines
 
 
@@ -188,7 +192,7 @@ def _target(models: ModelFile, run: Observed) -> Target:
 def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
     keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
     table.check_keys((*keys.values(), "effects"))
-    on = read_effects(table.table("effects") if effects is None else effects)
+    on = read_effects(table.table("effects") if effects is None else effects, input_name)
     p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
     p[LINEAR_INPUT] = float(input_name == "thrust_N")
     per_run = tuple(

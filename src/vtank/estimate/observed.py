@@ -16,6 +16,7 @@ from ..record.run import Run
 RANGE, POSITION, SPEED = 0, 1, 2
 CHANNELS = {"range_m": RANGE, "position_m": POSITION, "surge_m_s": SPEED}
 PAUSE_SAMPLES, PAUSE_S = 100, 10.0  # [sampling periods, s] without a row beyond which recording had stopped; choices
+BEYOND = 1e9  # [m, m/s, N, rev/s] what no vehicle reaches, while squares of it are still numbers; a choice
 FEWEST = 50  # rows with a measurement of a stretch between pauses that is kept: five seconds at 10 Hz; a choice
 
 
@@ -121,5 +122,8 @@ def observe(run: Run) -> Observed:
     kind = np.concatenate([np.full(time.size, kind) for kind, time, _ in parts])
     time = np.concatenate([time for _, time, _ in parts])
     value = np.concatenate([value for _, _, value in parts])
+    for name in (run.input, *(name for name in CHANNELS if name in run.columns)):
+        if not (most := float(np.nanmax(np.abs(run.columns[name]), initial=0.0))) <= BEYOND:
+            raise InputError(f"run '{run.name}': {name} reaches {most:.3g}, expected at most {BEYOND:g} either way")
     order = np.argsort(time, kind="stable")
     return Observed(run.name, run.input, input_time, values, time[order], value[order], kind[order])

@@ -85,15 +85,19 @@ def load_truth(name_or_path: str | Path) -> Truth:
     )
 
 
-def read_effects(table: Table) -> dict[str, float]:
-    """Slot -> value of all effects in an [effects] table, each parameter within its bounds."""
+def read_effects(table: Table, input_name: str = "n_rev_s") -> dict[str, float]:
+    """Slot -> value of all effects in an [effects] table, each parameter within its bounds.
+
+    Of an input that is no propeller speed, what has the input's unit is not bound by rev/s.
+    """
     values = {}
     table.check_keys(BY_NAME)
     for name in table.entries:
         own = table.table(name).check_keys([q.key for q in BY_NAME[name].parameters])
         for q in (q for q in BY_NAME[name].parameters if q.key in own.entries):
             value = own.number(q.key)
-            if not q.bounds[0] <= value <= q.bounds[1]:
+            bound = q.unit != "rev/s" or input_name == "n_rev_s"
+            if bound and not q.bounds[0] <= value <= q.bounds[1]:
                 raise own.error(q.key, f"expected a number from {q.bounds[0]:g} to {q.bounds[1]:g}, found {value:g}")
             values[f"{name}.{q.name}"] = value
     return values
