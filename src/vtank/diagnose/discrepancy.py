@@ -19,6 +19,7 @@ from ..estimate.observed import SPEED
 from ..estimate.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
+from .holdout import held
 from .score import Linearised, linearise
 
 WANDERS = 12  # frequencies from 0.05 to 1.5 rad/s at which the thrust gain may wander; a choice
@@ -27,6 +28,7 @@ EVENED = 21  # samples over which speed is averaged, twice, before its rate is t
 # simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
 UNHEARD = -50.0  # log evidence of a family that cannot be weighed, since the model runs away when pushed: next to none
+BEYOND = 1e12  # [-] change of an innovation, in deviations, that only a model running away shows
 SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
 
 
@@ -50,7 +52,7 @@ class Discrepancy:
 def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     """Gain of every family of unnamed discrepancies on top of a fitted hypothesis."""
     problem, theta, near = named.problem, named.optimum.theta, linearise(named)
-    tracks = problem.track(theta, simulated(problem, theta))
+    tracks = simulated_tracks(problem, theta)
     shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
     lines = [_force_lines(setting, k) for k in range(len(tracks))]
     beats = [_thrust_lines(setting, k) for k in range(len(tracks))]
@@ -72,11 +74,19 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     """Pure simulation at theta: functions of the filtered state would carry the sonar's noise and explain it."""
-    return problem.with_noise(problem.noise.calm()).filter(theta)
+    found = problem.with_noise(problem.noise.calm()).filter(theta)
+    return [replace(f, innovation=held(f.innovation)) for f in found]
+
+
+def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
+    """States at the measurements in the same simulation, shapes (M, 5)."""
+    return [held(track) for track in problem.track(theta, simulated(problem, theta))]
 
 
 def _evidence(near: Linearised, columns: np.ndarray) -> tuple[float, np.ndarray]:
     """Log Bayes factor of Gaussian coefficients on `columns` (sum M, K) against none, and the best coefficients."""
+    if not np.all(np.abs(columns) < BEYOND):
+        return UNHEARD, np.zeros(columns.shape[1])
     rest = near.remaining(columns)
     A, b = columns.T @ rest, -rest.T @ near.residual
     kept = np.diag(A) > TAKEN_UP * np.sum(columns**2, axis=0)

@@ -26,6 +26,7 @@ from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, OFFSET, Hypothesis, nui
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
+LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -70,7 +71,7 @@ class Fitted:
         prior: priors and bounds of all unknowns.
         optimum: where the fit ended.
         filtered: innovations at the optimum.
-        log_likelihood: of the innovations and of the outliers.
+        log_likelihood: of the innovations and of the outliers; -inf where the model runs away.
         log_evidence: the same with parameters integrated out.
         extra: estimates that are not slots of the optimiser (outlier effects), by slot name.
     """
@@ -199,14 +200,20 @@ def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] |
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
-        optimum = climb(problem, theta, prior, problem.filter(np.clip(theta, prior.low, prior.high)))
+        optimum = climb(problem, theta, prior, _filtered(problem, np.clip(theta, prior.low, prior.high)))
         if best is None or optimum.cost < best[2].cost:
             best = problem, prior, optimum
     assert best is not None
     problem, prior, optimum = best
     if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
-        optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
+        optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
+
+
+def _filtered(problem: Problem, theta: np.ndarray) -> list[Filtered]:
+    """The filter at theta; a measurement whose variance is lost to rounding counts for nothing."""
+    found = problem.filter(theta)
+    return [replace(f, variance=np.where(f.variance > 0.0, f.variance, LOST)) for f in found]
 
 
 def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
@@ -221,7 +228,9 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
 
 def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
     """Likelihood and evidence at an optimum."""
-    filtered = problem.filter(optimum.theta)
+    filtered = _filtered(problem, optimum.theta)
+    if not all(np.isfinite(f.innovation).all() and np.all(f.variance < LOST) for f in filtered):
+        return Fitted(hypothesis, problem, prior, optimum, filtered, -np.inf, -np.inf, {})
     extra: dict[str, float] = {}
     likelihood = problem.log_likelihood(filtered)
     if "sonar_multipath" in hypothesis.name:
@@ -234,6 +243,8 @@ def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Pri
         likelihood += gain
         extra |= {"tachometer_spikes.p": p}
     evidence = likelihood + _occam(prior, optimum)
+    if not np.isfinite(evidence):
+        likelihood = evidence = -np.inf
     return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
 
 
@@ -245,7 +256,10 @@ def _occam(prior: Prior, optimum: Optimum) -> float:
     at_low = (optimum.theta <= prior.low + 1e-12) & (optimum.gradient > 0)
     at_high = (optimum.theta >= prior.high - 1e-12) & (optimum.gradient < 0)
     variance = np.diag(np.linalg.inv(optimum.information))
-    for i in np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high)):
+    bounded = np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high))
+    if sign <= 0.0 or np.any(variance[bounded] <= 0.0):  # lost to rounding: nothing is known about how wide it is
+        return -np.inf
+    for i in bounded:
         pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
         virtual, sd = optimum.theta[i] - pull, np.sqrt(variance[i])
         total += 0.5 * pull**2 / variance[i]

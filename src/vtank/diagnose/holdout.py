@@ -176,10 +176,7 @@ class Target:
         """
         p = self.here(p)
         start = self.begin(p)[0] if start is None else start
-        out = innovations(self.run, p, start, self.noise, gain, value, forcing)
-        if np.all(np.abs(out) < DIVERGED):
-            return out
-        return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
+        return held(innovations(self.run, p, start, self.noise, gain, value, forcing))
 
 
 def target_of(run: Observed, noise: Noise) -> Target:
@@ -244,6 +241,11 @@ class Prediction:
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
         noise = (target.variance + target.coloured)[target.scored]
         return noise, np.maximum(S - REMOTE - target.coloured, 0.0)[target.scored]
+
+
+def held(values: np.ndarray) -> np.ndarray:
+    """Errors or motions of a simulation, held at DIVERGED where it has run away."""
+    return np.asarray(np.clip(np.nan_to_num(values, nan=DIVERGED), -DIVERGED, DIVERGED))
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:

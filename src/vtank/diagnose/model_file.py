@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import remainder, tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.atomic import write_text
 from ..record.table import Table, open_table
-from .holdout import START_WINDOW_S, Model, Prediction, predictor, rms, target_of, targets_of
+from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
@@ -119,7 +120,10 @@ def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[
             lines += ["", f"[{prefix}effects.{effect.name}]"]
             for q in effect.parameters:
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.12g}{own}")
+                value = float(model.p[slot(f"{effect.name}.{q.name}")])
+                if q.unit == "rad" and abs(value) > q.bounds[1]:  # a fit may go round more than once
+                    value = remainder(value, tau)
+                lines.append(f"{q.key} = {value:.12g}{own}")
     return lines
 
 
@@ -159,31 +163,36 @@ def read_model(path: Path | str) -> ModelFile:
     )
 
 
-def predict_gaps(models: ModelFile, run: Observed) -> dict[str, Any]:
-    """How well the three simulators predict a run from its recorded input: {"unit", "rms": {...}, "floor"}.
+def predict_gaps(models: ModelFile, *runs: Observed) -> dict[str, Any]:
+    """How well the three simulators predict runs from their recorded input: {"unit", "rms": {...}, "floor"}.
 
-    floor: expected error of a model that knows everything but measurement noise and turbulence. InputError where the
-    run has another input or is too short.
+    runs: one, or the stretches of one (`observed.stretches`); floor: expected error of a model that knows everything
+    but measurement noise and turbulence. InputError where a run has another input or is too short.
     """
+    targets = [_target(models, run) for run in runs]
+    named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
+    squares = [np.sum(Prediction(models.diagnosed, target).floor_squares(), axis=0) for target in targets]
+    return {
+        "unit": "m" if runs[0].has_position else "m/s",
+        "rms": {name: rms([Prediction(model, target).errors() for target in targets]) for name, model in named.items()},
+        "floor": float(np.sqrt(np.mean(np.concatenate(squares)))),
+    }
+
+
+def _target(models: ModelFile, run: Observed) -> Target:
     if run.input_name != models.input_name:
         raise InputError(f"run '{run.name}': input {run.input_name}, but the model was found with {models.input_name}")
     target = target_of(run, models.noise)
     if np.sum(target.scored) < FEWEST:
         found = f"expected at least {FEWEST} measurements after its first {START_WINDOW_S:g} s to compare with"
         raise InputError(f"run '{run.name}': {found}; found {np.sum(target.scored)}")
-    named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
-    noise, turbulence = Prediction(models.diagnosed, target).floor_squares()
-    return {
-        "unit": "m" if run.has_position else "m/s",
-        "rms": {name: rms([Prediction(model, target).errors()]) for name, model in named.items()},
-        "floor": float(np.sqrt(np.mean(noise + turbulence))),
-    }
+    return target
 
 
 def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
     keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
     table.check_keys((*keys.values(), "effects"))
-    on = read_effects(table.table("effects") if effects is None else effects)
+    on = read_effects(table.table("effects") if effects is None else effects, input_name)
     p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
     p[LINEAR_INPUT] = float(input_name == "thrust_N")
     per_run = tuple(

@@ -25,7 +25,7 @@ from ..estimate.problem import Problem
 from ..plant.parameters import slot
 from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
-from .holdout import model_of
+from .holdout import DIVERGED, model_of
 from .selection import Selection
 from .ties import OUTLIERS, noise_free
 from .verdict import Verdict
@@ -135,7 +135,9 @@ def _repeat(setting: Setting, winner: Fitted, k: int) -> Experiment:
 def _worth(
     setting: Setting, winner: Fitted, doubts: Sequence[tuple[Fitted, float, float]], experiment: Experiment
 ) -> Worth:
-    """Expected drop of entropy by an experiment."""
+    """Expected drop of entropy by an experiment; of one in which the winner runs away, none."""
+    if not np.all(np.abs(experiment.run.value) < DIVERGED):
+        return Worth(experiment, 0.0, {})
     if not doubts:
         return Worth(experiment, _parameter_gain(setting, winner, experiment), {})
     drop, separations = 0.0, {}

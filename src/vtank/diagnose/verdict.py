@@ -38,14 +38,13 @@ class Verdict:
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
     """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
     fits = [selection.nominal, selection.refit, *selection.named]
+    before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
+    before["unknown"] = calibration().prior["unknown"]
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
     logits["unknown"] = logits[selection.best.hypothesis.name] + np.logaddexp(*unknown_odds(selection))
     top = max(logits.values())
-    weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
-    total, doubt = sum(weights.values()), calibration().doubt
-    before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
-    before["unknown"] = calibration().prior["unknown"]
-    whole = sum(before.values())
+    weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
+    total, doubt, whole = sum(weights.values()), calibration().doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
 

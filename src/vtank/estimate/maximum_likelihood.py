@@ -8,7 +8,8 @@ from the Fisher information of all unknowns, initial states included.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,7 +130,20 @@ def identify(
         {RANGE, POSITION} <= run.first.keys() for run in runs
     )  # then each run's stand-off matters, and is unknown
     problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
-    return fit(problem, first_guesses(problem), process_noise)
+    with _telling(problem):
+        return fit(problem, first_guesses(problem), process_noise)
+
+
+@contextmanager
+def _telling(problem: Problem) -> Iterator[None]:
+    """InputError in place of equations that have no solution."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"run {', '.join(run.name for run in problem.runs)}: the recordings do not tell the model's parameters "
+            f"apart ({error}); expected runs in which the vehicle speeds up and slows down"
+        ) from error
 
 
 def _common_input(runs: Sequence[Observed]) -> str:
@@ -164,12 +178,13 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
     prior, before = beforehand(problem, guess), np.inf
-    for _ in range(5):
-        end = descend(problem, guess, prior, problem.filter(guess))
-        if problem.noise.quiet or before - end.cost < SETTLED:
-            break
-        guess, before = end.theta, end.cost
-    return _estimate(problem, end, prior)
+    with _telling(problem):
+        for _ in range(5):
+            end = descend(problem, guess, prior, problem.filter(guess))
+            if problem.noise.quiet or before - end.cost < SETTLED:
+                break
+            guess, before = end.theta, end.cost
+        return _estimate(problem, end, prior)
 
 
 def _likelihood(problem: Problem, end: Optimum) -> float:
@@ -225,7 +240,11 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
     problem = _forgiving(problem)
     end = descend(problem, guess, prior, problem.filter(guess))
     for rough in (*[True] * 3, *[False] * 17):
-        problem = problem.with_noise(noise_level(problem, end.theta, hold_memory=rough))
+        with np.errstate(over="ignore", invalid="ignore"):
+            noise = noise_level(problem, end.theta, hold_memory=rough)
+        if not np.isfinite([*noise.variance, noise.sigma]).all():
+            break  # the simulation runs away: it says nothing about the noise
+        problem = problem.with_noise(noise)
         filtered = problem.filter(end.theta)
         before = descend(problem, end.theta, prior, filtered, 0)
         end = descend(problem, end.theta, prior, filtered)
@@ -252,7 +271,7 @@ def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
 
 def _inverse(information: np.ndarray) -> np.ndarray:
     """Inverse of a Fisher information, scaled first; directions without information get a very large variance."""
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-200))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     return (vectors / np.maximum(values, 1e-14)) @ vectors.T / np.outer(scale, scale)
 

@@ -86,15 +86,19 @@ def load_truth(name_or_path: str | Path) -> Truth:
     )
 
 
-def read_effects(table: Table) -> dict[str, float]:
-    """Slot -> value of all effects in an [effects] table, each parameter within its bounds."""
+def read_effects(table: Table, input_name: str = "n_rev_s") -> dict[str, float]:
+    """Slot -> value of all effects in an [effects] table, each parameter within its bounds.
+
+    Of an input that is no propeller speed, what has the input's unit is not bound by rev/s.
+    """
     values = {}
     table.check_keys(BY_NAME)
     for name in table.entries:
         own = table.table(name)
         for q in BY_NAME[name].parameters:
             if own.has(q.key):
-                values[f"{name}.{q.name}"] = own.number(q.key, None, *q.bounds)
+                bounds = q.bounds if q.unit != "rev/s" or input_name == "n_rev_s" else ()
+                values[f"{name}.{q.name}"] = own.number(q.key, None, *bounds)
         own.close()
     return values
 

@@ -20,7 +20,7 @@ from scipy.stats import norm
 
 from ...estimate.observed import RANGE, Observed
 from ...plant.surge import STANDOFF
-from ..discrepancy import simulated
+from ..discrepancy import simulated_tracks
 from ..evidence import Fitted
 from ..selection import Selection
 from ..verdict import Verdict
@@ -104,7 +104,7 @@ def motion(fit: Fitted) -> dict[str, list[np.ndarray]]:
     The filtered motion would carry the sonar's noise, and the residual with it.
     """
     problem, theta = fit.problem, fit.optimum.theta
-    tracks = problem.track(theta, simulated(problem, theta))
+    tracks = simulated_tracks(problem, theta)
     pairs = list(zip(problem.runs, tracks, strict=True))
     place = [np.interp(run.input_time_s, run.time_s, track[:, 0]) for run, track in pairs]
     speed = [np.interp(run.input_time_s, run.time_s, track[:, 1]) for run, track in pairs]
