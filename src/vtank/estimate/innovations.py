@@ -21,12 +21,12 @@ import numpy as np
 from ..compiled import law
 from ..effects import clock_skew, command_delay, sonar_latency, sonar_offset, sonar_scale, tachometer_bias
 from ..effects import tachometer_spikes as spikes
-from ..plant.parameters import slot
+from ..plant.parameters import indices
 from ..plant.surge import STANDOFF, TETHER, WALL_DRAG, WALL_MASS, advance
 
-LATENCY, SKEW, DELAY = slot("sonar_latency.d"), slot("clock_skew.s"), slot("command_delay.d")
-SCALE, OFFSET = slot("sonar_scale.s"), slot("sonar_offset.o")
-TACHO_BIAS, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.size")
+(LATENCY,), (SKEW,), (DELAY,) = (indices(e.EFFECT) for e in (sonar_latency, clock_skew, command_delay))
+(SCALE,), (OFFSET,), (TACHO_BIAS,) = (indices(e.EFFECT) for e in (sonar_scale, sonar_offset, tachometer_bias))
+SPIKE_SIZE = indices(spikes.EFFECT)[1]
 
 LONGEST_STEP_S = 0.1  # [s] longest Runge-Kutta step: error below 1e-6 m over 120 s for the Phoenix (tested)
 STATES = 5  # of the hull and the disturbance on it; the sonar's coloured error is carried beside them

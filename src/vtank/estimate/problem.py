@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..plant.parameters import slot
+from ..plant.parameters import LAG, slot
 from ..plant.surge import STANDOFF, TAU
 from .innovations import GAINS, kalman, predict
 from .observed import Observed
@@ -98,7 +98,7 @@ class Problem:
     @property
     def has_lag(self) -> bool:
         """Whether the lagged thrust is a state with an initial value of its own."""
-        return "thrust_lag.tau" in self.free or self.base[TAU] > 0.0
+        return LAG in self.free or self.base[TAU] > 0.0
 
     def start_states(self, run: int) -> tuple[int, ...]:
         """Indices of the initial state (x, u, z) that are free for a run."""

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..compiled import law
 from ..errors import InputError
-from ..plant.parameters import slot
-from ..plant.surge import advance
+from ..plant.surge import CURRENT, STANDOFF, advance
 from .flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
 from .noise import TURBULENCE
 from .plan import Plan
@@ -19,7 +18,6 @@ from .result import Result, result
 from .tick import acting_speed, stamp, switch_time, tick
 
 Array = NDArray[np.float64]
-STANDOFF, CURRENT = slot("standoff"), slot("ambient_current.U")
 STEP_S = 0.05  # [s] longest step: errors up to 4e-7 m in 120 s (tests/test_simulate_surge.py)
 CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
 POSITION, SURGE = range(2)

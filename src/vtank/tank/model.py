@@ -9,12 +9,13 @@ from xml.sax.saxutils import quoteattr
 import mujoco
 import numpy as np
 
+from ..effects import thrust_lag
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from ..resources import models_dir
 from .layout import SIZE
 
-STATES = ("thrust_lag", "wake")  # integrators that carry the surge equation's extra states
+STATES = (thrust_lag.EFFECT.name, "wake")  # integrators that carry the surge equation's extra states
 TANK_GROUP = 3  # geom group of walls and floor: what a sonar hears
 INTEGRATORS = (mujoco.mjtIntegrator.mjINT_RK4, mujoco.mjtIntegrator.mjINT_EULER)
 
