@@ -62,7 +62,7 @@ class Problem:
     Attributes:
         runs: the observed runs.
         base: parameter vector for everything that is not free, shape (P,).
-        free: names of the shared free parameters, such as "alpha" or "linear_drag.c".
+        free: names of the shared free parameters, such as "alpha".
         per_run: names of the parameters that every run has for itself.
         noise: the noise level.
         weight: per run, a factor on each measurement's variance, shape (M,), for outliers; None is one everywhere.

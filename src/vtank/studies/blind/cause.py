@@ -84,14 +84,15 @@ def draw_cause(name: str, random: np.random.Generator) -> Cause:
         return Cause(name, 1.0, 1.0, fixed=_drawn(effect.slots(), CHANCE, random))
     if any(p.limit for p in effect.parameters):
         return Cause(name, 0.2, 1.5, unit=dict.fromkeys(effect.slots(), ABOVE_REV_S))
-    sizes = [p for p in effect.parameters if not p.shape]
+    known = {slot: PARAMETERS[slot] for slot in effect.slots()}
+    sizes = {slot: p for slot, p in known.items() if not p.shape}
     weights = np.abs(random.normal(size=len(sizes)))
     weights /= np.linalg.norm(weights)
-    unit = {f"{name}.{p.name}": float(w) * _direction(p, random) * p.scale for p, w in zip(sizes, weights, strict=True)}
-    largest = min([STRONGEST, *(_room(p, unit[f"{name}.{p.name}"]) for p in sizes)])
-    shapes = {f"{name}.{p.name}" for p in effect.parameters if p.shape and not p.per_run}
-    fixed = _drawn(sorted(shapes), SHAPES, random)
-    own = [f"{name}.{p.name}" for p in effect.parameters if p.per_run]
+    pairs = zip(sizes.items(), weights, strict=True)
+    unit = {slot: float(w) * _direction(p, random) * p.scale for (slot, p), w in pairs}
+    largest = min([STRONGEST, *(_room(p, unit[slot]) for slot, p in sizes.items())])
+    fixed = _drawn(sorted(slot for slot, p in known.items() if p.shape and not p.per_run), SHAPES, random)
+    own = [slot for slot, p in known.items() if p.per_run]
     per_run = {slot: tuple(random.uniform(-np.pi, np.pi, RUNS + HOLDOUTS).tolist()) for slot in own}
     return Cause(name, 1.0, largest, unit, fixed, per_run)
 
