@@ -212,7 +212,7 @@ def _combine(basis: list[np.ndarray], coefficients: np.ndarray, shared: bool) ->
 def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
     """Lone readings of the input, each wrong by some share of what it lies off; nothing beside named spikes."""
     gain, problem = 0.0, named.problem
-    if "tachometer_spikes" not in named.hypothesis.name and any(np.any(run.lone) for run in problem.runs):
+    if "n_rev_s" not in named.hypothesis.outliers and any(np.any(run.lone) for run in problem.runs):
         runs = tuple(replace(run, input=run.input - run.lone) for run in problem.runs)
         change = replace(problem, runs=runs).residuals(named.optimum.theta, named.filtered) - near.residual
         gain = _evidence(near, change[:, None])[0]
@@ -222,5 +222,5 @@ def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
 def _outliers(setting: Setting, named: Fitted) -> Discrepancy:
     """Lone ranges of any size and sign, where the named explanation has none."""
     count, total = sum(int(f.sum()) for f in setting.flags), sum(f.size for f in setting.flags)
-    gain = 0.0 if "sonar_multipath" in named.hypothesis.name else outliers.rate_evidence(count, total)
+    gain = 0.0 if "range_m" in named.hypothesis.outliers else outliers.rate_evidence(count, total)
     return Discrepancy("sensor", "lone ranges", gain)

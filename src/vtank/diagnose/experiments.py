@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from ..effects.catalogue import PARAMETERS
 from ..errors import InputError
 from ..estimate.innovations import Noise, innovations, no_gain
 from ..estimate.observed import SPEED, Observed, observe
@@ -21,7 +22,7 @@ from ..experiment.clearance import check_command
 from ..experiment.plan import Plan
 from ..experiment.scenario import Scenario, read_scenario
 from ..experiment.surge_model import simulate_surge
-from ..plant.parameters import slot, vector
+from ..plant.parameters import LUMPED, slot, vector
 from ..plant.surge import STANDOFF
 from ..plant.truth import Truth
 from ..record.table import Table
@@ -32,7 +33,7 @@ LARGEST_M = 0.5  # [m] amplitude of a sinusoid that leaves room in a tank of 6 m
 SMALL = 0.4  # small amplitude over the large one; a choice
 SPEED_SD = 0.01  # [m/s] noise of a speed sensor that could be added: a Doppler log's, a guess
 NEAR_M, FAR_M = 1.4, 3.048  # [m] start distances from the wall: near it, and the paper's
-RANDOM_SLOTS = ("sonar_multipath.p", "tachometer_spikes.p")
+COUNTED = [slot(name) for name, q in PARAMETERS.items() if q.counted and not q.shape]  # how often there are outliers
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def library(p: np.ndarray, runs: Sequence[Observed]) -> list[Experiment]:
     """All experiments that the tank has room for, as a hull with parameter vector p (P,) would record them."""
     top = max(float(np.max(np.abs(run.input))) for run in runs)
     p = p.copy()
-    p[[slot(name) for name in RANDOM_SLOTS]] = 0.0
+    p[COUNTED] = 0.0
     if runs[0].input_name == "n_rev_s":
         found = [_in_tank(words, table, p, top, runs[0]) for words, table in (*_closed(p, top), *_open(top, " rev/s"))]
         new = [experiment for experiment in found if experiment is not None]
@@ -147,7 +148,7 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
 
 
 def _truth(p: np.ndarray, top: float) -> Truth:
-    alpha, beta, gamma, tau = (float(p[slot(n)]) for n in ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"))
+    alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
     return Truth("winner", alpha, beta, gamma, tau, top, "")
 
 

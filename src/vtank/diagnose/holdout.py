@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..estimate.innovations import filtered, innovations, no_gain
 from ..estimate.observed import RANGE, SPEED, Observed
 from ..estimate.problem import FLAGGED, Filtered, Noise
 from ..plant.parameters import slot
-from ..plant.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
+from ..plant.surge import STANDOFF, TAU
 from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
 from .lone_speeds import with_lone_speeds
@@ -41,27 +42,25 @@ class Model:
 
     @cached_property
     def grid(self) -> np.ndarray:
-        """Parameter vectors over the values of the run's own parameter, shape (G, P); one where it has none."""
-        if not self.per_run:
-            return self.p[None, :]
-        effect, name = self.per_run[0].split(".")
-        low, high = next(q.bounds for q in BY_NAME[effect].parameters if q.name == name)
-        if effect == "seiche":
-            low, high = -np.pi, np.pi
-        grid = np.tile(self.p, (GRID, 1))
-        grid[:, slot(self.per_run[0])] = low + (high - low) * (np.arange(GRID) + 0.5) / GRID
+        """Parameter vectors over the values of the run's own parameters, shape (G, P); one where it has none."""
+        ranges = [(-np.pi, np.pi) if PARAMETERS[s].angle else PARAMETERS[s].bounds for s in self.per_run]
+        values = [low + (high - low) * (np.arange(GRID) + 0.5) / GRID for low, high in ranges]
+        points = np.array(list(product(*values)))
+        grid = np.tile(self.p, (len(points), 1))
+        grid[:, [slot(name) for name in self.per_run]] = points
         return grid
 
     def mean(self, weight: np.ndarray) -> np.ndarray:
         """Parameter vector at the mean of the grid, shape (P,); of a wave, the mean of its two quadratures."""
-        if not self.per_run:
-            return self.p
-        p = self.p.copy()
-        if self.per_run[0].startswith("seiche."):
-            wave = complex(weight @ np.exp(1j * self.grid[:, SEICHE_PHASE]))
-            p[SEICHE_U], p[SEICHE_PHASE] = p[SEICHE_U] * abs(wave), np.angle(wave)
-        else:
-            p[slot(self.per_run[0])] = weight @ self.grid[:, slot(self.per_run[0])]
+        p, size_of = self.p.copy(), {wave[2]: wave[0] for effect in CATALOGUE if (wave := effect.wave)}
+        for name in self.per_run:
+            values = self.grid[:, slot(name)]
+            if name in size_of:
+                mean = complex(weight @ np.exp(1j * values))
+                p[slot(size_of[name])] *= abs(mean)
+                p[slot(name)] = np.angle(mean)
+            else:
+                p[slot(name)] = weight @ values
         return p
 
 

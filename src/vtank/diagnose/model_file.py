@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
-from ..plant.parameters import null_vector, slot, vector
+from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.atomic import write_text
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 SCHEMA = "vtank.model/1"
 BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
-PLAIN = {"alpha": "alpha_per_m", "thrust_loss.gamma": "gamma_per_rev", "thrust_lag.tau": "tau_s"}
+PLAIN = {"alpha": "alpha_per_m", LOSS: "gamma_per_rev", LAG: "tau_s"}
 FEWEST = 10  # measurements that a prediction is compared with at least; a choice
 SCATTER_REV_S = 0.5  # [rev/s] by which the tachometer may read past a limit; ten times its usual noise, a guess
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
@@ -114,22 +114,18 @@ def _own(p: np.ndarray, input_name: str, effects: Sequence[Effect] = ()) -> list
 
 def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
     """Tables of the effects that are not at their null values, and of those named."""
-    lines, null = [], null_vector()
+    lines = []
+    apart = [effect for effect in switched_on(model.p) if not PLAIN.keys() & set(effect.slots())]
     for effect in CATALOGUE:
-        if effect in effects or (not any(s in PLAIN for s in effect.slots()) and _on(effect, model.p, null)):
+        if effect in effects or effect in apart:
             lines += ["", f"[{prefix}effects.{effect.name}]"]
-            for q in effect.parameters:
+            for i, q in zip(indices(effect), effect.parameters, strict=True):
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                value = float(model.p[slot(f"{effect.name}.{q.name}")])
+                value = float(model.p[i])
                 if q.unit == "rad" and abs(value) > q.bounds[1]:  # a fit may go round more than once
                     value = remainder(value, tau)
                 lines.append(f"{q.key} = {value:.12g}{own}")
     return lines
-
-
-def _on(effect: Effect, p: np.ndarray, null: np.ndarray) -> bool:
-    sizes = [slot(f"{effect.name}.{q.name}") for q in effect.parameters if not q.shape]
-    return any(p[i] != null[i] for i in sizes)
 
 
 def _noise(noise: Noise, runs: Sequence[Observed]) -> list[str]:
@@ -195,10 +191,7 @@ def _model(table: Table, input_name: str, effects: Table | None = None) -> Model
     on = read_effects(table.table("effects") if effects is None else effects, input_name)
     p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
     p[LINEAR_INPUT] = float(input_name == "thrust_N")
-    per_run = tuple(
-        s for s in on if any(q.per_run for q in BY_NAME[s.split(".")[0]].parameters if s.endswith(f".{q.name}"))
-    )
-    return Model(p, per_run)
+    return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))
 
 
 def _read_noise(table: Table) -> Noise:

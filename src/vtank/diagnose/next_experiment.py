@@ -27,7 +27,7 @@ from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
 from .holdout import DIVERGED, model_of
 from .selection import Selection
-from .ties import OUTLIERS, noise_free
+from .ties import noise_free
 from .verdict import Verdict
 
 RIVALS = 4  # rivals that are looked at
@@ -121,8 +121,8 @@ def _chance(chances: dict[str, float], rival: Fitted, winner: Fitted) -> float:
 
 def _outliers(rival: Fitted, winner: Fitted) -> bool:
     """Whether two hypotheses differ by lone readings only, or more: no experiment here is planned for those."""
-    different = {e.name for e in rival.hypothesis.effects} ^ {e.name for e in winner.hypothesis.effects}
-    return bool(different & set(OUTLIERS))
+    different = set(rival.hypothesis.effects) ^ set(winner.hypothesis.effects)
+    return any(effect.outliers for effect in different)
 
 
 def _repeat(setting: Setting, winner: Fitted, k: int) -> Experiment:

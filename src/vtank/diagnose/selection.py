@@ -109,7 +109,8 @@ def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start
     """First guesses of a hypothesis beside the refit's parameters and initial states."""
     if not hypothesis.refit:
         return [{STATES: refit.start()[STATES]}]
-    own = scan(setting, refit) if hypothesis.name == "seiche" else first_guesses(setting, hypothesis)
+    wave = hypothesis.effects[0].wave if len(hypothesis.effects) == 1 else None
+    own = scan(setting, refit, wave) if wave else first_guesses(setting, hypothesis)
     return [{**refit.start(), **start} for start in own]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from .evidence import Fitted
 from .prior import calibration, log_prior, weight
 from .selection import Selection
-from .ties import OUTLIERS, SEPARABLE, separation, tied_class
+from .ties import SEPARABLE, separation, tied_class
 
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
@@ -78,8 +78,8 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     if len(effects) == 1:
         probability = sum(chances.get(name, 0.0) for name in rivals)
     kind = "effect" if len(effects) == 1 else "effects"
-    seen = any(effect.name in OUTLIERS for effect in effects)
-    if probability < NAMED or not (seen or separation(selection.setting, fit, selection.refit) >= SEPARABLE):
+    seen = fit.hypothesis.outliers or separation(selection.setting, fit, selection.refit) >= SEPARABLE
+    if probability < NAMED or not seen:
         kind = "undecided"
     channel = effects[0].channel
     return Verdict(kind, tuple(e.name for e in effects), rivals, channel, probability, fit)

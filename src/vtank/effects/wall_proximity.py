@@ -47,6 +47,7 @@ def drag_factor(gap: float, drag: float) -> float:
 EFFECT = Effect(
     name="wall_proximity",
     channel="hydrodynamics",
+    place="surge",
     sentence="Near the wall the water has to squeeze past the bow, so that added mass and drag grow.",
     law="(1 + mass g) du/dt + 1.5 mass g/gap u^2 = (1 + drag g) alpha u_r|u_r| + ..., g = (3 m/gap)^3",
     parameters=(
@@ -54,5 +55,8 @@ EFFECT = Effect(
         Parameter("mass", "-", "fractional growth of moving mass at 3 m", 0.0, (0.0, 1.0), 0.1),
     ),
     source="Lamb, Hydrodynamics (1932), sphere before a wall: added mass grows with (a/d)^3; drag alike: a guess",
+    order=5,
     confused_with=("tether", "drag_asymmetry"),
+    needs=("sonar",),
+    depends_on=("place",),
 )

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import InputError
-from ..plant.parameters import vector
+from ..plant.parameters import LAG, LOSS, LUMPED, vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
 from .first_guess import first_guesses, typical_acceleration
 from .observed import POSITION, RANGE, Observed
@@ -25,14 +25,14 @@ from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
 MODELS: dict[str, tuple[str, ...]] = {
     "I": ("alpha", "beta"),
-    "II": ("alpha", "beta", "thrust_lag.tau"),
-    "III": ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"),
+    "II": ("alpha", "beta", LAG),
+    "III": LUMPED,
 }
 BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
     "alpha": (-np.inf, 0.0),
     "beta": (0.0, np.inf),
-    "thrust_lag.tau": (0.02, 60.0),
-    "thrust_loss.gamma": (-50.0, 5.0),
+    LAG: (0.02, 60.0),
+    LOSS: (-50.0, 5.0),
 }
 INSEPARABLE = 0.95  # |correlation| from which two parameters count as not separated, and
 LOOSE = 0.05  # relative deviation that one of them must have besides; conventions, both
@@ -122,7 +122,7 @@ def identify(
     base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
     None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
     """
-    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5}, base)
+    base = vector({LAG: 0.0 if model == "I" else 0.5}, base)
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
     if model == "III" and base[LINEAR_INPUT]:
         raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")

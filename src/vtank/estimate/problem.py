@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..plant.parameters import slot
+from ..plant.parameters import LAG, slot
 from ..plant.surge import STANDOFF, TAU
 from .innovations import Filtered, Noise, filtered, innovations
 from .observed import Observed
@@ -30,7 +30,7 @@ class Problem:
     Attributes:
         runs: the observed runs.
         base: parameter vector for everything that is not free, shape (P,).
-        free: names of the shared free parameters, such as "alpha" or "linear_drag.c".
+        free: names of the shared free parameters, such as "alpha".
         per_run: names of the parameters that every run has for itself.
         noise: the noise level.
         weight: per run, a factor on each measurement's variance, shape (M,), for outliers; None is one everywhere.
@@ -66,7 +66,7 @@ class Problem:
     @property
     def has_lag(self) -> bool:
         """Whether the lagged thrust is a state with an initial value of its own."""
-        return "thrust_lag.tau" in self.free or self.base[TAU] > 0.0
+        return LAG in self.free or self.base[TAU] > 0.0
 
     def start_states(self, run: int) -> tuple[int, ...]:
         """Indices of the initial state (x, u, z) that are free for a run."""

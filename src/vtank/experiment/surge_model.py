@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..compiled import law
 from ..errors import InputError
-from ..plant.parameters import slot
-from ..plant.surge import SURGE
+from ..plant.surge import CURRENT, STANDOFF, SURGE
 from .flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
 from .noise import TURBULENCE
 from .plan import Plan
@@ -20,7 +19,6 @@ from .tick import acting_speed, stamp, switch_time, tick
 
 Array = NDArray[np.float64]
 advance, fades = SURGE.laws["advance"], SURGE.laws["fades"]
-STANDOFF, CURRENT = slot("standoff"), slot("ambient_current.U")
 STEP_S = 0.05  # [s] longest step: errors up to 4e-7 m in 120 s (tests/test_simulate_surge.py)
 CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
 POSITION, SPEED = range(2)

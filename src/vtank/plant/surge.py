@@ -20,14 +20,11 @@ import math
 
 from ..compiled import term
 from ..effects import (
-    command_delay,
     coulomb_friction,
     drag_asymmetry,
     linear_drag,
     seiche,
     supply_sag,
-    tachometer_bias,
-    tachometer_spikes,
     tether,
     thrust_asymmetry,
     thrust_deadband,
@@ -37,6 +34,8 @@ from ..effects import (
     wake_memory,
     wall_proximity,
 )
+from ..effects.catalogue import CATALOGUE
+from .hooks import chained, shifting
 from .parameters import NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
 
@@ -54,8 +53,6 @@ DEADBAND, SATURATION = slot("thrust_deadband.n0"), slot("thrust_saturation.n_max
 THRUST_ASYMMETRY = slot("thrust_asymmetry.e")
 GAMMA, TAU = slot("thrust_loss.gamma"), slot("thrust_lag.tau")
 SAG = slot("supply_sag.r")
-DELAY = slot("command_delay.d")
-TACHOMETER_BIAS, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.size")
 
 
 @term
@@ -138,17 +135,13 @@ def lags(p):
     return (p[TAU],)
 
 
+behind = chained(CATALOGUE[::-1], "true_input", "lone, ")
+
+
 @term
 def inputs(reading, lone, j, p):
-    """Propeller speed [rev/s] behind recorded sample j: spikes repaired, bias taken off."""
-    n = tachometer_spikes.repaired(reading[j], lone[j], p[SPIKE_SIZE])
-    return (tachometer_bias.true_speed(n, p[TACHOMETER_BIAS]),)
-
-
-@term
-def acts(t, p):
-    """Stamp of the propeller speed that acts at time t [s]."""
-    return command_delay.input_time(t, p[DELAY])
+    """Propeller speed [rev/s] behind recorded sample j: what the tachometer added is taken off."""
+    return (behind(reading[j], lone[j], p),)
 
 
 SURGE = Plant(
@@ -161,6 +154,6 @@ SURGE = Plant(
     targets=targets,
     lags=lags,
     inputs=inputs,
-    acts=acts,
-    shifting=("command_delay.d", "sonar_latency.d", "clock_skew.s"),
+    acts=chained(CATALOGUE[::-1], "acts"),
+    shifting=shifting(),
 )

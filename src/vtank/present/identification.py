@@ -12,9 +12,10 @@ from ..estimate.maximum_likelihood import Estimate
 from ..estimate.observed import POSITION, RANGE, SPEED
 from ..estimate.paper.estimate import PaperEstimate
 from ..estimate.residuals import ResidualStatistics
+from ..plant.parameters import LUMPED
 from ..units import FOOT_M
 
-NAMES = {"alpha": "alpha", "beta": "beta", "thrust_loss.gamma": "gamma", "thrust_lag.tau": "tau"}
+NAMES = {slot: slot.split(".")[-1] for slot in LUMPED}
 UNITS = {  # of each parameter by the input that drives the runs
     "n_rev_s": {"alpha": "1/m", "beta": "m/rev2", "gamma": "1/rev", "tau": "s"},
     "command": {"alpha": "1/m", "beta": "m/s2", "gamma": "1/s", "tau": "s"},

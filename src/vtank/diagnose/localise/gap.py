@@ -93,7 +93,7 @@ def _rms(values: np.ndarray) -> float:
 
 def _judged(quiet: np.ndarray, fit: Fitted, simulator: str) -> np.ndarray:
     """Lone outliers count for nobody, unless the diagnosis explains them: then they are part of the gap before."""
-    explained = "sonar_multipath" in fit.hypothesis.name
+    explained = "range_m" in fit.hypothesis.outliers
     return np.ones_like(quiet) if explained and simulator != "diagnosed" else quiet
 
 

@@ -123,9 +123,9 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     """Measurements at which an outlier effect of the fit earns its evidence, per run, shape (M,) of bool."""
     places = [np.zeros(run.time_s.size, bool) for run in selection.setting.runs]
     for k, run in enumerate(selection.setting.runs):
-        if "sonar_multipath" in fit.hypothesis.name:
+        if "range_m" in fit.hypothesis.outliers:
             places[k] |= selection.setting.flags[k]
-        if "tachometer_spikes" in fit.hypothesis.name:
+        if "n_rev_s" in fit.hypothesis.outliers:
             p, _ = fit.problem.model(fit.optimum.theta, k)
             spikes = run.input_time_s[carried(run.lone, p[slot("tachometer_spikes.size")])]
             places[k][np.clip(np.searchsorted(run.time_s, spikes), 0, run.time_s.size - 1)] = True

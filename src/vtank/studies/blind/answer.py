@@ -16,11 +16,13 @@ import vtank
 
 from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
+from ...plant.parameters import switched_on
 from ...plant.truth import load_truth
 from ...record.atomic import write_bytes
 from ...record.documents import plain
 from ...record.files import read_bytes, read_text
 from ...record.manifest import current_versions, sha256
+from .case import NOMINAL
 from .processes import processes
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
@@ -99,15 +101,16 @@ def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: 
         found = plain(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except Exception as error:  # whatever goes wrong in one case must not stop the others
-        found = refusal(f"{type(error).__name__}: {error}", entry.withheld)
+        found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal)
     return {"data": entry.data, **found}
 
 
-def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
+def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = NOMINAL) -> dict[str, Any]:
     """The answer of one who cannot answer: every effect, none, parameters and unknown are equally likely."""
-    without = {*withheld, "thrust_lag"}  # the nominal has a lag already
-    able = [effect.name for effect in CATALOGUE if effect.standing == "separable" and effect.name not in without]
-    names = ["none", "parameters", "unknown", "sonar_latency", *able]
+    known = {*withheld, *(effect.name for effect in switched_on(load_truth(nominal).vector()))}
+    chosen = [e for e in CATALOGUE if e.standing != "absorbed" and not e.same_as and e.name not in known]
+    chosen.sort(key=lambda effect: effect.standing == "separable")
+    names = ["none", "parameters", "unknown", *(effect.name for effect in chosen)]
     verdict: dict[str, Any] = {
         "kind": "undecided",
         "effects": [],

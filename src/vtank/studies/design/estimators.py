@@ -23,7 +23,7 @@ from ...estimate.paper.settings import ESTIMATORS, Estimator, PaperSettings
 from ...estimate.paper.signals import run_signals
 from ...estimate.problem import Noise, Problem
 from ...estimate.process_noise import noise_level
-from ...plant.parameters import vector
+from ...plant.parameters import LAG, LUMPED, vector
 from ...record.run import Run
 from .flown import Array
 
@@ -35,7 +35,6 @@ TITLES = {
     "two_stage": "two-stage",
     "least_squares": "least squares",
 }
-LUMPED = ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau")  # order of `lump_all`
 NUDGE = 1e-6  # relative step of the first-order propagation
 
 
@@ -59,7 +58,7 @@ def answers(runs: Sequence[Run], model: Model, effects: dict[str, float], noise:
 
 def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> Answer:
     """That of `vtank identify`; where there is a disturbance, its level is sought from the true one, for speed."""
-    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5, **effects})
+    base = vector({LAG: 0.0 if model == "I" else 0.5, **effects})
     problem = Problem(tuple(observe(run) for run in runs), base, MODELS[model], noise=noise)
     guess = first_guesses(problem, 1)[0]
     if noise.quiet:
@@ -85,7 +84,7 @@ def _paper(rows: Regression | None, model: Model, name: Estimator) -> Answer:
     if rows is None:
         return _none(model)
     evolution = estimate(rows, PaperSettings(estimator=name, compiled=True))
-    chosen = [LUMPED.index(slot) for slot in MODELS[model]]
+    chosen = [LUMPED.index(slot) for slot in MODELS[model]]  # of the order of `lump_all`
     c = evolution.final
 
     def lumped(c: Array) -> Array:
