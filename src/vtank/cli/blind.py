@@ -87,6 +87,7 @@ def _answer(args: argparse.Namespace) -> int:
 
 
 def _score(args: argparse.Namespace) -> int:
+    from ..present.document import plain
     from ..studies.blind.score import score, write_score
     from ..studies.blind.tables import tables
     from .progress import progress
@@ -95,7 +96,7 @@ def _score(args: argparse.Namespace) -> int:
     out = args.out or args.folder.with_name(args.folder.name + "-score")
     scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), progress)
     write_score(out, scored)
-    print(tables(scored["measures"])[0].markdown())
+    print(plain(tables(scored["measures"])[0]))
     print(f"wrote {out}")
     return 0
 

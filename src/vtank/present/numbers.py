@@ -21,6 +21,11 @@ def number(value: float, digits: int = 4, missing: str = "-") -> str:
     return f"{value:.{digits}g}" if np.isfinite(value) else missing
 
 
+def fixed(value: float, decimals: int, missing: str = "-") -> str:
+    """A number of so many decimals; a dash where there is none."""
+    return f"{value:.{decimals}f}" if np.isfinite(value) else missing
+
+
 def jsonable(value: Any) -> Any:
     """Mappings, lists, numbers and texts in place of dataclasses, arrays and numpy's numbers; not finite is None."""
     if is_dataclass(value):

@@ -7,19 +7,17 @@ other. Work that was interrupted goes on where it stopped, unless the recordings
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 import vtank
 
 from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...plant.truth import load_truth
+from ...present.numbers import jsonable
 from ...record.atomic import write_bytes
 from ...record.manifest import current_versions, sha256
 from .processes import processes
@@ -97,7 +95,7 @@ def sources() -> str:
 
 def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
     try:
-        found = plain(answer_case(folder / entry.case, seed, entry.withheld, nominal))
+        found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except Exception as error:  # whatever goes wrong in one case must not stop the others
         found = refusal(f"{type(error).__name__}: {error}", entry.withheld)
@@ -118,17 +116,6 @@ def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
     }
     chances = dict.fromkeys(names, 1.0 / len(names))
     return {"refused": message, "document": {"verdict": verdict, "probabilities": chances}}
-
-
-def plain(value: Any) -> Any:
-    """A document of plain numbers, lists and texts; what is not finite becomes null."""
-    if isinstance(value, dict):
-        return {str(key): plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, np.generic | np.ndarray):
-        return plain(value.tolist())
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _resume(part: Path, mark: str) -> dict[str, Any]:

@@ -11,6 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ...present.blocks import Picture
+from ...present.document import html, markdown
+from ...present.numbers import jsonable
 from ...record.atomic import write_bytes
 from .calibration import corp
 from .ceiling import unknown_ceiling
@@ -51,18 +54,24 @@ def _row(opened: Opened, truth: Path, case: str) -> Row:
 
 
 def write_score(out: Path, scored: dict[str, Any]) -> None:
-    """Write score.md, score.json, cases.csv, the tables as CSV and the figures into a folder."""
+    """Write the score as Markdown, HTML and JSON, the cases and tables as CSV, and the figures into a folder."""
     from .figures import draw_all
-    from .tables import cases_csv, markdown, tables
+    from .tables import TITLE, cases_csv, measures_csv, page
 
-    out.mkdir(parents=True, exist_ok=True)
-    made = tables(scored["measures"])
-    write_bytes(out / "score.md", markdown(made, scored["sources"]).encode())
-    write_bytes(out / "cases.csv", cases_csv(scored["rows"]).encode())
-    for table in made:
-        write_bytes(out / f"{table.file}.csv", table.csv().encode())
-    write_bytes(out / "score.json", json_bytes(_json(scored)))
-    draw_all(out, scored["rows"])
+    groups, rows = scored["measures"], scored["rows"]
+    pictures = draw_all(rows)
+    blocks = page(groups, scored["sources"], [Picture(name, caption) for name, (caption, _) in pictures.items()])
+    summary = {"schema": SCHEMA, "sources": scored["sources"], "cases": len(rows), "measures": jsonable(groups)}
+    files: dict[str, str | bytes] = {
+        "score.md": markdown(blocks),
+        "score.html": html(TITLE, blocks),
+        "score.json": json_bytes(summary),
+        "cases.csv": cases_csv(rows),
+        **{f"{name}.csv": text for name, text in measures_csv(groups).items()},
+        **{name: png for name, (_, png) in pictures.items()},
+    }
+    for name, content in files.items():
+        write_bytes(out / name, content.encode() if isinstance(content, str) else content)
 
 
 def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
@@ -243,15 +252,3 @@ def _reducible(row: Row) -> bool:
     """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
     c = row.closed
     return bool(np.isfinite([c.refit, c.oracle, c.diagnosed]).all()) and c.refit > 1.1 * c.oracle
-
-
-def _json(scored: dict[str, Any]) -> dict[str, Any]:
-    def clean(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
-    groups = {
-        group: {name: {key: {k: clean(v) for k, v in vars(m).items()} for key, m in summary.items()}
-                for name, summary in some.items()}
-        for group, some in scored["measures"].items()
-    }  # fmt: skip
-    return {"schema": SCHEMA, "sources": scored["sources"], "cases": len(scored["rows"]), "measures": groups}
