@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..experiment.scenario import Scenario
+    from ..present.blocks import Table
     from ..studies.bandwidth.response import Response
     from ..studies.bandwidth.station import Stations
 
@@ -58,11 +59,15 @@ def run(args: argparse.Namespace) -> int:
     if args.out is not None:
         refuse_loss(args.out, RESULTS)
     files: dict[str, str | bytes] = {}
+    tables: list[Table] = []
     if args.only != "seas":
-        files |= _response(args, scenario)
+        files |= _response(args, scenario, tables)
     if args.only != "response":
-        files |= _seas(args, scenario)
+        files |= _seas(args, scenario, tables)
     if args.out is not None:
+        from ..studies.bandwidth.report import page
+
+        files["bandwidth.html"] = page(_subject(args, scenario), tables, files)
         with results_folder(args.out, RESULTS, {"scenario": scenario.name}) as folder:
             for name, content in files.items():
                 (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
@@ -70,13 +75,14 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _response(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
+def _response(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> dict[str, str | bytes]:
     import numpy as np
 
+    from ..present.document import plain
     from ..studies.bandwidth.balance import balance
     from ..studies.bandwidth.figures import response_figure
     from ..studies.bandwidth.loop import Loop
-    from ..studies.bandwidth.report import response_csv, response_text
+    from ..studies.bandwidth.report import response_csv, response_table
     from ..studies.bandwidth.response import AMPLITUDES_M, sine_plan, sweep
     from .progress import percent
 
@@ -87,17 +93,19 @@ def _response(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | b
     loop = Loop(plan)
     linear = loop.response(measured.rad_s) if loop.stable() else np.full(measured.rad_s.size, complex(np.nan, np.nan))
     balanced = np.array([balance(plan, amplitude, measured.rad_s)[0] for amplitude in amplitudes])
-    print(response_text(measured))
+    tables.append(response_table(measured))
+    print(plain(tables[-1]))
     files: dict[str, str | bytes] = {"response.csv": response_csv(measured, linear, balanced)}
     if args.out is not None:
         files["response.png"] = response_figure(measured, linear, balanced, _subject(args, scenario))
     return files
 
 
-def _seas(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
+def _seas(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> dict[str, str | bytes]:
     from ..experiment.plan import plan_run
+    from ..present.document import plain
     from ..studies.bandwidth.figures import station_figure
-    from ..studies.bandwidth.report import station_csv, station_text
+    from ..studies.bandwidth.report import station_csv, station_tables
     from ..studies.bandwidth.station import keep_station
     from .progress import percent
 
@@ -107,7 +115,8 @@ def _seas(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes
             seas.append(
                 keep_station(scenario, kind, truth=args.truth, model=args.seas, nthread=args.threads, progress=report)
             )
-        print("\n" + station_text(seas[-1]))
+        tables += (new := station_tables(seas[-1]))
+        print(plain(*new))
     files: dict[str, str | bytes] = {"seas.csv": station_csv(seas)}
     if args.out is not None:
         plan = plan_run(scenario, truth=args.truth)

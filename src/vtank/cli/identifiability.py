@@ -145,11 +145,11 @@ def _print(found: Findings) -> None:
     """Verdicts first, then tables."""
     import textwrap
 
-    from .identify import print_sheets
+    from ..present.document import plain
 
     for sentence in found.sentences():
         print(textwrap.fill(sentence, 110, initial_indent="- ", subsequent_indent="  "))
-    print_sheets(found.sheets())
+    print(plain(*found.sheets()))
 
 
 def _write(args: argparse.Namespace, found: Findings) -> None:

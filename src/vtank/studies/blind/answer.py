@@ -18,8 +18,8 @@ from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
 from ...plant.parameters import switched_on
 from ...plant.truth import load_truth
+from ...present.numbers import jsonable
 from ...record.atomic import write_bytes
-from ...record.documents import plain
 from ...record.files import read_bytes, read_text
 from ...record.manifest import current_versions, sha256
 from .case import NOMINAL
@@ -98,7 +98,7 @@ def sources() -> str:
 
 def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
     try:
-        found = plain(answer_case(folder / entry.case, seed, entry.withheld, nominal))
+        found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except Exception as error:  # whatever goes wrong in one case must not stop the others
         found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal)

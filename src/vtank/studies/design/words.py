@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ...plant.parameters import LAG, LOSS, slot
-from ...present.identification import NAMES, number
+from ...present.identification import NAMES
+from ...present.numbers import number
 from .advice import Remedy
 from .study import Study
 from .verdicts import CLEAR, SEEN, Verdict
