@@ -124,13 +124,12 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     for k, run in enumerate(selection.setting.runs):
         if "range_m" in fit.hypothesis.outliers:
             places[k] |= selection.setting.flags[k]
-        for effect in (e for e in fit.hypothesis.effects if e.outliers and e.true_input):
-            own = fit.problem.model(fit.optimum.theta, k)[0][list(indices(effect))]
-            pairs = zip(run.input, run.lone, strict=True)
-            spiked = np.array(
-                [effect.true_input(n, lone, *own) != effect.true_input(n, 0.0, *own) for n, lone in pairs]
-            )
-            places[k][np.clip(np.searchsorted(run.time_s, run.input_time_s[spiked]), 0, run.time_s.size - 1)] = True
+        for effect in fit.hypothesis.effects:
+            if effect.outliers and (law := effect.true_input) is not None:
+                own = fit.problem.model(fit.optimum.theta, k)[0][list(indices(effect))]
+                pairs = zip(run.input, run.lone, strict=True)
+                spiked = np.array([law(n, lone, *own) != law(n, 0.0, *own) for n, lone in pairs])
+                places[k][np.searchsorted(run.time_s, run.input_time_s[spiked]).clip(max=run.time_s.size - 1)] = True
     return places
 
 
