@@ -25,7 +25,7 @@ BASIN = models_dir() / "basin.xml"
 # Made for another purpose: own solver, step, fluid, contacts, names of the basin's, a crane with its motor, a floor.
 FOREIGN = """
 <mujoco model="foreign">
-  <compiler angle="degree" autolimits="true"/>
+  <compiler angle="degree" alignfree="true" inertiagrouprange="3 3"/>
   <option integrator="implicitfast" timestep="0.003" solver="CG" cone="elliptic" density="1000" viscosity="0.001"/>
   <size memory="2M"/>
   <visual><global offwidth="700"/><map zfar="99"/></visual>
@@ -39,7 +39,7 @@ FOREIGN = """
     <geom name="floor" type="plane" size="5 5 0.1" material="tiles" group="3" pos="0 0 -1.2"/>
     <body name="crane" pos="5 5 0">
       <joint name="lift" type="slide" range="0 1"/>
-      <geom size="0.1"/>
+      <geom class="echo" size="0.1"/>
     </body>
     <frame pos="2 3 0">
       <body name="box" pos="0 0 {z}" {pose}>
@@ -49,7 +49,7 @@ FOREIGN = """
         <site name="bow" pos="0.2 0 0"/>
         <site name="stern" pos="-0.2 0 0"/>
         <body name="keel" pos="0 0 {down}">
-          <geom size="0.03" mass="1"/>
+          <geom class="echo" size="0.03" mass="1"/>
           <site name="sonar" pos="0.35 0 {up}"/>
         </body>
       </body>
