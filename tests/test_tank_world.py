@@ -45,6 +45,7 @@ FOREIGN = """
       <body name="box" pos="0 0 {z}" {pose}>
         <freejoint/>
         <geom class="echo" type="box" size="0.3 0.2 0.1" mass="39" material="water"/>
+        <camera name="overview" pos="0.3 0 0"/>
         <site name="propeller" pos="-0.3 0 0"/>
         <site name="bow" pos="0.2 0 0"/>
         <site name="stern" pos="-0.2 0 0"/>
@@ -218,7 +219,11 @@ def test_files_that_are_no_tank_are_refused_by_name(tmp_path: Path) -> None:
     broken.write_text(walls('<geom size="1"/><body name="phoenix"/>'))
     with pytest.raises(InputError, match="phoenix.xml: MuJoCo cannot put it between the walls: .*repeated name"):
         load_world(phoenix, broken)
-    with pytest.raises(InputError, match="broken.xml: .*free joint"):
+    broken.write_text(XML.replace('timestep="0.01"', 'timestep="0"').replace('mass="20"', f'mass="{phoenix.mass_kg}"'))
+    with pytest.raises(InputError, match="broken.xml: timestep 0 s; expected 1e-05 s or more"):
+        load_world(replace(phoenix, mjcf=broken), BASIN)
+    broken.write_text("<mujoco/>")
+    with pytest.raises(InputError, match="broken.xml: 0 bodies with a free joint"):
         load_world(replace(phoenix, mjcf=broken), BASIN)
 
 

@@ -23,6 +23,7 @@ from .mjcf import mujoco_says, named, read
 from .model import STATES, TANK_GROUP, vehicle_body
 
 LEVEL = (0.0, 1.0, 0.0, 0.0)  # quaternion of a body with axes x forward, z down that heads along the world's x
+SHORTEST_S = 1e-5  # [s] time step below which a run would not end in a day; a choice
 FREE = mujoco.mjtJoint.mjJNT_FREE
 SWITCHED_OFF = (
     mujoco.mjtDisableBit.mjDSBL_CONTACT  # such forces come too late for the added mass
@@ -50,6 +51,8 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
         mass = float(model.body_subtreemass[vehicle_body(model)])
         if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
             raise InputError(f"mass {mass:g} kg, but the vehicle file says mass_kg {vehicle.mass_kg:g}")
+        if not model.opt.timestep >= SHORTEST_S:
+            raise InputError(f"timestep {model.opt.timestep:g} s; expected {SHORTEST_S:g} s or more")
     if not (model.geom_group == TANK_GROUP).any():
         raise InputError(
             f"{walls}: no walls for the sonar to hear: expected geoms that collide, or in group {TANK_GROUP}"
@@ -81,6 +84,10 @@ def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.
             f"{bond} acts on the vehicle '{model.body(body).name}' past its added mass; expected none: the thrusters "
             "stand in the vehicle file"
         )
+    for kind in ("cameras", "geoms", "lights", "sites"):
+        taken = {element.name for element in getattr(hull, kind)} - {""}
+        for element in getattr(world, kind):
+            element.name += " of the walls" if element.name in taken else ""
     _set_afloat(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
     _inject(world, hull.option)
     with mujoco_says("cannot put it between the walls"):
