@@ -21,17 +21,10 @@ from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
 from ..plant.parameters import INPUT_OFFSET, LAG, indices, slot, vector
 from . import outliers
-from .hypothesis import (
-    FOREIGN_SPREAD,
-    NUISANCE_SPREAD,
-    Hypothesis,
-    largest_input,
-    nuisance,
-    starting_values,
-    stretch,
-    typical,
-)
+from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
+NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice

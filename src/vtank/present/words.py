@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import BY_NAME, PARAMETERS
 from ..plant.parameters import LAG, LOSS
 from .numbers import percent
 
@@ -55,7 +55,7 @@ def hypothesis(name: str) -> str:
 
 def meaning(effect: str, parameter: str) -> str:
     """What a parameter of an effect is."""
-    return next(q.meaning for q in BY_NAME[effect].parameters if q.name == parameter)
+    return PARAMETERS[f"{effect}.{parameter}"].meaning
 
 
 def unit_text(document: Document, unit: str) -> str:
