@@ -157,3 +157,21 @@ def test_what_cannot_be_written_is_told_before_anything_is_printed(
     assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(model / "gaps.json")]) == 2
     told = capsys.readouterr()
     assert told.out == "" and "cannot be written" in told.err
+
+
+def test_what_cannot_be_told_is_null(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recording of mere noise has no expected error; NaN is no JSON."""
+    from vtank.diagnose import model_file
+
+    monkeypatch.setattr(model_file, "read_model", lambda path: None)
+    monkeypatch.setattr(
+        model_file, "predict_gaps", lambda *given: {"unit": "m", "rms": {"refit": 0.5}, "floor": np.nan}
+    )
+    assert main(["predict", "model.toml", str(unseen(tmp_path))]) == 0
+    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {
+        "unit": "m",
+        "rms": {"refit": 0.5},
+        "floor": None,
+    }

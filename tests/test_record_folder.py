@@ -1,4 +1,4 @@
-"""Folders that vtank writes: nothing of the user's is lost, whichever command writes, and it is said before any work."""
+"""Folders that vtank writes: nothing of the user's is lost, whichever command writes, and that is said before work."""
 
 from __future__ import annotations
 
