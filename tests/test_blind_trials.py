@@ -264,7 +264,7 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
     written = {path.name for path in (tmp_path / "score").iterdir()}
     assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
     document = json.loads((tmp_path / "score" / "score.json").read_text())
-    assert document["cases"] == 3 and document["schema"] == "vtank.studies.blind-score/1"
+    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
 
 
 MODEL = """

@@ -102,11 +102,11 @@ def test_what_cannot_be_predicted_is_told(model: Path, tmp_path: Path, capsys: p
     ("old", "new", "message"),
     [
         ('schema = "vtank.model/1"', 'schema = "other"', "vtank.model/1"),
-        ("c_per_s", "c_per_min", "c_per_min: unknown key; expected one of: c_per_s"),
+        ("c_per_s", "c_per_min", "c_per_min: unknown key; did you mean 'c_per_s'?"),
         ("[effects.linear_drag]", "[effects.linear_drug]", "effects.linear_drug: unknown key"),
         ("c_per_s = 0", "c_per_s = 90", "expected a number from 0 to 5"),
         ('input = "n_rev_s"', 'input = "rpm"', "expected one of n_rev_s, command, thrust_N"),
-        ("range_m", "range_ft", "noise.range_ft: unknown key"),
+        ("range_m", "range_ft", "noise.range_ft: wrong unit: expected 'range_m' [m]"),
     ],
 )
 def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
