@@ -126,4 +126,6 @@ def _seas(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> 
 
 def _subject(args: argparse.Namespace, scenario: Scenario) -> str:
     """What the figures are about."""
-    return f"{scenario.vehicle}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
+    return (
+        f"{Path(scenario.vehicle).stem}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
+    )

@@ -138,7 +138,8 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
     for i, name in enumerate(problem.free):
         if name in known:
             mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
-            low[i], high[i] = np.array(known[name].bounds) * stretch(known[name], setting.runs)
+            factor = stretch(known[name], setting.runs)
+            low[i], high[i] = (bound * factor for bound in known[name].bounds)
             if known[name].limit:  # a limit no run reaches is no effect
                 high[i] = VISIBLE_LIMIT * top
         elif name == INPUT_OFFSET:

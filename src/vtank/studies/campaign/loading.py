@@ -15,7 +15,7 @@ from ...experiment.scenario import Scenario, load_scenario
 from ...plant.parameters import null_vector, slot
 from ...plant.truth import Truth, load_truth
 from ...record.files import read_text
-from ...record.table import Table, open_table
+from ...record.table import GREATEST, Table, open_table
 from ...record.toml import find_file, meant, parse
 from ...resources import scenarios_dir
 from .axes import MOST_RUNS, Axis, Draw, read_draws, read_grid, refusal
@@ -77,7 +77,7 @@ def _fits(key: str, value: Any) -> bool:
         return False
     if key == SEED:
         return isinstance(value, int) and value >= 0
-    return value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0
+    return abs(value) <= GREATEST and (value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0)
 
 
 def _settings(
