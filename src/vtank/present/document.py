@@ -35,8 +35,8 @@ def plain(*blocks: Block, width: int = WIDTH) -> str:
 
 def _lines(block: Block, width: int) -> list[str]:
     match block:
-        case Heading(text):
-            return textwrap.wrap(text, width)
+        case Heading(text, level):
+            return textwrap.wrap(text, width) if level == 1 else ["", *textwrap.wrap(text, width), ""]
         case Paragraph(text, lead):
             return textwrap.wrap(f"{lead} {text}" if lead else text, width)
         case Table():
