@@ -39,7 +39,7 @@ class Diagnosis:
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
         v, runs = self.verdict, ", ".join(run.name for run in self.selection.setting.runs)
-        return f"Diagnosis({': '.join([v.kind, *([', '.join(v.effects)] * bool(v.effects))])}, {v.probability:.2f}; {runs})"
+        return f"Diagnosis({': '.join(filter(None, (v.kind, ', '.join(v.effects))))}, {v.probability:.2f}; {runs})"
 
     def failures(self) -> list[str]:
         """Fits that failed, in plain sentences."""

@@ -42,6 +42,7 @@ class Optimum:
     converged: bool
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a trial may run away: its residuals are held, and it is not taken
 def climb(problem: Problem, theta: np.ndarray, prior: Prior, filtered: Sequence[Filtered], steps: int = 15) -> Optimum:
     """Levenberg-Marquardt from theta with the filter's gains held; bounds by projection."""
     theta = np.clip(theta, prior.low, prior.high)
