@@ -111,20 +111,20 @@ SIZE = STATES = SPEEDS = PLACES = acts = inputs = instant = read = fades = step 
 ) = written = unbound
 
 
-def forced(forcing, j):  # type: ignore[no-untyped-def]
+def forced(forcing, j):
     """Known acceleration that is held with sample j of the input; none where there is no forcing."""
     return 0.0 if forcing is None else load(forcing, j)
 
 
 @overload(forced, strict=False)
-def _forced(forcing, j):  # type: ignore[no-untyped-def]
+def _forced(forcing, j):
     if getattr(forcing, "ndim", 0) == 0:
         return lambda forcing, j: 0.0
     return lambda forcing, j: load(forcing, j)
 
 
 # --- templates -------------------------------------------------------------------------------------------------------
-def plan(record, p):  # type: ignore[no-untyped-def]
+def plan(record, p):
     """The steps of a run at parameters p, shape (P,), which matter here only where they shift instants."""
     count = record.time.size
     at = np.empty(count)
@@ -153,12 +153,12 @@ def plan(record, p):  # type: ignore[no-untyped-def]
     return Steps(start[:i], length[:i], held[:i], which, upto, at[which])
 
 
-def begun(steps, record, forcing, p):  # type: ignore[no-untyped-def]
+def begun(steps, record, forcing, p):
     """What is held over a step, before the first: see `renewed`."""
     return -1, -1.0, inputs(record.reading, record.lone, 0, p), forced(forcing, 0), 0.0, 0.0, fades(1.0, p)
 
 
-def renewed(i, over, steps, record, forcing, memory, p):  # type: ignore[no-untyped-def]
+def renewed(i, over, steps, record, forcing, memory, p):
     """What is held over step i, worked out anew where it changes.
 
     The sample of the input, the step's length, the inputs and the known acceleration, the share of a disturbance that
@@ -175,7 +175,7 @@ def renewed(i, over, steps, record, forcing, memory, p):  # type: ignore[no-unty
     return held, length, n, push, keep, mean, fade
 
 
-def simulate(parameters, start, steps, record, value, forcing, gain, memory, out, track):  # type: ignore[no-untyped-def]
+def simulate(parameters, start, steps, record, value, forcing, gain, memory, out, track):
     """Innovations [unit of the channel] of eight models with given Kalman gains, written into `out`, shape (M, 8).
 
     parameters: shape (P, 8); start: states at the first measurement, shape (S, 8); value: measurements, shape (M,) or,
@@ -205,7 +205,7 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
                 track[k, state] = here[state]
 
 
-def kalman(  # type: ignore[no-untyped-def]
+def kalman(
     parameters, start, start_sd, steps, record, forcing, noise_var, sigma, memory, colour_sigma, out, variance, gain
 ):
     """Extended Kalman filter along a run; fills innovations `out` (M,), their variances (M,) and gains (M, S + A + 1).
@@ -269,7 +269,7 @@ def kalman(  # type: ignore[no-untyped-def]
                     P[q, i] = P[i, q]
 
 
-def linearise(parameters, start, steps, record, error, gap, transition, row):  # type: ignore[no-untyped-def]
+def linearise(parameters, start, steps, record, error, gap, transition, row):
     """A run along its simulation, in the order in which its measurements were true, for plants of one axis.
 
     Fills the error of each measurement, shape (M,), the time since the one before [s], shape (M,), the transition in
@@ -308,7 +308,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):  #
 
 
 # --- the filter's algebra --------------------------------------------------------------------------------------------
-def nudge(s, x):  # type: ignore[no-untyped-def]
+def nudge(s, x):
     """Fill x, shape (B, S, 8), with states s, shape (S,): in each lane but the first, one is nudged."""
     for i in range(SIZE):
         for c in range(x.shape[0]):
@@ -317,7 +317,7 @@ def nudge(s, x):  # type: ignore[no-untyped-def]
         x[(i + 1) // WIDTH, i, (i + 1) % WIDTH] += NUDGE
 
 
-def differentiate(x, s, F):  # type: ignore[no-untyped-def]
+def differentiate(x, s, F):
     """The nudged states one step later, shape (B, S, 8): new states into s, shape (S,), and their Jacobian into F."""
     for i in range(SIZE):
         s[i] = x[0, i, 0]
@@ -325,7 +325,7 @@ def differentiate(x, s, F):  # type: ignore[no-untyped-def]
             F[i, q] = (x[(q + 1) // WIDTH, i, (q + 1) % WIDTH] - s[i]) / NUDGE
 
 
-def carry(F, P, C, A):  # type: ignore[no-untyped-def]
+def carry(F, P, C, A):
     """In place, the covariance P -> F P F' and the covariance with the sensor's error C -> F C; A is scratch."""
     for i in range(SIZE):
         for k in range(SIZE):
@@ -345,7 +345,7 @@ def carry(F, P, C, A):  # type: ignore[no-untyped-def]
     C[:] = A[0]
 
 
-def disturb(P, h, sigma, memory, v, x, d):  # type: ignore[no-untyped-def]
+def disturb(P, h, sigma, memory, v, x, d):
     """Add to P what the disturbance d, known at the start of a step of h [s], brings to speed v and place x by its end.
 
     Exact for v and d but for the hull's own drag within the step; for x, where it is a state, in the ratios of a doubly

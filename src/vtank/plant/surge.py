@@ -36,7 +36,7 @@ from ..effects import (
 )
 from ..effects.catalogue import CATALOGUE
 from .hooks import chained, shifting
-from .parameters import NAMES, null_vector, slot
+from .parameters import LAG, NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
 
 ALPHA, BETA = slot("alpha"), slot("beta")
@@ -147,7 +147,7 @@ def inputs(reading, lone, j, p):
 SURGE = Plant(
     name="surge",
     states=("x_m", "u_m_s", "z_m_s2", "wake_m_s"),
-    lagging=("z_m_s2",),
+    lagging={"z_m_s2": LAG},
     axes=(Axis(speed=1, place=0),),
     parameters=Parameters(NAMES, null_vector()),
     rates=rates,
