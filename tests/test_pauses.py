@@ -22,7 +22,7 @@ from vtank.present.identification import NAMES
 from vtank.record import Run, write_run
 from vtank.record.manifest import DataSetWarning
 
-PAUSE_S = 1e7
+PAUSE_S = 8e4
 
 
 def paused(pause_s: float, half_s: float = 30.0) -> Run:

@@ -18,7 +18,7 @@ TRUTH = {"m_u": 20.0, "m_v": 33.0, "m_r": 1.6, "X_u": 3.0, "Y_v": 5.0, "N_r": 0.
 P = PLANAR.parameters.vector(TRUTH)
 FREE = tuple(TRUTH)
 ROWS = {row.name: kind for kind, row in enumerate(channels(PLANAR))}
-TICK_S, PERIOD_S = 0.1, 0.1
+TICK_S = 0.05
 NOISE = {"north_m": 0.01, "east_m": 0.01, "heading_rad": 0.005, "surge_m_s": 0.01, "sway_m_s": 0.01,
          "yaw_rate_rad_s": 0.005, "accel_x_m_s2": 0.05, "accel_y_m_s2": 0.05}  # fmt: skip
 
@@ -41,7 +41,7 @@ def forces(time: np.ndarray, shift: float) -> np.ndarray:
     return np.column_stack([sum(a * np.cos(w * time + shift * w * 7) for w, a in axis) for axis in waves])
 
 
-def flown(shift: float, seed: int | None, duration_s: float = 60.0, only: tuple[str, ...] = tuple(NOISE)) -> Observed:
+def flown(shift: float, seed: int | None, duration_s: float = 40.0, only: tuple[str, ...] = tuple(NOISE)) -> Observed:
     """A run by scipy's integrator, tick by tick, with all sensors; without noise where there is no seed."""
     time = np.arange(0.0, duration_s, TICK_S)
     force, states = forces(time, shift), [np.zeros(9)]

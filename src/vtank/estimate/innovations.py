@@ -111,9 +111,7 @@ def innovations(
 
 def _eight(a: np.ndarray) -> np.ndarray:
     """Columns of an array, shape (N, L), filled up to eight by the last one."""
-    if a.shape[1] == WIDTH:
-        return np.ascontiguousarray(a)
-    return np.concatenate([a, np.repeat(a[:, -1:], WIDTH - a.shape[1], axis=1)], axis=1)
+    return np.ascontiguousarray(a[:, np.minimum(np.arange(WIDTH), a.shape[1] - 1)])
 
 
 def _alike(run: Observed, p: np.ndarray) -> list[tuple[np.ndarray, Steps]]:
