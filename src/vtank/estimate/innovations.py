@@ -95,8 +95,8 @@ def innovations(
     value = run.value if value is None else value
     count = max((a.shape[1] for a in (p, start, value, forcing) if a is not None and a.ndim == 2), default=0)
     P, S = (a if a.ndim == 2 else np.repeat(a[:, None], max(count, 1), axis=1) for a in (p, start))
-    out = np.empty((run.time_s.size, -(-P.shape[1] // WIDTH) * WIDTH))
-    for lanes, shared in _alike(run, P):
+    groups, out = _alike(run, P), np.empty((run.time_s.size, P.shape[1]))
+    for lanes, shared in groups:
         for first in range(0, lanes.size, WIDTH):
             block = lanes[first : first + WIDTH]
             given = (a if a is None or a.ndim == 1 else _eight(a[:, block]) for a in (value, forcing))
@@ -105,8 +105,10 @@ def innovations(
                 _eight(P[:, block]), _eight(S[:, block]), shared, run.record, *given, gain, noise.memory, found,
                 track if block[0] == 0 else None,
             )  # fmt: skip
+            if block.size == P.shape[1]:
+                return found[:, :count] if count else found[:, 0]
             out[:, block] = found[:, : block.size]
-    return out[:, : P.shape[1]] if count else out[:, 0]
+    return out
 
 
 def _eight(a: np.ndarray) -> np.ndarray:

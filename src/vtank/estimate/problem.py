@@ -6,11 +6,13 @@ and its initial state. Everything else in the parameter vector stays as in `base
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ..compiled import law
 from .innovations import Filtered, Noise, filtered, innovations
 from .observed import Observed
 
@@ -159,10 +161,7 @@ class Problem:
             here, own = slice(rows[k], rows[k + 1]), self.own_slice(k)
             p, start = self._nudged(theta, step, k)
             e = innovations(self.runs[k], p, start, self.noise, f.gain, forcing=self.push(k))
-            e = _tamed(e / np.sqrt(f.variance)[:, None])
-            residual[here] = e[:, 0]
-            J[here, :shared] = (e[:, 1 : shared + 1] - e[:, :1]) / step[:shared]
-            J[here, own] = (e[:, shared + 1 :] - e[:, :1]) / step[own]
+            _differences(e, f.variance, step, shared, own.start, residual[here], J[here])
         return residual, J
 
     def _nudged(self, theta: np.ndarray, step: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
@@ -196,3 +195,26 @@ class Problem:
 def _tamed(residual: np.ndarray) -> np.ndarray:
     """Residuals of a model that has run away (NaN as well), held at a size that still says which way is worse."""
     return np.asarray(np.fmin(np.fmax(residual, -RUNAWAY), RUNAWAY))
+
+
+@law
+def _held(residual: float) -> float:
+    """The same of one residual."""
+    return min(residual, RUNAWAY) if residual > -RUNAWAY else -RUNAWAY
+
+
+@law
+def _differences(
+    e: np.ndarray, variance: np.ndarray, step: np.ndarray, shared: int, own: int, residual: np.ndarray, J: np.ndarray
+) -> None:
+    """Innovations e, shape (M, 1 + K), over their deviations: those at theta, and their forward differences.
+
+    The columns are moved in the first `shared` unknowns and those from `own` on; see `linearise`.
+    """
+    for m in range(e.shape[0]):
+        sd = math.sqrt(variance[m])
+        base = _held(e[m, 0] / sd)
+        residual[m] = base
+        for c in range(1, e.shape[1]):
+            i = c - 1 if c <= shared else own + c - 1 - shared
+            J[m, i] = (_held(e[m, c] / sd) - base) / step[i]
