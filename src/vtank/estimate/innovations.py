@@ -111,6 +111,11 @@ def innovations(
     return out
 
 
+def simulated(run: Observed, p: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Measured less simulated from parameters and initial states alone, shapes as for `innovations`."""
+    return innovations(run, p, start, Noise(), no_gain(run))
+
+
 def _eight(a: np.ndarray) -> np.ndarray:
     """Columns of an array, shape (N, L), filled up to eight by the last one."""
     return np.ascontiguousarray(a[:, np.minimum(np.arange(WIDTH), a.shape[1] - 1)])

@@ -91,6 +91,7 @@ def _tuples(plant: Plant) -> dict[str, Any]:
         "loaded(x)": [f"load(x, {i})" for i in range(size)],
         "corrected(s, gain, k, e)": [f"s[{i}] + gain[k, {i}] * e" for i in range(size)],
         "first(s)": [f"lane(s[{i}], 0)" for i in range(size)],
+        "taken(p)": [f"p[{i}]" for i in range(plant.parameters.null.size)],
     }
     found: dict[str, Any] = {"load": load, "lane": lane}
     for head, items in texts.items():
@@ -108,7 +109,7 @@ def _tuples(plant: Plant) -> dict[str, Any]:
 unbound: Any = None
 SIZE = STATES = SPEEDS = PLACES = acts = inputs = instant = read = fades = step = opened = loaded = corrected = (
     first
-) = written = unbound
+) = written = taken = unbound
 
 
 def forced(forcing, j):
@@ -184,8 +185,8 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
     memory [s]: of the disturbance and of the coloured error; track: where given, shape (M, S + A), the states of the
     first model at each measurement.
     """
-    p = rows(parameters)
-    s, b, before, i = opened(start), 0.0 * p[0], steps.at[0], 0
+    p = taken(rows(parameters))
+    s, b, before, i, gap, fade = opened(start), 0.0 * p[0], steps.at[0], 0, 0.0, 1.0
     over = begun(steps, record, forcing, p)
     for m in range(steps.which.size):
         k, at = steps.which[m], steps.at[m]
@@ -193,8 +194,10 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
             over = renewed(i, over, steps, record, forcing, memory[0], p)
             s = step(steps.now[i], over[1], s, over[2], over[3], over[4], over[5], over[6], p)
             i += 1
-        b = b * math.exp((before - at) / memory[1])
-        before = at
+        if at - before != gap:
+            gap = at - before
+            fade = math.exp(-gap / memory[1])
+        b, before = b * fade, at
         e = load(value, k) - read(record.kind[k], at, s, over[2], over[3], p) - record.colour[k] * b
         store(out, k, e)
         b = b + gain[k, SIZE] * e
@@ -215,7 +218,7 @@ def kalman(
     memory [s]: of the disturbance and of the coloured error, whose deviation is colour_sigma [m]; noise_var: variance
     of each measurement, shape (M,); inf skips a measurement.
     """
-    p, blocks = rows(parameters), (SIZE + WIDTH) // WIDTH
+    p, blocks = taken(rows(parameters)), (SIZE + WIDTH) // WIDTH
     x, y = np.zeros((blocks, SIZE, WIDTH)), np.zeros((1, WIDTH))
     P, F, A = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE))
     s, H, C, V, b = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE), colour_sigma * colour_sigma, 0.0
@@ -276,7 +279,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):
     that time of place and speed, and by a unit acceleration, shape (M, 2, 3), and the derivative of the measurement
     with respect to place, speed and its coloured error, shape (M, 3). parameters: shape (P, 8); start: shape (S, 8).
     """
-    p = rows(parameters)
+    p = taken(rows(parameters))
     place, speed = PLACES[0], SPEEDS[0]
     x, y, pushes = start.copy(), np.zeros((SIZE, WIDTH)), np.zeros((1, WIDTH))
     pushes[0, 3] = PUSH
