@@ -17,8 +17,9 @@ ROOT = Path(vtank.__file__).parent
 
 # A module may import from its own layer and from the layers before it.
 LAYERS = (
-    "vtank",  # the version
     "errors",
+    "facade",
+    "vtank",  # the version; the public names are loaded when they are used, and stand above
     "units",
     "compiled",
     "resources",
@@ -31,6 +32,8 @@ LAYERS = (
     "estimate",
     "diagnose",
     "present",
+    "diagnosed",
+    "library",
     "studies",
     "cli",
     "__main__",
@@ -63,7 +66,12 @@ def imports(module: str) -> frozenset[str]:
     """Everything a module imports anywhere in it, also inside functions, as absolute dotted names."""
     tree = ast.parse(MODULES[module].read_text(encoding="utf-8"))
     found: set[str] = set()
+    later = {
+        node for lazy in ast.walk(tree) if module == "vtank" and isinstance(lazy, ast.If) for node in ast.walk(lazy)
+    }
     for node in ast.walk(tree):
+        if node in later:
+            continue  # loaded by no module that imports vtank
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):

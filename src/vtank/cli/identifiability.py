@@ -49,7 +49,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Look at the plan, print verdicts and tables, write what was asked for."""
     from ..errors import InputError
-    from .diagnose import refuse_unwritable
+    from .checks import refuse_unwritable
 
     if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
         raise InputError("--seeds takes 0 or at least 2, --processes at least 1, --seed at least 0")

@@ -19,14 +19,12 @@ def run(args: argparse.Namespace) -> int:
     """Print root mean square gaps as JSON."""
     import json
 
-    from ..diagnose.model_file import predict_gaps, read_model
-    from ..estimate.observed import observe
+    from ..library import predict
     from ..record.atomic import write_text
-    from ..record.reader import read_run
-    from .diagnose import refuse_unwritable
+    from .checks import refuse_unwritable
 
     refuse_unwritable(args.json)
-    text = json.dumps(predict_gaps(read_model(args.model), observe(read_run(args.run))), indent=2) + "\n"
+    text = json.dumps(predict(args.model, args.run), indent=2) + "\n"
     print(text, end="")
     if args.json:
         write_text(args.json, text)

@@ -56,13 +56,14 @@ def run(args: argparse.Namespace) -> int:
 
 def fly(truths: Sequence[str], seed: int) -> dict[str, list[Result]]:
     """The four experiments in the tank with each truth."""
+    from ..experiment.fly import fly as simulated
+    from ..experiment.fly import plan_all
     from ..studies.paper.campaign import SCENARIOS
-    from .run import plan_all, simulate
+    from .progress import percent
 
     plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
-    results = simulate(plans, "tank", threads=2)
-    for result in results:
-        result.check_clearance()
+    with percent(f"simulating {len(plans)} runs") as report:
+        results = simulated(plans, "tank", 2, report)
     return {truth: results[i * len(SCENARIOS) : (i + 1) * len(SCENARIOS)] for i, truth in enumerate(truths)}
 
 

@@ -33,15 +33,13 @@ def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: s
     """The diagnosis of one case: its document, how far the gap shrinks, and the text of the diagnosed model's file."""
     from ...diagnose.diagnosis import diagnose
     from ...diagnose.model_file import model_text
-    from ...diagnose.shrink import shrink
     from ...estimate.observed import observe
     from ...record import read_dataset
 
     runs = [observe(run) for run in read_dataset(folder)]
     names = [effect.name for effect in CATALOGUE if effect.name not in withheld] if withheld else None
     diagnosis = diagnose(runs, load_truth(nominal).vector(), seed, names)
-    how_far = shrink(diagnosis.selection, diagnosis.verdict, seed)
-    return {"document": diagnosis.document() | {"shrink": how_far}, "model": model_text(diagnosis)}
+    return {"document": diagnosis.summary() | {"shrink": diagnosis.held_out}, "model": model_text(diagnosis)}
 
 
 def answer(
