@@ -15,7 +15,6 @@ from __future__ import annotations
 import os
 from typing import TYPE_CHECKING
 
-from .errors import InputError
 from .facade import facade
 
 __version__ = "0.1.0"
@@ -24,24 +23,20 @@ if not {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"} & os.environ.keys():
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: small matrices, where threads only get in each other's way
 
 if TYPE_CHECKING:
-    from .diagnosed import Diagnosis
-    from .effects.effect import Effect
-    from .estimate.maximum_likelihood import Estimate
-    from .library import diagnose, effects, identify, load, predict, run
-    from .plant.truth import Truth, load_truth
-    from .plant.vehicle import Vehicle, load_vehicle
-    from .record.run import Run
+    from .diagnosed import Diagnosis as Diagnosis
+    from .effects.effect import Effect as Effect
+    from .errors import InputError as InputError
+    from .estimate.maximum_likelihood import Estimate as Estimate
+    from .library import diagnose as diagnose
+    from .library import effects as effects
+    from .library import identify as identify
+    from .library import load as load
+    from .library import predict as predict
+    from .library import run as run
+    from .plant.truth import Truth as Truth
+    from .plant.truth import load_truth as load_truth
+    from .plant.vehicle import Vehicle as Vehicle
+    from .plant.vehicle import load_vehicle as load_vehicle
+    from .record.run import Run as Run
 
-__all__ = ["InputError"]
-__all__ += facade(
-    __name__,
-    {
-        "library": ("load", "run", "identify", "diagnose", "predict", "effects"),
-        "diagnosed": ("Diagnosis",),
-        "record.run": ("Run",),
-        "estimate.maximum_likelihood": ("Estimate",),
-        "effects.effect": ("Effect",),
-        "plant.truth": ("Truth", "load_truth"),
-        "plant.vehicle": ("Vehicle", "load_vehicle"),
-    },
-)
+__all__ = facade(__name__)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import sys
-from collections.abc import Mapping, Sequence
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 
 
@@ -20,8 +21,9 @@ class Facade(ModuleType):
         """The public name, loaded now; AttributeError where there is none such."""
         if name not in self._homes:
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        value = getattr(import_module(self._homes[name], self.__name__), name)
-        vars(self)[name] = value
+        home = self._homes[name]
+        loaded = import_module(f".{home or name}", self.__name__)
+        value = vars(self)[name] = getattr(loaded, name) if home else loaded
         return value
 
     def __setattr__(self, name: str, value: object) -> None:
@@ -31,12 +33,19 @@ class Facade(ModuleType):
 
     def __dir__(self) -> list[str]:
         """The public names, loaded or not."""
-        return sorted({*self._homes, *(name for name in vars(self) if name.startswith("__")), *vars(self)["__all__"]})
+        return sorted({*vars(self)["__all__"], *(name for name in vars(self) if name.startswith("__"))})
 
 
-def facade(package: str, modules: Mapping[str, Sequence[str]]) -> list[str]:
-    """Make a package a Facade with the public names of its modules, {module: names}; all names, for `__all__`."""
-    module, homes = sys.modules[package], {name: f".{home}" for home, names in modules.items() for name in names}
+def facade(package: str) -> list[str]:
+    """Make a package a Facade; returns its public names for `__all__`.
+
+    The names are those that type checkers see: relative imports under `if TYPE_CHECKING` in its `__init__.py`.
+    """
+    module = sys.modules[package]
+    tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
+    seen = [node for lazy in tree.body if isinstance(lazy, ast.If) for node in lazy.body]
+    relative = [node for node in seen if isinstance(node, ast.ImportFrom) and node.level == 1]
+    homes = {alias.name: node.module or "" for node in relative for alias in node.names}
     vars(module)["_homes"] = homes
     module.__class__ = Facade
     return list(homes)

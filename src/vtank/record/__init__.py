@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from .dataset import DataSet, read_dataset, read_truth, write_dataset
-from .manifest import DataSetWarning, Manifest
-from .reader import read_run
-from .run import INPUTS, OUTPUTS, Run
-from .writer import write_run
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "INPUTS",
-    "OUTPUTS",
-    "DataSet",
-    "DataSetWarning",
-    "Manifest",
-    "Run",
-    "read_dataset",
-    "read_run",
-    "read_truth",
-    "write_dataset",
-    "write_run",
-]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .atomic import new_folder, write_bytes, write_text
+    from .dataset import DataSet, read_dataset, read_truth, write_dataset
+    from .manifest import FILE, DataSetWarning, Manifest, current_versions, manifest_text, read_json, sha256
+    from .quantity import find_file
+    from .reader import read_run
+    from .rules import content_fault
+    from .run import INPUTS, OUTPUTS, TIME, Run
+    from .section import Section, line_of, meant, open_section
+    from .writer import DECIMALS, run_bytes, write_run
+
+__all__ = facade(__name__)

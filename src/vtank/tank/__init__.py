@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from .installation import forces
-from .model import load_model
-from .tank import Tank, prepare
+from typing import TYPE_CHECKING
 
-__all__ = ["Tank", "forces", "load_model", "prepare"]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .installation import forces
+    from .model import load_model
+    from .tank import Tank, prepare
+
+__all__ = facade(__name__)

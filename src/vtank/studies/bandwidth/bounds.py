@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ...experiment.plan import Plan
-from ...plant.parameters import slot
-from ...waves import breaking_height
-from ...waves.dispersion import wave_number
-from ...waves.orbit import depth_profile
+from ...experiment import Plan
+from ...plant import slot
+from ...waves import breaking_height, depth_profile, wave_number
 
 Array = NDArray[np.float64]
 ALPHA, BETA, TAU, LINEAR_DRAG = (slot(name) for name in ("alpha", "beta", "thrust_lag.tau", "linear_drag.c"))

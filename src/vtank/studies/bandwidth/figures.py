@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...experiment.plan import Plan
+from ...experiment import Plan
 from .bounds import drift_bound_m, thrust_bound_m
 from .loop import Complex
 from .response import HALF_POWER, TAKEN_OVER, Response, unwrapped

@@ -17,12 +17,11 @@ import numpy as np
 
 import vtank
 
-from ...effects.catalogue import CATALOGUE
+from ...effects import CATALOGUE
 from ...errors import InputError
-from ...plant.truth import load_truth
-from ...record.atomic import write_bytes
-from ...record.manifest import current_versions, sha256
-from .processes import processes
+from ...plant import load_truth
+from ...record import current_versions, sha256, write_bytes
+from ..processes import processes
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
 SCHEMA = "vtank.blind-answers/1"
@@ -31,9 +30,8 @@ AnswerCase = Callable[[Path, int, tuple[str, ...], str], dict[str, Any]]  # fold
 
 def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
     """The diagnosis of one case: its document, how far the gap shrinks, and the text of the diagnosed model's file."""
-    from ...diagnose.diagnosis import diagnose
-    from ...diagnose.model_file import model_text
-    from ...estimate.observed import observe
+    from ...diagnose import diagnose, model_text
+    from ...estimate import observe
     from ...record import read_dataset
 
     runs = [observe(run) for run in read_dataset(folder)]

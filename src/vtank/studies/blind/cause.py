@@ -6,8 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME
-from ...effects.effect import Parameter
+from ...effects import BY_NAME, Parameter
 from .outside import OUTSIDE
 
 RUNS, HOLDOUTS = 4, 5  # runs that are given; held back for the score: each once more, and one of another kind

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from ...effects.catalogue import CATALOGUE
+from ...effects import CATALOGUE
 from .calibration import corp, pav
 from .rows import STRATA, Row
 

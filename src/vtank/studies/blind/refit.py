@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects.catalogue import BY_NAME
-from ...effects.effect import Effect, Parameter
-from ...plant.parameters import slot
+from ...effects import BY_NAME, Effect, Parameter
+from ...plant import slot
 from .replay import Replay
 from .whitening import Whitener
 

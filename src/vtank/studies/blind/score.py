@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from ...record.atomic import write_bytes
+from ...record import write_bytes
+from ..processes import processes
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
-from .processes import processes
 from .rows import STRATA, Row, row
 from .seal import json_bytes
 from .verify import Opened, open_all

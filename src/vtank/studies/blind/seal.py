@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Run
-from ...record.manifest import read_json, sha256
+from ...record import Run, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"

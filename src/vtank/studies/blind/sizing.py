@@ -11,8 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...errors import InputError
-from ...experiment.clearance import check_motion
-from ...experiment.plan import Plan
+from ...experiment import Plan, check_motion
 from .case import Case, Frequencies, draw_case, given, held_out
 from .cause import with_limit
 from .refit import Fit, Recording, refit

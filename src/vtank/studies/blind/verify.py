@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...record.manifest import read_json, sha256
+from ...record import read_json, sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
 from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, read_index
 

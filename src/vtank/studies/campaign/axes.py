@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record.section import Section, line_of
+from ...record import Section, line_of
 
 DRAWN = 2**16  # with a run's number the random stream of what is drawn; noise (pilot/noise.py) has streams of its own
 RANGE = ("from", "to", "count", "spacing")

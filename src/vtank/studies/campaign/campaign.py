@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...experiment import Plan, plan_run
-from ...experiment.scenario import Scenario, read_scenario
-from ...plant.truth import Truth
-from ...record.section import Section
+from ...experiment import Plan, Scenario, plan_run, read_scenario
+from ...plant import Truth
+from ...record import Section
 from .axes import Axis, Draw
 
 # Keys of [grid] and [draw] beside those of scenarios

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record.manifest import read_json
+from ...record import read_json
 from .campaign import Campaign
 from .chunk import Piece, versions
 

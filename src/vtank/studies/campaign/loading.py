@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...experiment.scenario import Scenario, load_scenario
-from ...plant.parameters import null_vector, slot
-from ...plant.truth import Truth, load_truth
-from ...record.quantity import find_file
-from ...record.section import Section, meant, open_section
+from ...experiment import Scenario, load_scenario
+from ...plant import Truth, load_truth, null_vector, slot
+from ...record import Section, find_file, meant, open_section
 from ...resources import scenarios_dir
 from .axes import Axis, Draw, read_draws, read_grid, refusal
 from .campaign import LUMPED, SCENARIO, SEED, TRUTH, Campaign
@@ -39,7 +37,7 @@ def load_campaign(name_or_path: str | Path) -> Campaign:
     _check_keys(tables[0], tables[1], grid, draws)
     scenarios, truths = _sources(path, tables, grid, draws)
     text = path.read_text(encoding="utf-8")
-    campaign = Campaign(path.stem, text, model, seed, repeats, grid, draws, scenarios, truths)
+    campaign = Campaign(path.stem, text, model, seed, repeats, grid, draws, scenarios=scenarios, truths=truths)
     tried = list(_tried(campaign, *tables))
     effects = {slot(name) for scenario in tried for name in scenario.effects}
     preset = {int(i) for truth in truths.values() for i in np.flatnonzero(truth.vector() != null_vector())}

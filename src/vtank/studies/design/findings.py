@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.paper.settings import PaperSettings
+from ...estimate.paper import PaperSettings
+from ...present import Sheet
 from ...present.document import Block, Heading, Paragraph, Picture, Table, html
-from ...present.identification import Sheet
 from .advice import Remedy
 from .bias import BiasMap
 from .design import REST_MIN, Design, minutes

@@ -11,12 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.catalogue import CATALOGUE
-from ...effects.effect import Effect, Parameter
-from ...estimate.innovations import predict
-from ...estimate.problem import Problem
-from ...plant.parameters import slot, vector
-from ...plant.surge import thrust_target
+from ...effects import CATALOGUE, Effect, Parameter
+from ...estimate import Problem, predict
+from ...plant import slot, thrust_target, vector
 from .flown import Array, Flown
 
 SHARE = 1e-3  # of the reference size: step of the differences; the model is smooth to 1e-12

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...plant.parameters import slot
-from ...present.identification import NAMES, number
+from ...plant import slot
+from ...present import NAMES, number
 from .advice import Remedy
 from .study import Study
 from .verdicts import CLEAR, SEEN, Verdict

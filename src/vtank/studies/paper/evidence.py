@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.paper.regression import Array
+from ...estimate.paper import Array
 from ...present.document import Paragraph
 from .calibration import Calibration
 from .campaign import Campaign

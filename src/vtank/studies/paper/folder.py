@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...record.atomic import new_folder
-from ...record.manifest import current_versions, read_json
+from ...record import current_versions, new_folder, read_json
 
 MARKER = "reproduction.json"
 SCHEMA = "vtank.reproduction/1"

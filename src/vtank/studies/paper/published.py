@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.paper.regression import Array, Model
+from ...estimate.paper import Array, Model
 
 FILE = Path(__file__).with_name("published.toml")
 SETS = 4  # data sets of the paper

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import floor, isfinite, log10, nan
 
-from ...estimate.paper.estimate import PaperEstimate
-from ...estimate.residuals import ResidualStatistics
-from ...plant.lumped import to_feet
+from ...estimate import ResidualStatistics
+from ...estimate.paper import PaperEstimate
+from ...plant import to_feet
 from ...present.document import Table, csv_text
 from ...units import FOOT_M
 from .campaign import Campaign
