@@ -4,12 +4,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..experiment.scenario import Scenario
-    from ..studies.bandwidth.response import Response
-    from ..studies.bandwidth.station import Stations
 
 PARTS = ("response", "seas")
 
@@ -46,76 +40,27 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
-    from ..experiment.scenario import load_scenario
+    from ..experiment import load_scenario
+    from ..record import write_bytes
+    from ..studies.bandwidth import AMPLITUDES_M, frequency_response, station_keeping
+    from .checks import at_least
+    from .progress import percent
 
-    if args.threads < 1:
-        raise InputError(f"--threads {args.threads}: expected at least 1")
+    at_least(1, threads=args.threads)
     if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
         raise InputError("--amplitude: expected a number of metres above 0")
-    scenario = load_scenario(args.scenario, args.set)
-    files: dict[str, str | bytes] = {}
+    scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
+    files: dict[str, bytes] = {}
     if args.only != "seas":
-        files |= _response(args, scenario)
+        found = frequency_response(scenario, args.amplitude or AMPLITUDES_M, args.truth, *how)
+        print(found.text)
+        files |= found.files
     if args.only != "response":
-        files |= _seas(args, scenario)
+        found = station_keeping(scenario, args.truth, args.seas, *how)
+        print(f"\n{found.text}")
+        files |= found.files
     if args.out is not None:
-        _write(args.out, files)
+        for name, content in files.items():
+            write_bytes(args.out / name, content)
         print(f"\nwrote {', '.join(files)} in {args.out}")
     return 0
-
-
-def _response(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
-    import numpy as np
-
-    from ..studies.bandwidth.balance import balance
-    from ..studies.bandwidth.figures import response_figure
-    from ..studies.bandwidth.loop import Loop
-    from ..studies.bandwidth.report import response_csv, response_text
-    from ..studies.bandwidth.response import AMPLITUDES_M, sine_plan, sweep
-    from .progress import percent
-
-    amplitudes = sorted(set(args.amplitude or AMPLITUDES_M))
-    with percent("frequency response") as report:
-        measured: Response = sweep(scenario, amplitudes, truth=args.truth, nthread=args.threads, progress=report)
-    plan = sine_plan(scenario, amplitudes[0], float(measured.rad_s[0]), args.truth)
-    loop = Loop(plan)
-    linear = loop.response(measured.rad_s) if loop.stable() else np.full(measured.rad_s.size, complex(np.nan, np.nan))
-    balanced = np.array([balance(plan, amplitude, measured.rad_s)[0] for amplitude in amplitudes])
-    print(response_text(measured))
-    files: dict[str, str | bytes] = {"response.csv": response_csv(measured, linear, balanced)}
-    if args.out is not None:
-        files["response.png"] = response_figure(measured, linear, balanced, _subject(args, scenario))
-    return files
-
-
-def _seas(args: argparse.Namespace, scenario: Scenario) -> dict[str, str | bytes]:
-    from ..experiment.plan import plan_run
-    from ..studies.bandwidth.figures import station_figure
-    from ..studies.bandwidth.report import station_csv, station_text
-    from ..studies.bandwidth.station import keep_station
-    from .progress import percent
-
-    seas: list[Stations] = []
-    for kind in ("regular", "irregular"):
-        with percent(f"station keeping, {kind} waves") as report:
-            seas.append(
-                keep_station(scenario, kind, truth=args.truth, model=args.seas, nthread=args.threads, progress=report)
-            )
-        print("\n" + station_text(seas[-1]))
-    files: dict[str, str | bytes] = {"seas.csv": station_csv(seas)}
-    if args.out is not None:
-        plan = plan_run(scenario, truth=args.truth)
-        files["seas.png"] = station_figure(seas, plan, _subject(args, scenario))
-    return files
-
-
-def _subject(args: argparse.Namespace, scenario: Scenario) -> str:
-    """What the figures are about."""
-    return f"{scenario.vehicle}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
-
-
-def _write(folder: Path, files: dict[str, str | bytes]) -> None:
-    from ..record.atomic import write_bytes
-
-    for name, content in files.items():
-        write_bytes(folder / name, content if isinstance(content, bytes) else content.encode())

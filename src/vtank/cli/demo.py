@@ -61,13 +61,14 @@ def fly_experiments(demo: Demo) -> None:
     """Data sets of the four experiments with each truth, through the tank."""
     from ..record.dataset import refuse_strangers
     from ..studies.paper.folder import refuse_others
-    from ..studies.paper.run import write_flights
-    from .reproduce import fly
+    from ..studies.paper.run import fly, write_flights
+    from .progress import percent
 
     refuse_others(demo.out / "reproduction")  # before the work, not after it
     for truth in TRUTHS:
         refuse_strangers(demo.out / "data" / truth)
-    demo.flights = fly(TRUTHS, demo.seed)
+    with percent("simulating the experiments") as report:
+        demo.flights = fly(TRUTHS, demo.seed, report)
     write_flights(demo.out / "data", demo.flights)
     for truth in TRUTHS:
         demo.links.append(

@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...experiment import Result
+from ...experiment import Result, plan_all
+from ...experiment import fly as simulated
 from ...present.document import Block, Heading, Links, Paragraph, Picture, csv_text, html, markdown
 from ...record import Manifest, write_dataset
+from ..stage import Stage, silent
 from . import findings, study_figures
 from .calibration import BASES, MULTIPLES, Calibration, calibrate
-from .campaign import TRUTHS, Campaign, identify_campaign, pieces
+from .campaign import SCENARIOS, TRUTHS, Campaign, identify_campaign, pieces
 from .evidence import Results
 from .paper_figures import plan
 from .practice import practise
 from .published import published
 from .study import experiments, levels, study, study_csv
 from .tables import paper_form, tables_csv, title
-
-Stage = Callable[[str, int], AbstractContextManager[Callable[[str], None]]]
 
 
 @dataclass(frozen=True)
@@ -38,10 +37,11 @@ BRIEF = Effort(10, 16, 6, (0.3, 1.0, 3.0, 10.0, 30.0, 65.0))  # about 25 s on on
 QUICK = Effort(3, 3, 2, (0.3, 1.0, 10.0, 65.0))
 
 
-@contextmanager
-def silent(label: str, total: int) -> Iterator[Callable[[str], None]]:
-    """A stage that shows nothing."""
-    yield lambda note: None
+def fly(truths: Sequence[str], seed: int, progress: Callable[[float], None] | None = None) -> dict[str, list[Result]]:
+    """The four experiments in the tank with each truth: truth -> results."""
+    plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
+    results = simulated(plans, "tank", 2, progress)
+    return {truth: results[i * len(SCENARIOS) : (i + 1) * len(SCENARIOS)] for i, truth in enumerate(truths)}
 
 
 def reproduce(
