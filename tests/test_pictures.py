@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from vtank.errors import InputError
-from vtank.tank import render
+from vtank.tank import load_model, render
 from vtank.tank.drawing import draw_tank, echo
-from vtank.tank.model import load_model
 
 
 @pytest.fixture(scope="module")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,8 @@ from recorded import NOISE_M, NOMINAL, record, recordings, sine
 
 from vtank.cli import main
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
-from vtank.diagnose.holdout import model_of
-from vtank.diagnose.model_file import model_text, predict_gaps, read_model, write_model
+from vtank.diagnose.holdout import Model, model_of
+from vtank.diagnose.model_file import _effects, model_text, predict_gaps, read_model, write_model
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
 from vtank.experiment import simulate_tank
@@ -58,6 +59,36 @@ def test_a_model_file_holds_the_three_simulators(diagnosis: Diagnosis, model: Pa
     assert read.verdict["probability"] == pytest.approx(verdict.probability, abs=1e-4)
     assert read.noise.variance[0] == pytest.approx(setting.noise.variance[0], rel=1e-4)
     assert read.noise.sigma == pytest.approx(setting.noise.sigma, rel=1e-4)
+
+
+OWN_UNITS = {  # input -> (largest input, what is in its unit, whether it is a force)
+    "n_rev_s": (12.0, {"thrust_deadband.n0": 4.0}, 0.0),
+    "command": (0.8, {"thrust_saturation.n_max": 0.5}, 0.0),
+    "thrust_N": (40.0, {"tachometer_bias.b": -6.0}, 1.0),
+}
+
+
+@pytest.mark.parametrize("input_name", OWN_UNITS)
+def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path: Path) -> None:
+    top, effect, linear = OWN_UNITS[input_name]
+    p = vector({**effect, "beta": 0.07 / top ** (2.0 - linear), "linear_input": linear}, NOMINAL)
+    drives = ((0.5, 1.0), (0.8, 0.7))
+    runs = [record(f"run_{k}", sine(w, a * top, 60.0), p, NOISE_M, k) for k, (w, a) in enumerate(drives)]
+    offset = effect.get("tachometer_bias.b", 0.0)  # which the reading has, and the hull does not feel
+    runs = [replace(run, input_name=input_name, input=run.input + offset) for run in runs]
+    nominal = vector({"beta": p[slot("beta")], "linear_input": linear}, NOMINAL)
+    name = next(iter(effect))
+    found = diagnose(runs, nominal, names=() if linear else (name.split(".")[0],))
+    write_model(tmp_path / "model.toml", found)
+    read = read_model(tmp_path / "model.toml")
+    assert read.diagnosed.p[slot(name)] == pytest.approx(effect[name], rel=0.1)
+    assert set(predict_gaps(read, runs[0])["rms"]) == {"nominal", "refit", "diagnosed"}
+
+
+def test_a_phase_that_went_round_is_written_within_a_turn() -> None:
+    p = vector({"seiche.amplitude": 0.01, "seiche.phase": 9.0}, NOMINAL)
+    lines = _effects(Model(p), "")
+    assert f"phase_rad = {9.0 - 2.0 * np.pi:.12g} # of the first run; every run has its own" in lines
 
 
 def test_a_model_file_is_a_truth_preset(diagnosis: Diagnosis, model: Path) -> None:

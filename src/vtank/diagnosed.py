@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from html import escape
 from pathlib import Path
 from shutil import get_terminal_size
 
 from .diagnose import diagnosis
 from .diagnose.model_file import model_text
-from .record.atomic import write_text
+from .record import json_text, write_text
 
 WIDEST = 110  # columns of a diagnosis on a terminal, at most
 
@@ -38,7 +37,7 @@ class Diagnosis(diagnosis.Diagnosis):
 
     def write_json(self, path: Path | str) -> None:
         """Write `document` as JSON, schema vtank.diagnosis/1; InputError as `report`."""
-        write_text(path, json.dumps(self.document, indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+        write_text(path, json_text(self.document))
 
     def _page(self) -> str:
         from .present.page import report_html

@@ -68,11 +68,11 @@ def identify(runs: Iterable[Run], model: str = "II", process_noise: bool | None 
     InputError where runs do not go together or cannot carry the model.
     """
     from .estimate.maximum_likelihood import MODELS, identify
-    from .estimate.observed import observe
+    from .estimate.observed import observe, stretches
 
     if model not in MODELS:
         raise InputError(f"model {model!r}: expected one of {', '.join(MODELS)}")
-    return identify([observe(run) for run in runs], model, process_noise=process_noise)
+    return identify([observe(run) for run in stretches(tuple(runs))], model, process_noise=process_noise)
 
 
 def diagnose(
@@ -106,9 +106,10 @@ def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
     read, do not go together, or hold too little.
     """
     from .diagnose.model_file import predict_gaps, read_model
-    from .estimate.observed import observe
+    from .estimate.observed import observe, stretches
 
-    return predict_gaps(read_model(model), observe(run if isinstance(run, Run) else read_run(run)))
+    parts = stretches([run if isinstance(run, Run) else read_run(run)])
+    return predict_gaps(read_model(model), *map(observe, parts))
 
 
 def effects() -> tuple[Effect, ...]:

@@ -41,8 +41,8 @@ def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
     from ..experiment import load_scenario
-    from ..record import write_bytes
-    from ..studies.bandwidth import AMPLITUDES_M, frequency_response, station_keeping
+    from ..record import refuse_loss, results_folder
+    from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping
     from .checks import at_least
     from .progress import percent
 
@@ -50,6 +50,8 @@ def run(args: argparse.Namespace) -> int:
     if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
         raise InputError("--amplitude: expected a number of metres above 0")
     scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
+    if args.out is not None:
+        refuse_loss(args.out, RESULTS)
     files: dict[str, bytes] = {}
     if args.only != "seas":
         found = frequency_response(scenario, args.amplitude or AMPLITUDES_M, args.truth, *how)
@@ -60,7 +62,8 @@ def run(args: argparse.Namespace) -> int:
         print(f"\n{found.text}")
         files |= found.files
     if args.out is not None:
-        for name, content in files.items():
-            write_bytes(args.out / name, content)
+        with results_folder(args.out, RESULTS, {"scenario": scenario.name}) as folder:
+            for name, content in files.items():
+                (folder / name).write_bytes(content)
         print(f"\nwrote {', '.join(files)} in {args.out}")
     return 0

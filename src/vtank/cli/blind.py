@@ -68,7 +68,7 @@ def _make(args: argparse.Namespace) -> int:
     for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
         if value < least:
             raise InputError(f"--{name} {value}: expected at least {least}")
-    truth_out = args.truth_out or args.out.with_name(args.out.name + "-truth")
+    truth_out = args.truth_out or _beside(args.out, "-truth")
     kinds = KINDS if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
@@ -80,8 +80,10 @@ def _make(args: argparse.Namespace) -> int:
 
 def _answer(args: argparse.Namespace) -> int:
     from ..studies.blind.answer import answer
+    from .checks import refuse_unwritable
 
     out = args.out or args.folder / "answers.json"
+    refuse_unwritable(out)
     with _stages() as stage:
         total = answer(args.folder, out, args.seed, _at_least_one(args.processes), stage)
     print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
@@ -89,17 +91,29 @@ def _answer(args: argparse.Namespace) -> int:
 
 
 def _score(args: argparse.Namespace) -> int:
-    from ..studies.blind.score import score, write_score
+    from ..record.folder import refuse_loss
+    from ..studies.blind.score import RESULTS, score, write_score
     from ..studies.blind.tables import tables
 
     answers = args.answers or args.folder / "answers.json"
-    out = args.out or args.folder.with_name(args.folder.name + "-score")
+    out = args.out or _beside(args.folder, "-score")
+    refuse_loss(out, RESULTS)
     with _stages() as stage:
         scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), stage)
     write_score(out, scored)
     print(tables(scored["measures"])[0].markdown())
     print(f"wrote {out}")
     return 0
+
+
+def _beside(folder: Path, ending: str) -> Path:
+    """The folder next to this one whose name has the ending."""
+    from ..errors import InputError
+
+    place = folder if folder.name not in ("", "..") else folder.resolve()
+    if not place.name:
+        raise InputError(f"{folder}: the root of the file system has no folder beside it; choose another")
+    return place.with_name(place.name + ending)
 
 
 def _at_least_one(processes: int) -> int:

@@ -41,16 +41,19 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Take the steps, then say what was made, what it says and where to look."""
     from ..errors import InputError
+    from ..record.folder import Kind, results_folder
 
     if args.seed < 0:
         raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
-    start, demo = time.monotonic(), Demo(args.out, args.seed)
-    for step in STEPS:
-        step(demo)
-    write_index(demo)
+    start, kind = time.monotonic(), Kind("what vtank demo makes", "demo.json", "vtank.demo/1")
+    with results_folder(args.out, kind, {"seed": args.seed}) as folder:
+        demo = Demo(folder, args.seed)
+        for step in STEPS:
+            step(demo)
+        write_index(demo)
     print("\n".join(["", *demo.lines, f"Made in {time.monotonic() - start:.0f} s:"]))
-    width = max(len(path) for path, _ in demo.links)
-    print("\n".join(f"  {demo.out / path!s:<{width + len(str(demo.out)) + 1}}  {text}" for path, text in demo.links))
+    width = max(len(str(args.out / path)) for path, _ in demo.links)
+    print("\n".join(f"  {args.out / path!s:<{width}}  {text}" for path, text in demo.links))
     return 0
 
 
@@ -59,14 +62,9 @@ def run(args: argparse.Namespace) -> int:
 
 def fly_experiments(demo: Demo) -> None:
     """Data sets of the four experiments with each truth, through the tank."""
-    from ..record.dataset import refuse_strangers
-    from ..studies.paper.folder import refuse_others
     from ..studies.paper.run import fly, write_flights
     from .progress import percent
 
-    refuse_others(demo.out / "reproduction")  # before the work, not after it
-    for truth in TRUTHS:
-        refuse_strangers(demo.out / "data" / truth)
     with percent("simulating the experiments") as report:
         demo.flights = fly(TRUTHS, demo.seed, report)
     write_flights(demo.out / "data", demo.flights)
@@ -80,8 +78,8 @@ def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
     from ..present.document import Picture
     from ..record.atomic import write_bytes
-    from ..tank.model import load_model
     from ..tank.render import picture
+    from ..tank.world import load_model
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "tank.png"
@@ -94,15 +92,15 @@ def picture_tank(demo: Demo) -> None:
 def identify_and_reproduce(demo: Demo) -> None:
     """Models I to III identified and compared with the truth; the paper's tables and figures; a brief study."""
     from ..present.document import Heading, Paragraph, plain
+    from ..record.folder import results_folder
     from ..studies.paper.findings import summary
-    from ..studies.paper.folder import results_folder
     from ..studies.paper.overview import overview
-    from ..studies.paper.run import BRIEF, FULL, reproduce
+    from ..studies.paper.run import BRIEF, FULL, REPRODUCTION, reproduce
     from .progress import progress
     from .reproduce import answer
 
     about = {"seed": demo.seed, "truths": list(TRUTHS), "quick": True}
-    with results_folder(demo.out / "reproduction", about) as folder:
+    with results_folder(demo.out / "reproduction", REPRODUCTION, about) as folder:
         results = reproduce(folder, demo.flights, demo.seed, BRIEF, progress)
     table: Table = overview(results.campaigns)
     brief = f"From a brief study, on {BRIEF.study} seeds; `vtank reproduce` takes {FULL.study}."
@@ -116,28 +114,23 @@ def identify_and_reproduce(demo: Demo) -> None:
 
 def diagnose_blind_case(demo: Demo) -> None:
     """A case with a withheld effect, its diagnosis and report, and only then the truth."""
+    import io
     import json
-    import shutil
+    from contextlib import redirect_stdout
 
     from ..errors import InputError
     from ..present.document import Heading, Paragraph
     from . import main
 
     blind, truth = demo.out / "blind", demo.out / "blind-truth"
-    for folder, ours in ((blind, "cases.json"), (truth, "case_0001.json")):
-        if folder.exists() and not (folder / ours).exists():
-            raise InputError(f"{folder}: holds something that vtank demo did not make; name another --out")
-        shutil.rmtree(folder, ignore_errors=True)
     report, found = demo.out / "diagnosis.html", demo.out / "diagnosis.json"
     make = ["blind", "make", "--trials", "1", "--seed", str(demo.seed), "--kinds", "single", "--no-separations"]
-    steps = (
-        [*make, "--out", str(blind), "--truth-out", str(truth)],
-        ["diagnose", str(blind / "case_0001"), "--report", str(report), "--json", str(found)],
-    )
+    diagnose = ["diagnose", str(blind / "case_0001"), "--report", str(report), "--json", str(found)]
     print("\nA blind case: four runs in the tank with an effect that the diagnosis is not told.\n")
-    for step in steps:
-        if main(step) != 0:
-            raise InputError(f"vtank {' '.join(step)} failed")
+    with redirect_stdout(io.StringIO()):  # it tells where it writes, a folder that gets its name at the end
+        failed = main([*make, "--out", str(blind), "--truth-out", str(truth)])
+    if failed or main(diagnose):
+        raise InputError(f"the blind case of seed {demo.seed} failed")
     sealed = json.loads((truth / "case_0001.json").read_text(encoding="utf-8"))["truth"]
     verdict = json.loads(found.read_text(encoding="utf-8"))["verdict"]
     said = ", ".join(verdict["effects"]) or verdict["kind"]

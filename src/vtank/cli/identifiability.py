@@ -69,13 +69,15 @@ def run(args: argparse.Namespace) -> int:
 def _check(args: argparse.Namespace) -> None:
     """InputError, before any work, for arguments that do not go together and folders that cannot be written."""
     from ..errors import InputError
+    from ..record import refuse_loss
+    from ..studies.design import PLAN, RESULTS
     from .checks import refuse_unwritable
 
     if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
         raise InputError("--seeds takes 0 or at least 2, --processes at least 1, --seed at least 0")
     if args.write_plan and not args.design:
         raise InputError("--write-plan needs --design, which finds the plan")
-    for folder in (args.out, args.write_plan):
-        if folder and folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: is a file, expected a folder")
-    refuse_unwritable(args.json, *(folder and folder / "any file" for folder in (args.out, args.write_plan)))
+    refuse_unwritable(args.json)
+    for folder, kind in ((args.out, RESULTS), (args.write_plan, PLAN)):
+        if folder:
+            refuse_loss(folder, kind)

@@ -17,14 +17,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print root mean square gaps as JSON."""
-    import json
-
     from ..library import predict
-    from ..record.atomic import write_text
+    from ..record import json_text, write_text
     from .checks import refuse_unwritable
 
     refuse_unwritable(args.json)
-    text = json.dumps(predict(args.model, args.run), indent=2) + "\n"
+    text = json_text(predict(args.model, args.run))
     print(text, end="")
     if args.json:
         write_text(args.json, text)

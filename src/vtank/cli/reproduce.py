@@ -33,15 +33,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
-    from ..studies.paper.folder import results_folder
-    from ..studies.paper.run import FULL, QUICK, fly, reproduce, write_flights
+    from ..record import current_versions, results_folder
+    from ..studies.paper.run import FULL, QUICK, REPRODUCTION, fly, reproduce, write_flights
     from .checks import at_least
     from .progress import percent, progress
 
     at_least(0, seed=args.seed)
     truths = TRUTHS if args.truth == "all" else (args.truth,)
-    about = {"seed": args.seed, "truths": list(truths), "quick": args.quick}
-    with results_folder(args.out, about) as folder:
+    about = {"seed": args.seed, "truths": list(truths), "quick": args.quick, "versions": current_versions()}
+    with results_folder(args.out, REPRODUCTION, about) as folder:
         with percent("simulating the experiments") as report:
             flights = fly(truths, args.seed, report)
         write_flights(folder / "data", flights)

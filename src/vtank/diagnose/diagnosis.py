@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..estimate.observed import Observed
-from ..plant.parameters import PLAIN, slot, vector
+from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
 from .foreign import grow, nominal_of, thinned
 from .localise.where import WhereData, locate
@@ -124,11 +124,10 @@ class Diagnosis:
             "probabilities": self.probabilities,
             "estimates": estimates(v),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
-            "tied": [[e.name, *(n for n in e.confused_with if BY_NAME[n].standing == "tied")]
-                     for e in CATALOGUE if e.standing == "tied"][:1],
+            "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],
             "baselines": baselines(self.selection),
             "seed": self.seed,
-        }  # fmt: skip
+        }
 
 
 def diagnose(
@@ -162,8 +161,7 @@ def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
     covariance = fit.covariance()
     for effect in fit.hypothesis.effects:
         entry: dict[str, Any] = {}
-        for q in effect.parameters:
-            name = f"{effect.name}.{q.name}"
+        for name, q in zip(effect.slots(), effect.parameters, strict=True):
             if name in fit.problem.free:
                 i = fit.problem.free.index(name)
                 value, sd = float(fit.optimum.theta[i]), float(np.sqrt(covariance[i, i]))
@@ -184,11 +182,3 @@ def own_parameters(selection: Selection, verdict: Verdict) -> dict[str, dict[str
         name: {**{key: float(p[slot(name)]) for key, p in vectors.items()}, "unit": unit_of(name)}
         for name in selection.refit.problem.free
     }
-
-
-def unit_of(name: str) -> str:
-    """Unit of a slot of the parameter vector."""
-    if name in PLAIN:
-        return PLAIN[name][0]
-    effect, parameter = name.split(".")
-    return next(q.unit for q in BY_NAME[effect].parameters if q.name == parameter)

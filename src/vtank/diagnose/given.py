@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..estimate.observed import Observed, observe
+from ..estimate.observed import Observed, observe, stretches
 from ..plant.parameters import SIZE
 from ..plant.truth import Truth, load_truth
 from ..record import Run
@@ -19,7 +19,7 @@ FOREIGN = "none"  # in place of a nominal: the recordings' own refit
 
 def observed(runs: Iterable[Run]) -> list[Observed]:
     """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
-    found = [observe(run) for run in runs]
+    found = [observe(run) for run in stretches(tuple(runs))]
     if not found:
         raise InputError("no runs: nothing can be diagnosed")
     first = found[0]
@@ -33,6 +33,8 @@ def observed(runs: Iterable[Run]) -> list[Observed]:
             raise InputError(
                 f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST_SAMPLES} to diagnose"
             )
+        if run.input.size < 2:
+            raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
     if all(float(abs(run.input).max()) == 0.0 for run in found):
         raise InputError(
             f"{first.input_name} is zero in all runs: nothing drives the vehicle, nothing can be diagnosed"

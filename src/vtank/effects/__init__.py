@@ -1,4 +1,8 @@
-"""The catalogue of unmodelled effects: one file per effect, each with its law, parameters and source."""
+"""The catalogue of unmodelled effects: one file per effect, which says all that is to be known about it.
+
+A new effect is a file here, its term in a plant's equation or a sensor's reading, and its row in the README's table
+(`vtank effects --markdown`). Everything else asks the catalogue.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +11,7 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from .catalogue import BY_NAME, CATALOGUE
+    from .catalogue import BY_NAME, CATALOGUE, PARAMETERS
     from .effect import Channel, Effect, Parameter
 
 __all__ = facade(__name__)

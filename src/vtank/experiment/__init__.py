@@ -23,6 +23,6 @@ if TYPE_CHECKING:
     from .surge_model import drive, simulate_surge
     from .tank_model import Chunk, chunks, simulate_tank
     from .tick import stamp, tick
-    from .written import as_toml
+    from .written import as_toml, provenance
 
 __all__ = facade(__name__)

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Literal
 
-from ..record import Manifest, write_dataset
+from ..record import write_dataset
 from .plan import Plan, plan_run
 from .result import Result
 from .scenario import load_scenario
 from .surge_model import simulate_surge
+from .written import provenance
 
 Simulator = Literal["tank", "surge"]
 
@@ -55,19 +56,7 @@ def write_results(
     out: Path | str, results: Sequence[Result], simulator: Simulator = "tank", settings: Sequence[str] = ()
 ) -> None:
     """Write the recordings as a data set with the truth in a file of its own; InputError for an unfit folder."""
-    plans = [result.plan for result in results]
-    manifest = Manifest({plan.name: scenario_text(plan, settings) for plan in plans}, plans[0].seed)
-    truth = {"model": simulator, "settings": list(settings), "runs": [result.truth() for result in results]}
-    write_dataset(out, [result.run for result in results], manifest, truth)
-
-
-def scenario_text(plan: Plan, settings: Sequence[str]) -> str:
-    """The scenario's file, and as comments what was changed on the command line."""
-    changes = [f"# --set {setting}" for setting in settings]
-    if plan.truth.name != plan.scenario.truth:
-        changes.append(f"# --truth {plan.truth.name}")
-    text = plan.scenario.path.read_text(encoding="utf-8")
-    return text + "".join(f"\n{change}" for change in changes)
+    write_dataset(out, [result.run for result in results], *provenance(results, simulator, settings))
 
 
 def _names(names: list[str]) -> list[str]:

@@ -8,8 +8,8 @@ from ..facade import facade
 
 if TYPE_CHECKING:
     from .lumped import Lumped, to_feet
-    from .parameters import NAMES, null_vector, slot, vector
-    from .surge import BETA, TAU, surge_acceleration, thrust_target
+    from .parameters import LAG, LOSS, LUMPED, NAMES, indices, null_vector, slot, switched_on, vector
+    from .surge import ALPHA, BETA, LINEAR_DRAG, STANDOFF, TAU, surge_acceleration, thrust_target
     from .truth import Truth, load_truth
     from .vehicle import Vehicle, load_vehicle
 

@@ -11,9 +11,11 @@ import numpy as np
 from ..estimate.comparison import Comparison, Linear
 from ..estimate.maximum_likelihood import Estimate
 from ..estimate.paper.estimate import PaperEstimate
+from ..record.folder import Kind
 from .identification import NAMES, UNITS, moving_mass, plain_names
 
 SCHEMA = "vtank.identification/1"
+IDENTIFICATION = Kind("results of vtank identify", "identification.json", SCHEMA)
 
 
 def identification(

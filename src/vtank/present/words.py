@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ..effects.catalogue import BY_NAME
+from ..plant.parameters import LAG, LOSS
 
 Document = dict[str, Any]
 
@@ -22,11 +23,8 @@ QUANTITY = {
     "distance_m": ("distance to the wall", "m"),
     "position_m": ("position", "m"),
 }
-OWN = {
-    "alpha": "quadratic drag",
-    "beta": "thrust gain",
-    "thrust_lag.tau": "thrust lag",
-    "thrust_loss.gamma": "thrust loss",
+OWN = {"alpha": "quadratic drag", "beta": "thrust gain"} | {
+    slot: slot.split(".")[0].replace("_", " ") for slot in (LOSS, LAG)
 }  # the simulator's own parameters in words
 PERHAPS = {
     "none": "there is no gap",

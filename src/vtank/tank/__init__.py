@@ -8,7 +8,7 @@ from ..facade import facade
 
 if TYPE_CHECKING:
     from .installation import forces
-    from .model import load_model
     from .tank import Tank, prepare
+    from .world import load_model, load_world, submerge
 
 __all__ = facade(__name__)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..units import FOOT_M
-from .model import TANK_GROUP, site, sonars
+from .model import HEARD, TANK_GROUP, site, sonars
 
 LAMP = np.array([-0.25, -0.45, 0.86])  # direction towards the light, world axes
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
@@ -48,9 +48,7 @@ def echo(model: mujoco.MjModel, data: mujoco.MjData, sonar: str = "") -> tuple[n
     site(model, sonar)  # InputError where there is none
     start, body = data.site(sonar).xpos.copy(), model.site(sonar).bodyid[0]
     direction = data.xmat[body].reshape(3, 3)[:, 0].copy()
-    groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-    groups[TANK_GROUP] = 1
-    distance = mujoco.mj_ray(model, data, start, direction, groups, 1, -1, np.zeros(1, dtype=np.int32))
+    distance = mujoco.mj_ray(model, data, start, direction, HEARD, 1, -1, np.zeros(1, dtype=np.int32))
     return start, start + direction * (distance if distance >= 0.0 else 5.0)
 
 

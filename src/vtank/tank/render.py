@@ -51,7 +51,7 @@ def render_png(
 ) -> None:
     """Render the tank to a PNG of width x height [pixels], with the beam of a sonar (by default the first) to its echo.
 
-    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of tank.xml: overview, side, ahead,
+    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of basin.xml: overview, side, ahead,
     chase, plan. Raises RenderUnavailable where no OpenGL library works.
     """
     job: dict[str, Any] = {"path": str(path), "camera": camera, "width": width, "height": height, "sonar": sonar}

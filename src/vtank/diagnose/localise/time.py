@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.innovations import propeller_speed
+from ...effects.tachometer_spikes import carried
 from ...estimate.problem import Filtered, Problem
+from ...plant.parameters import slot
 from ..discrepancy import Discrepancy
 from ..evidence import Fitted
 from ..selection import Selection
@@ -122,12 +123,11 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     """Measurements at which an outlier effect of the fit earns its evidence, per run, shape (M,) of bool."""
     places = [np.zeros(run.time_s.size, bool) for run in selection.setting.runs]
     for k, run in enumerate(selection.setting.runs):
-        if "sonar_multipath" in fit.hypothesis.name:
+        if "range_m" in fit.hypothesis.outliers:
             places[k] |= selection.setting.flags[k]
-        if "tachometer_spikes" in fit.hypothesis.name:
+        if "n_rev_s" in fit.hypothesis.outliers:
             p, _ = fit.problem.model(fit.optimum.theta, k)
-            n, raw = (propeller_speed(run.input, lone, p) for lone in (run.lone, np.zeros_like(run.lone)))
-            spikes = run.input_time_s[n != raw]
+            spikes = run.input_time_s[carried(run.lone, p[slot("tachometer_spikes.size")])]
             places[k][np.clip(np.searchsorted(run.time_s, spikes), 0, run.time_s.size - 1)] = True
     return places
 
@@ -145,9 +145,8 @@ def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
         nudged = replace(problem, runs=tuple(replace(run, value=run.value - nudge * part) for run, part in pairs))
     else:
         nudged = replace(problem, forcing=tuple(nudge * part for part in found.fitted))
-    base = problem.residuals(theta, fit.filtered)
+    base, J = problem.linearise(theta, fit.filtered)
     change = (nudged.residuals(theta, fit.filtered) - base) / nudge
-    J = problem.jacobian(theta, fit.filtered, base)
     after = base + change - J @ np.linalg.solve(fit.optimum.information, J.T @ change)
     ends = np.cumsum([f.innovation.size for f in fit.filtered])[:-1]
     parts = zip(fit.filtered, np.split(after, ends), strict=True)

@@ -7,11 +7,10 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from ...experiment import Plan
-from ...plant import slot
+from ...plant import ALPHA, BETA, LINEAR_DRAG, TAU
 from ...waves import breaking_height, depth_profile, wave_number
 
 Array = NDArray[np.float64]
-ALPHA, BETA, TAU, LINEAR_DRAG = (slot(name) for name in ("alpha", "beta", "thrust_lag.tau", "linear_drag.c"))
 TURN = np.linspace(0.0, 2.0 * np.pi, 721)
 
 

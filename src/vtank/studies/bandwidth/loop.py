@@ -15,11 +15,10 @@ from numpy.typing import NDArray
 from scipy.linalg import expm
 
 from ...experiment import Plan, steady_state, transition
-from ...plant import slot
+from ...plant import BETA, LINEAR_DRAG, TAU
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-BETA, TAU, LINEAR_DRAG = slot("beta"), slot("thrust_lag.tau"), slot("linear_drag.c")
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,14 @@ from typing import Literal
 import numpy as np
 
 from ...experiment import Scenario, plan_run
+from ...record import Kind
 from .balance import balance
 from .loop import Loop
 from .report import response_csv, response_text, station_csv, station_text
 from .response import AMPLITUDES_M, sine_plan, sweep
 from .station import keep_station
 
+RESULTS = Kind("results of vtank bandwidth", "bandwidth.json", "vtank.bandwidth/1")
 Stage = Callable[[str], AbstractContextManager[Callable[[float], None]]]  # label -> report(share done, 0 to 1)
 
 

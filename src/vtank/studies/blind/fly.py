@@ -9,15 +9,16 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...effects import command_delay
 from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, chunks, noise
 from ...experiment.flight import SPEED, Flight, ticks
-from ...plant import slot
+from ...plant import indices
 from ...record import Run
 from .cause import Cause
 from .outside import OUTSIDE, Memory, OutsideLaw, Sight
 
 Array = NDArray[np.float64]
-DELAY = slot("command_delay.d")
+(DELAY,) = indices(command_delay.EFFECT)
 DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
 
 

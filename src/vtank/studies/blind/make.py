@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...experiment import Result
-from ...record import Run, current_versions, new_folder, sha256
+from ...record import Run, current_versions, new_folder, refuse_loss, sha256
 from ..processes import processes
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import RUNS
@@ -74,9 +74,11 @@ class Made:
 
 def make(order: Order, out: Path, truth_out: Path, stage: Stage = lambda label, total: lambda note: None) -> None:
     """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all."""
+    cases_at, truth_at = out.resolve(), truth_out.resolve()
+    if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
+        raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
     for folder in (out, truth_out):
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InputError(f"{folder}: is there already; choose another folder, or remove it")
+        refuse_loss(folder)
     with processes(order.threads) as work:
         made = fly_all(order, work, stage)
         said = stage("what is true", order.trials)

@@ -11,17 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from ...record import write_bytes
+from ...record import Kind, results_folder
 from ..processes import processes
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
 from .rows import STRATA, Row, row
-from .seal import json_bytes
 from .verify import Opened, open_all
 
-SCHEMA = "vtank.blind-score/1"
+RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/1")
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
 Summary = dict[str, Measure]
@@ -55,14 +54,12 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
     from .figures import draw_all
     from .tables import cases_csv, markdown, tables
 
-    out.mkdir(parents=True, exist_ok=True)
     made = tables(scored["measures"])
-    write_bytes(out / "score.md", markdown(made, scored["sources"]).encode())
-    write_bytes(out / "cases.csv", cases_csv(scored["rows"]).encode())
-    for table in made:
-        write_bytes(out / f"{table.file}.csv", table.csv().encode())
-    write_bytes(out / "score.json", json_bytes(_json(scored)))
-    draw_all(out, scored["rows"])
+    with results_folder(out, RESULTS, _json(scored)) as folder:
+        texts = {"score.md": markdown(made, scored["sources"]), "cases.csv": cases_csv(scored["rows"])}
+        for name, text in (texts | {f"{table.file}.csv": table.csv() for table in made}).items():
+            (folder / name).write_bytes(text.encode())
+        draw_all(folder, scored["rows"])
 
 
 def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
@@ -246,12 +243,8 @@ def _reducible(row: Row) -> bool:
 
 
 def _json(scored: dict[str, Any]) -> dict[str, Any]:
-    def clean(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
     groups = {
-        group: {name: {key: {k: clean(v) for k, v in vars(m).items()} for key, m in summary.items()}
-                for name, summary in some.items()}
+        group: {name: {key: vars(m) for key, m in summary.items()} for name, summary in some.items()}
         for group, some in scored["measures"].items()
-    }  # fmt: skip
-    return {"schema": SCHEMA, "sources": scored["sources"], "cases": len(scored["rows"]), "measures": groups}
+    }
+    return {"sources": scored["sources"], "cases": len(scored["rows"]), "measures": groups}

@@ -25,7 +25,7 @@ from ...estimate.paper import (
     regression,
     run_signals,
 )
-from ...plant import vector
+from ...plant import LAG, LUMPED, vector
 from ...record import Run
 from .flown import Array
 
@@ -37,7 +37,6 @@ TITLES = {
     "two_stage": "two-stage",
     "least_squares": "least squares",
 }
-LUMPED = ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau")  # order of `lump_all`
 NUDGE = 1e-6  # relative step of the first-order propagation
 
 
@@ -61,13 +60,13 @@ def answers(runs: Sequence[Run], model: Model, effects: dict[str, float], noise:
 
 def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> Answer:
     """That of `vtank identify`; where there is a disturbance, its level is sought from the true one, for speed."""
-    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5, **effects})
+    base = vector({LAG: 0.0 if model == "I" else 0.5, **effects})
     problem = Problem(tuple(observe(run) for run in runs), base, MODELS[model], noise=noise)
     guess = first_guesses(problem, 1)[0]
     if noise.quiet:
         found = fit(problem, [guess])
     else:
-        theta = descend(problem, guess, problem.filter(guess), beforehand(problem, guess)).theta
+        theta = descend(problem, guess, beforehand(problem, guess), problem.filter(guess)).theta
         found = refit(problem.with_noise(noise_level(problem, theta)), theta)
     return Answer(np.array(list(found.values.values())), np.array(list(found.sd.values())))
 
@@ -87,7 +86,7 @@ def _paper(rows: Regression | None, model: Model, name: Estimator) -> Answer:
     if rows is None:
         return _none(model)
     evolution = estimate(rows, PaperSettings(estimator=name, compiled=True))
-    chosen = [LUMPED.index(slot) for slot in MODELS[model]]
+    chosen = [LUMPED.index(slot) for slot in MODELS[model]]  # of the order of `lump_all`
     c = evolution.final
 
     def lumped(c: Array) -> Array:

@@ -6,13 +6,14 @@ import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from ...errors import InputError
 from ...estimate.paper import Model
 from ...experiment import Scenario, load_scenario
 from ...plant import Truth, load_truth
 from ...present.document import csv_text
-from ...record import write_bytes
+from ...record import Kind, results_folder
 from ..stage import Stage, silent
 from .advice import library, options, remedies
 from .bias import bias_map, cells, seeds_of_cell
@@ -22,6 +23,9 @@ from .findings import Findings
 from .profile import profiles
 from .study import PAPER, natural_model, study
 from .trials import trials
+
+RESULTS = Kind("results of vtank identifiability", "identifiability.json", "vtank-identifiability-1")
+PLAN = Kind("a plan of vtank identifiability", "plan.json", "vtank.plan/1")
 
 
 def examine(
@@ -96,26 +100,23 @@ def json_text(found: Findings) -> str:
 
 
 def write_findings(folder: Path | str, found: Findings) -> list[str]:
-    """Tables (CSV), the page (HTML, PNG) and JSON in a folder; returns the names of the files."""
+    """Tables (CSV), the page (HTML, PNG) and JSON as a folder; returns the names of the files."""
     from .figures import page  # matplotlib takes a while to load
 
     png = page(found.study, found.trials, found.bias, list(found.profiles))
     files = {f"{sheet.name}.csv": csv_text(sheet.header, sheet.rows).encode() for sheet in found.sheets()}
-    files |= {
-        "identifiability.png": png,
-        "identifiability.html": found.page(png).encode(),
-        "identifiability.json": json_text(found).encode(),
-    }
-    return _written(folder, files)
+    files |= {"identifiability.png": png, "identifiability.html": found.page(png).encode()}
+    return [*_written(folder, RESULTS, files, document(found)), RESULTS.marker]
 
 
 def write_plan(folder: Path | str, found: Findings) -> list[str]:
-    """The designed runs as scenario files; returns their names."""
+    """The designed runs as scenario files in a folder; returns their names."""
     assert found.design is not None
-    return _written(folder, {name: text.encode() for name, text in scenario_texts(found.design).items()})
+    return _written(folder, PLAN, {name: text.encode() for name, text in scenario_texts(found.design).items()})
 
 
-def _written(folder: Path | str, files: dict[str, bytes]) -> list[str]:
-    for name, data in files.items():
-        write_bytes(Path(folder) / name, data)
+def _written(folder: Path | str, kind: Kind, files: dict[str, bytes], about: dict[str, Any] | None = None) -> list[str]:
+    with results_folder(folder, kind, about) as new:
+        for name, data in files.items():
+            (new / name).write_bytes(data)
     return list(files)

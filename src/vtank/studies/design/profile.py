@@ -101,4 +101,4 @@ def at_rest(problem: Problem) -> Array:
 def least(problem: Problem, filtered: Sequence[Filtered]) -> float:
     """Least sum of squared innovations over their deviations near the base, with the filter's gains at the truth."""
     theta = at_rest(problem)
-    return descend(problem, theta, filtered, beforehand(problem, theta)).cost
+    return 2.0 * descend(problem, theta, beforehand(problem, theta), filtered).cost

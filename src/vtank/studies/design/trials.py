@@ -11,8 +11,8 @@ import numpy as np
 from ...estimate import MODELS
 from ...estimate.paper import Model
 from ...experiment import Scenario, plan_run, simulate_surge
+from ...plant import LUMPED, Truth, null_vector, slot
 from ...plant import NAMES as SLOTS
-from ...plant import Truth, null_vector, slot
 from ..processes import processes
 from .estimators import METHODS, Answer, answers
 from .flown import Array, noise_of
@@ -67,7 +67,7 @@ class Trials:
 
 def known_effects(p: Array) -> dict[str, float]:
     """Slots of effects that are switched on, other than the model's own parameters and the stand-off."""
-    own = {"alpha", "beta", "standoff", "thrust_loss.gamma", "thrust_lag.tau"}
+    own = {*LUMPED, "standoff"}
     return {name: float(p[slot(name)]) for name, null in zip(SLOTS, null_vector(), strict=True)
             if name not in own and p[slot(name)] != null}  # fmt: skip
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from ...effects import tachometer_spikes
 from ...estimate.paper import Array, PaperSettings, Signals, sonar_filter_compiled, speed_signals
 from ...experiment import Result, Scenario, load_scenario, plan_run, simulate_surge
 from ...plant import Truth
@@ -118,5 +119,5 @@ def with_duration(duration_s: float) -> Change:
 
 def with_spikes(probability: float, size_rev_s: float) -> Change:
     """Spikes in the tachometer's readings, as data set 4 of the paper had them."""
-    effects = {"tachometer_spikes.p": probability, "tachometer_spikes.size": size_rev_s}
+    effects = dict(zip(tachometer_spikes.EFFECT.slots(), (probability, size_rev_s), strict=True))
     return lambda s: replace(s, effects={**s.effects, **effects})
