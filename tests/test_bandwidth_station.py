@@ -13,6 +13,7 @@ from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import plan_run, simulate_surge, simulate_tank
 from vtank.experiment.scenario import Scenario, load_scenario
+from vtank.present.document import plain
 from vtank.studies.bandwidth.bounds import (
     drift_bound_m,
     quiet_error_m,
@@ -20,7 +21,7 @@ from vtank.studies.bandwidth.bounds import (
     thrust_bound_m,
     water_speed,
 )
-from vtank.studies.bandwidth.report import response_text, station_csv, station_text
+from vtank.studies.bandwidth.report import response_table, station_csv, station_tables
 from vtank.studies.bandwidth.response import Response
 from vtank.studies.bandwidth.station import Stations, held_height, keep_station, possible, station_plan
 from vtank.units import G_M_S2
@@ -199,13 +200,13 @@ def stations() -> Stations:
 
 
 def test_tables_for_reading() -> None:
-    text = station_text(stations())
+    text = plain(*station_tables(stations()))
     assert "0.33" in text and "< 0.2" in text and "Regular waves" in text
     one = np.ones((1, 2))
     measured = Response(
         np.array([0.1]), np.array([0.5, 1.0]), np.array([[1.0 + 0j, 0.5j]]), np.array([[0.0, 0.9]]), one, one, one
     )
-    assert "0.50   +90*" in response_text(measured) and "-3 dB at" in response_text(measured)
+    assert "0.50   +90*" in plain(response_table(measured)) and "-3 dB at" in plain(response_table(measured))
 
 
 def test_the_command_writes_tables_and_figures(

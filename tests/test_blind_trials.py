@@ -12,8 +12,10 @@ import pytest
 
 from vtank.cli import main
 from vtank.errors import InputError
+from vtank.present.document import markdown
+from vtank.present.numbers import jsonable
 from vtank.record import Run, read_dataset, read_run
-from vtank.studies.blind.answer import answer, plain, refusal
+from vtank.studies.blind.answer import answer, refusal
 from vtank.studies.blind.case import tied
 from vtank.studies.blind.closed import Closed, closed
 from vtank.studies.blind.make import Order, make
@@ -246,7 +248,7 @@ def test_answers_go_on_where_they_stopped(trials: Path, tmp_path: Path) -> None:
 
 
 def test_documents_are_made_plain() -> None:
-    found = plain({"a": np.float64(1.5), "b": (np.arange(2), float("inf")), 3: None})
+    found = jsonable({"a": np.float64(1.5), "b": (np.arange(2), float("inf")), 3: None})
     assert found == {"a": 1.5, "b": [[0, 1], None], "3": None} and digest(found)
 
 
@@ -264,7 +266,7 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
     written = {path.name for path in (tmp_path / "score").iterdir()}
     assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
     document = json.loads((tmp_path / "score" / "score.json").read_text())
-    assert document["cases"] == 3 and document["schema"] == "vtank.studies.blind-score/1"
+    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
 
 
 MODEL = """
@@ -341,8 +343,8 @@ def test_measures_of_made_up_rows_by_hand() -> None:
     assert found["closed"][">=10"]["closed, median"].value == pytest.approx(0.9)
     assert found["closed"]["all"]["coverage of 90 %"].value == 1.0
     assert found["calibration"]["most probable name"]["miscalibration"].n == 7
-    assert "| 0.500 [0.095, 0.905] (2) |" in tables(found)[1].markdown()
+    assert "| 0.500 [0.095, 0.905] (2) |" in markdown(tables(found)[1:2])
 
 
 def test_no_rows_make_no_score() -> None:
-    assert all("nan" not in table.markdown() for table in tables(measures([])))
+    assert "nan" not in markdown(tables(measures([])))

@@ -17,7 +17,7 @@ import pytest
 
 import vtank
 import vtank.cli as cli
-from vtank.cli.progress import progress
+from vtank.cli.progress import percent, progress
 from vtank.errors import InputError
 from vtank.record import Manifest, Run, write_dataset
 
@@ -147,13 +147,35 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_progress_rewrites_one_line_on_a_terminal() -> None:
+def test_progress_on_a_terminal_tells_counts_and_the_time_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, size in (("COLUMNS", "120"), ("LINES", "30")):
+        monkeypatch.setenv(name, size)
     stream = Terminal()
     with progress("runs", 2, stream) as advance:
         advance("a long note")
         advance("b")
     shown = stream.getvalue().split("\r")
-    assert shown[1:] == ["runs 0/2", "runs 1/2 a long note", "runs 2/2 b          \n"]
+    assert shown[1].startswith("runs 0/2 |") and shown[1].rstrip().endswith("left")
+    assert re.fullmatch(r"runs 2/2 \|\S{20}\| 00:0\d, 00:0\d left, b\s*", shown[-1])
+    assert stream.getvalue().endswith("\n")
+
+
+def test_what_is_being_done_is_told_and_wiped_on_a_terminal_and_listed_elsewhere() -> None:
+    terminal, file = Terminal(), io.StringIO()
+    for stream in (terminal, file):
+        with progress(stream=stream) as say:
+            say("where the gap lies")
+            say("next experiment")
+    assert "\rwhere the gap lies ... 00:0" in terminal.getvalue() and terminal.getvalue().endswith(" \r")
+    assert file.getvalue() == "where the gap lies ...\nnext experiment ...\n"
+
+
+def test_shares_are_counted_in_percent() -> None:
+    stream = io.StringIO()
+    with percent("flying", stream) as report:
+        for share in (0.2, 0.999, 1.0):
+            report(share)
+    assert stream.getvalue() == "flying, percent 100/100 (0 s)\n"
 
 
 def test_progress_is_sparing_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from recorded import find, recordings
 
 from vtank.diagnose.diagnosis import Diagnosis
 from vtank.diagnose.verdict import Verdict, probabilities
-from vtank.present.page import asset, report_html, write_report
+from vtank.present.page import report_html, write_report
 
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,
@@ -156,7 +157,8 @@ def contrast(a: str, b: str) -> float:
     return (light + 0.05) / (dark + 0.05)
 
 
-BLOCKS = re.findall(r"\{([^{}]*--paper: [^{}]*)\}", asset("style.css"))
+STYLE = (resources.files("vtank.present") / "style.css").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"\{([^{}]*--paper: [^{}]*)\}", STYLE)
 PALETTES = [dict(re.findall(r"--(\w+): (#\w{6})", block)) for block in BLOCKS]  # light, dark by choice, dark, printed
 
 

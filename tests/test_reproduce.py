@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import struct
 import zlib
 
@@ -84,7 +85,7 @@ def test_study_has_its_pictures_tables_and_page(written):
 def test_pages_lead_to_files_that_exist(written):
     for page in (written / "index.html", written / "paper-ii" / "index.html"):
         text = page.read_text()
-        targets = [part.split('"')[0] for mark in ('src="', 'href="') for part in text.split(mark)[1:]]
+        targets = set(re.findall(r'(?:src|href)="([^"]+)"', text)) - {"data:,"}
         assert targets and all((page.parent / target).exists() for target in targets)
 
 

@@ -41,8 +41,9 @@ def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
     from ..experiment import load_scenario
-    from ..record import refuse_loss, results_folder
-    from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping
+    from ..present.document import plain
+    from ..record import refuse_loss
+    from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping, write_parts
     from .checks import at_least
     from .progress import percent
 
@@ -52,18 +53,13 @@ def run(args: argparse.Namespace) -> int:
     scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
     if args.out is not None:
         refuse_loss(args.out, RESULTS)
-    files: dict[str, bytes] = {}
+    parts = []
     if args.only != "seas":
-        found = frequency_response(scenario, args.amplitude or AMPLITUDES_M, args.truth, *how)
-        print(found.text)
-        files |= found.files
+        parts.append(frequency_response(scenario, args.amplitude or AMPLITUDES_M, args.truth, *how))
+        print(plain(*parts[-1].tables))
     if args.only != "response":
-        found = station_keeping(scenario, args.truth, args.seas, *how)
-        print(f"\n{found.text}")
-        files |= found.files
+        parts.append(station_keeping(scenario, args.truth, args.seas, *how))
+        print(plain(*parts[-1].tables))
     if args.out is not None:
-        with results_folder(args.out, RESULTS, {"scenario": scenario.name}) as folder:
-            for name, content in files.items():
-                (folder / name).write_bytes(content)
-        print(f"\nwrote {', '.join(files)} in {args.out}")
+        print(f"\nwrote {', '.join(write_parts(args.out, scenario, args.truth, parts))} in {args.out}")
     return 0

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -64,6 +62,7 @@ def _make(args: argparse.Namespace) -> int:
     from ..errors import InputError
     from ..studies.blind.case import KINDS
     from ..studies.blind.make import Order, make
+    from .progress import progress
 
     for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
         if value < least:
@@ -72,8 +71,7 @@ def _make(args: argparse.Namespace) -> int:
     kinds = KINDS if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
-    with _stages() as stage:
-        make(order, args.out, truth_out, stage)
+    make(order, args.out, truth_out, progress)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 
@@ -81,27 +79,28 @@ def _make(args: argparse.Namespace) -> int:
 def _answer(args: argparse.Namespace) -> int:
     from ..studies.blind.answer import answer
     from .checks import refuse_unwritable
+    from .progress import progress
 
     out = args.out or args.folder / "answers.json"
     refuse_unwritable(out)
-    with _stages() as stage:
-        total = answer(args.folder, out, args.seed, _at_least_one(args.processes), stage)
+    total = answer(args.folder, out, args.seed, _at_least_one(args.processes), progress)
     print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
     return 0
 
 
 def _score(args: argparse.Namespace) -> int:
+    from ..present.document import plain
     from ..record.folder import refuse_loss
     from ..studies.blind.score import RESULTS, score, write_score
     from ..studies.blind.tables import tables
+    from .progress import progress
 
     answers = args.answers or args.folder / "answers.json"
     out = args.out or _beside(args.folder, "-score")
     refuse_loss(out, RESULTS)
-    with _stages() as stage:
-        scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), stage)
+    scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), progress)
     write_score(out, scored)
-    print(tables(scored["measures"])[0].markdown())
+    print(plain(tables(scored["measures"])[0]))
     print(f"wrote {out}")
     return 0
 
@@ -122,33 +121,3 @@ def _at_least_one(processes: int) -> int:
     if processes < 1:
         raise InputError(f"--processes {processes}: expected at least 1")
     return processes
-
-
-@contextmanager
-def _stages() -> Iterator[Callable[[str, int], Callable[[str], None]]]:
-    """A function that begins a stage of work, with a progress line of its own."""
-    from contextlib import ExitStack
-
-    from .progress import progress
-
-    with ExitStack() as stack:
-
-        def stage(label: str, total: int) -> Callable[[str], None]:
-            stack.close()
-            return _with_rate(stack.enter_context(progress(label, total)))
-
-        yield stage
-
-
-def _with_rate(advance: Callable[[str], None]) -> Callable[[str], None]:
-    """The same progress with the time that each piece takes behind its note."""
-    import time
-
-    start, done = time.monotonic(), 0
-
-    def said(note: str) -> None:
-        nonlocal done
-        done += 1
-        advance(f"{note}, {(time.monotonic() - start) / done:.2g} s each" if note else "")
-
-    return said

@@ -30,12 +30,12 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, print, and write what was asked for."""
     from ..library import diagnose, load
     from .checks import at_least, refuse_unwritable
-    from .stages import stages
+    from .progress import progress
 
     at_least(0, seed=args.seed)
     refuse_unwritable(args.json, args.report, args.model)
     runs = load(args.dataset)
-    with stages() as say:
+    with progress() as say:
         found = diagnose(runs, args.nominal, args.seed, progress=say)
         text = str(found)
         for path, write in ((args.json, found.write_json), (args.model, found.save), (args.report, found.report)):

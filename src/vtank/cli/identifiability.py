@@ -43,9 +43,9 @@ def run(args: argparse.Namespace) -> int:
     """Look at the plan, print verdicts and tables, write what was asked for."""
     import textwrap
 
-    from ..record.atomic import write_text
+    from ..present.document import plain
+    from ..record import write_text
     from ..studies.design import PAPER, examine, json_text, write_findings, write_plan
-    from .identify import print_sheets
     from .progress import progress
 
     _check(args)
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     )  # fmt: skip
     for sentence in found.sentences():
         print(textwrap.fill(sentence, 110, initial_indent="- ", subsequent_indent="  "))
-    print_sheets(found.sheets())
+    print(plain(*found.sheets()))
     if args.json:
         write_text(args.json, json_text(found))
     if args.out:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ..estimate.comparison import Comparison
     from ..estimate.paper.regression import Model
-    from ..present.identification import Sheet
+    from ..present.blocks import Table
     from ..record import Run
 
 MODELS: tuple[Model, ...] = ("I", "II", "III")
@@ -55,6 +55,7 @@ def run(args: argparse.Namespace) -> int:
     import json
 
     from ..errors import InputError
+    from ..present.document import plain
     from ..present.identification_json import IDENTIFICATION, identification
     from ..record import read_dataset
     from ..record.atomic import write_text
@@ -71,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
     found, skipped = identify_all(data.runs, MODELS if args.model == "all" else (args.model,), args)
     tables = chosen_sheets(found, truth, args.method)
     print(f"{data.path}: {len(data)} run{'s' * (len(data) > 1)}, input {found[0].runs[0].input_name}")
-    print_sheets(tables)
+    print(plain(*tables))
     for reason in skipped:
         print(f"\n{reason}")
     content = json.dumps(identification(str(data.path), found, truth), indent=2) + "\n"
@@ -88,6 +89,7 @@ def try_seeds(args: argparse.Namespace) -> int:
     import json
 
     from ..errors import InputError
+    from ..present.document import plain
     from ..record.atomic import write_text
     from ..studies.design.montecarlo import monte_carlo, trials_sheet
     from .progress import progress
@@ -99,7 +101,7 @@ def try_seeds(args: argparse.Namespace) -> int:
     with progress("identifying", args.monte_carlo) as advance:
         found = monte_carlo(truth, model, args.monte_carlo, args.simulator, args.set, args.seed, args.threads, advance)
     sheet = trials_sheet(found)
-    print_sheets([sheet])
+    print(plain(sheet))
     if args.json:
         rows = [dict(zip(sheet.header, row, strict=True)) for row in sheet.rows]
         write_text(args.json, json.dumps({"title": sheet.title, "rows": rows, "notes": sheet.notes}, indent=2) + "\n")
@@ -148,7 +150,7 @@ def read_known(truth: str) -> dict[str, float]:
     return {name: float(p[slot(name)]) for name in NAMES}
 
 
-def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None, method: str) -> list[Sheet]:
+def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None, method: str) -> list[Table]:
     """The tables of all models; those of the paper's methods alone, or without them, where that was asked for."""
     from ..present.identification import sheets
 
@@ -158,33 +160,17 @@ def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None
     return [s for s in tables if method != "paper" or s.name.endswith(("_methods", "linear_model"))]
 
 
-def print_sheets(tables: Sequence[Sheet]) -> None:
-    """Tables and sentences on the terminal."""
-    import textwrap
-
-    from ..present.document import Table, plain
-
-    for sheet in tables:
-        print(f"\n{sheet.title}\n")
-        print(textwrap.indent(plain(Table(sheet.header, sheet.rows, left=sheet.left)), "  "))
-        for note in sheet.notes:
-            print(textwrap.fill(note, 110, initial_indent="  ", subsequent_indent="  "))
-
-
-def write_folder(path: Path, tables: Sequence[Sheet], found: Sequence[Comparison], content: str) -> None:
+def write_folder(path: Path, tables: Sequence[Table], found: Sequence[Comparison], content: str) -> None:
     """Markdown, one CSV per table, one picture per run, and the JSON; the folder appears whole or not at all."""
     import json
 
-    from ..present.document import Block, Heading, Paragraph, Picture, Table, csv_text, markdown
+    from ..present.document import Block, Heading, Picture, csv_text, markdown
     from ..present.fit_picture import fit_picture
     from ..present.identification_json import IDENTIFICATION
     from ..record.folder import results_folder
 
-    blocks: list[Block] = [Heading(f"Identification of {json.loads(content)['dataset']}", 1)]
-    for sheet in tables:
-        blocks += [Heading(sheet.title), Table(sheet.header, sheet.rows, left=sheet.left)]
-        blocks += [Paragraph(note) for note in sheet.notes]
-    blocks.append(Heading("Measured and simulated"))
+    title = Heading(f"Identification of {json.loads(content)['dataset']}", 1)
+    blocks: list[Block] = [title, *tables, Heading("Measured and simulated")]
     files = {f"{sheet.name}.csv": csv_text(sheet.header, sheet.rows).encode() for sheet in tables}
     for i, seen in enumerate(found[0].runs):
         files[f"{seen.name}.png"] = fit_picture(found, i)

@@ -1,4 +1,4 @@
-"""Progress of long work: a counter rewritten in place on a terminal, an occasional line elsewhere."""
+"""Progress of long work on stderr: counts and time left on a terminal, an occasional line elsewhere."""
 
 from __future__ import annotations
 
@@ -6,69 +6,68 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TextIO
+from typing import Any, Self, TextIO
 
 INTERVAL_S = 10.0  # [s] between lines where stderr is not a terminal; a choice
+COUNTED = "{desc} {n_fmt}/{total_fmt} |{bar:20}| {elapsed}, {remaining} left{postfix}"
+NAMED = "{desc} ... {elapsed}"
 
 
-@contextmanager
-def progress(label: str, total: int, stream: TextIO | None = None) -> Iterator[Callable[[str], None]]:
-    """Yield `advance(note)`, to be called after each of `total` pieces of work.
+class progress:
+    """Call it after each of `total` pieces of work; without a total, before each, with what comes next.
 
     with progress("simulating", len(runs)) as advance:
         for run in runs: ...; advance(run.name)
+    with progress() as say:
+        say("where the gap lies"); ...
     """
-    stream = sys.stderr if stream is None else stream
-    counter = _Counter(label, total, stream)
-    try:
-        yield counter.advance
-    finally:
-        counter.close()
+
+    def __init__(self, label: str = "", total: int | None = None, stream: TextIO | None = None) -> None:
+        from tqdm import tqdm
+
+        self.label, self.total, self.done, self.start = label, total, 0, time.monotonic()
+        self.next_line, self.stream = self.start + INTERVAL_S, sys.stderr if stream is None else stream
+        form = {"bar_format": NAMED if total is None else COUNTED, "leave": total is not None, "dynamic_ncols": True}
+        silent = not self.stream.isatty()
+        self.bar: Any = tqdm(desc=label, total=total, file=self.stream, disable=silent, **form)
+
+    def __call__(self, note: str = "") -> None:
+        """Count, and show the note."""
+        self.done += 1
+        if self.bar.disable:
+            self._line(note)
+        elif self.total is None:
+            self.bar.set_description_str(note)
+        else:
+            self.bar.set_postfix_str(note, refresh=False)
+            self.bar.update()
+        if self.done == self.total:
+            self.bar.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *failure: object) -> None:
+        self.bar.close()
+
+    def _line(self, note: str) -> None:
+        now = time.monotonic()
+        if self.total is None:
+            self.stream.write(f"{note} ...\n")
+        elif self.done == self.total or now >= self.next_line:
+            text = f"{self.label} {self.done}/{self.total} {note}".rstrip()
+            self.stream.write(f"{text} ({now - self.start:.0f} s)\n")
+            self.next_line = now + INTERVAL_S
+        self.stream.flush()
 
 
 @contextmanager
 def percent(label: str, stream: TextIO | None = None) -> Iterator[Callable[[float], None]]:
     """Yield `report(share)`, to be called with the share of the work that is done, 0 to 1."""
     with progress(f"{label}, percent", 100, stream) as advance:
-        shown = 0
 
         def report(share: float) -> None:
-            nonlocal shown
-            while shown < int(100.0 * share + 1e-9):
-                shown += 1
-                advance("")
+            while advance.done < int(100.0 * share + 1e-9):
+                advance()
 
         yield report
-
-
-class _Counter:
-    def __init__(self, label: str, total: int, stream: TextIO) -> None:
-        self.label, self.total, self.stream = label, total, stream
-        self.done, self.width, self.start = 0, 0, time.monotonic()
-        self.next_line = self.start + INTERVAL_S
-        self._show("")
-
-    def advance(self, note: str = "") -> None:
-        self.done += 1
-        self._show(note)
-
-    def close(self) -> None:
-        if self.stream.isatty():
-            self.stream.write("\n")
-            self.stream.flush()
-
-    def _show(self, note: str) -> None:
-        text = f"{self.label} {self.done}/{self.total} {note}".rstrip()
-        if self.stream.isatty():
-            self.stream.write("\r" + text.ljust(self.width))
-            self.width = len(text)
-        elif self._line_is_due():
-            self.stream.write(f"{text} ({time.monotonic() - self.start:.0f} s)\n")
-        self.stream.flush()
-
-    def _line_is_due(self) -> bool:
-        now = time.monotonic()
-        due = self.done >= self.total or now >= self.next_line
-        if due:
-            self.next_line = now + INTERVAL_S
-        return due

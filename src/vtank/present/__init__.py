@@ -8,6 +8,8 @@ from ..facade import facade
 
 if TYPE_CHECKING:
     from . import canvas, document
-    from .identification import FEET, NAMES, UNITS, Sheet, number, plain_names
+    from .blocks import Block, Heading, Links, Paragraph, Picture, Table
+    from .identification import FEET, NAMES, UNITS, plain_names
+    from .numbers import fixed, jsonable, number
 
 __all__ = facade(__name__)

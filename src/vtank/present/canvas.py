@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
 from typing import Any
 
@@ -64,7 +64,14 @@ def page(title: str, width_in: float, height_in: float) -> Any:
     return figure
 
 
-def legend_below(figure: Any, axes: Any, columns: int = 6) -> None:
+def ticks(axis: Any, values: Iterable[float], labels: Sequence[str] | None = None) -> None:
+    """Ticks of one axis at these values and nowhere else."""
+    values = list(values)
+    axis.set_ticks([], minor=True)
+    axis.set_ticks(values, [f"{value:g}" for value in values] if labels is None else labels)
+
+
+def legend_below(figure: Any, axes: Iterable[Any], columns: int = 6) -> None:
     """One legend for all axes below them, each label once."""
     found: dict[str, Any] = {}
     for ax in axes:

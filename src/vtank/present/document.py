@@ -1,144 +1,140 @@
-"""A page of headings, paragraphs, tables and pictures, written as Markdown or as HTML from one source."""
+"""One document, many outlets: a page of blocks as text for a terminal, as Markdown, as HTML; a table as CSV."""
 
 from __future__ import annotations
 
 import csv
 import io
+import math
+import re
+import textwrap
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from html import escape
+from functools import cache
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from .. import __version__
+from .blocks import Bars, Block, Details, Drawing, Heading, Links, Paragraph, Picture, Table, Terms
+from .numbers import percent
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+MARGIN = 12  # columns for terms on a terminal
+WIDTH = 110  # columns of text on a terminal
+# What Markdown would take for markup: emphasis, code, links, tags, entities, cells of tables
+MARKUP = re.compile(r"[\\`*~|]|(?<![^\W_])_|_(?![^\W_])|](?=[(\[:])|<(?=[A-Za-z/!?])|&(?=#?\w+;)")
+ENTITIES = {"<": "&lt;", "&": "&amp;"}
+OPENING = re.compile(r"^(\d*)(?=[-+#>=.)])")  # of a line that Markdown may take for a heading, a list or a quotation
 
 
-@dataclass(frozen=True)
-class Heading:
-    """A heading; level 1 is the page's title."""
-
-    text: str
-    level: int = 2
+# --- for a terminal ------------------------------------------------------------------------------------------------
+def plain(*blocks: Block, width: int = WIDTH) -> str:
+    """Blocks as text of at most `width` columns, tables as wide as they are; pictures are left out."""
+    return "\n".join(line for block in blocks for line in _lines(block, width))
 
 
-@dataclass(frozen=True)
-class Paragraph:
-    """A paragraph, with a lead in bold where one is given."""
-
-    text: str
-    lead: str = ""
-
-
-@dataclass(frozen=True)
-class Table:
-    """Cells as text; `kinds` gives each row a class for HTML, `notes` stand below."""
-
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
-    kinds: tuple[str, ...] = ()
-    left: int = 1  # columns set flush left; the others are numbers
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A picture by its path relative to the page."""
-
-    path: str
-    caption: str
+def _lines(block: Block, width: int) -> list[str]:
+    match block:
+        case Heading(text):
+            return textwrap.wrap(text, width)
+        case Paragraph(text, lead):
+            return textwrap.wrap(f"{lead} {text}" if lead else text, width)
+        case Table():
+            above = ["", block.title, ""] if block.title else []
+            return [*above, *_aligned(block), *(line for note in block.notes for line in textwrap.wrap(note, width))]
+        case Bars(rows):
+            return [f"{name}: {percent(p)}" for name, p, _ in rows]
+        case Links(items):
+            longest = max((len(path) for path, _ in items), default=0)
+            return [f"{path:<{longest}}  {text}" for path, text in items]
+        case Terms(items):
+            return [line for term, parts in items for line in _term(term, parts, width)]
+    return []
 
 
-@dataclass(frozen=True)
-class Links:
-    """Places to go on to: (path relative to the page, what is there)."""
-
-    items: tuple[tuple[str, str], ...]
-
-
-Block = Heading | Paragraph | Table | Picture | Links
+def _aligned(table: Table) -> list[str]:
+    """Header and rows in columns, text flush left and numbers flush right."""
+    rows = (table.header, *table.rows)
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    form = "  ".join(f"{{:{'<' if i < table.left else '>'}{width}}}" for i, width in enumerate(widths))
+    return [form.format(*row).rstrip() for row in rows]
 
 
+def _term(term: str, parts: Sequence[Block], width: int) -> list[str]:
+    """The term in the margin, and beside it what is said."""
+    lines = [line for part in parts for line in _lines(part, width - MARGIN)]
+    return [f"{term if i == 0 else '':<{MARGIN}}{line}".rstrip() for i, line in enumerate(lines)]
+
+
+# --- Markdown ------------------------------------------------------------------------------------------------------
 def markdown(blocks: Iterable[Block]) -> str:
-    """The page as Markdown."""
+    """The page as Markdown; nothing in a text can become markup."""
     return "\n\n".join(_markdown(block) for block in blocks) + "\n"
 
 
 def _markdown(block: Block) -> str:
     match block:
         case Heading(text, level):
-            return f"{'#' * level} {text}"
+            return f"{'#' * level} {literal(text)}"
         case Paragraph(text, lead):
-            return f"**{lead}** {text}" if lead else text
+            return f"**{literal(lead)}** {literal(text)}" if lead else OPENING.sub(r"\1\\", literal(text))
         case Picture(path, caption):
-            return f"![{caption}]({path})\n\n*{caption}*"
+            return f"![{literal(caption)}]({address(path)})\n\n*{literal(caption)}*"
+        case Drawing(_, caption):
+            return f"*{literal(caption)}*"
         case Links(items):
-            return "\n".join(f"- [{path}]({path}): {text}" for path, text in items)
+            return "\n".join(f"- [{literal(path)}]({address(path)}): {literal(text)}" for path, text in items)
+        case Bars(rows):
+            return "\n".join(f"- {literal(name)}: {percent(p)}" for name, p, _ in rows)
+        case Terms(items):
+            return "\n\n".join(f"**{literal(term)}**\n\n{markdown(parts).rstrip()}" for term, parts in items)
+        case Details(summary, text):
+            return f"{literal(summary)}\n\n{textwrap.indent(text, '    ')}"
         case Table(header, rows, notes, _, left):
-            ruler = [":--"] * left + ["--:"] * (len(header) - left)
-            lines = [f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in row)} |" for row in (header, *rows)]
-            lines.insert(1, f"| {' | '.join(ruler)} |")
-            return "\n".join(lines) + "".join(f"\n\n{note}" for note in notes)
+            ruler = (":--",) * left + ("--:",) * (len(header) - left)
+            cells = [[literal(cell) for cell in row] for row in (header, *rows)]
+            lines = [f"| {' | '.join(row)} |" for row in (cells[0], ruler, *cells[1:])]
+            title = f"## {literal(block.title)}\n\n" if block.title else ""
+            return title + "\n".join(lines) + "".join(f"\n\n{literal(note)}" for note in notes)
 
 
-def plain(table: Table) -> str:
-    """A table for a terminal."""
-    rows = (table.header, *table.rows)
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for row in rows:
-        cells = (c.ljust(w) if i < table.left else c.rjust(w) for i, (c, w) in enumerate(zip(row, widths, strict=True)))
-        lines.append("  ".join(cells).rstrip())
-    return "\n".join(lines)
+def literal(text: str) -> str:
+    """Text on one line, with what Markdown would take for markup made harmless."""
+    return MARKUP.sub(lambda found: ENTITIES.get(found[0], f"\\{found[0]}"), " ".join(text.split()))
 
 
-STYLE = """
-body { font: 15px/1.5 system-ui, sans-serif; color: #1c2529; max-width: 1180px; margin: 2em auto; padding: 0 1em; }
-h1, h2, h3 { line-height: 1.2; margin: 1.6em 0 .5em; } h1 { margin-top: 0; }
-table { border-collapse: collapse; margin: .8em 0; font-variant-numeric: tabular-nums; font-size: 14px; }
-th, td { padding: .15em .7em; text-align: right; white-space: nowrap; } th { border-bottom: 2px solid #1c2529; }
-th.left, td.left { text-align: left; } tr.first td { border-top: 1px solid #b9c4c9; }
-tr.truth td { font-weight: 600; } tr.published td:not(:first-child) { color: #a02c00; }
-figure { margin: 1.4em 0; } figure img { max-width: 100%; } figcaption, .note { color: #55646b; font-size: 13px; }
-"""
+def address(path: str) -> str:
+    """A path as the address of a link; pictures inside the page stay as they are."""
+    return path if path.startswith("data:image/") else quote(path)
 
 
-def html(title: str, blocks: Iterable[Block]) -> str:
-    """The page as one HTML file with its style inside."""
-    body = "\n".join(_html(block) for block in blocks)
-    head = f'<meta charset="utf-8"><title>{escape(title)}</title><style>{STYLE}</style>'
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head><body>\n{body}\n</body></html>\n'
+# --- HTML ----------------------------------------------------------------------------------------------------------
+def html(title: str, blocks: Iterable[Block], about: str = "") -> str:
+    """The page as one HTML file with its style inside, which loads nothing but pictures beside it; all is escaped."""
+    page = templates().get_template("page.html")
+    return page.render(title=title, blocks=list(blocks), about=about, version=__version__)
 
 
-def _html(block: Block) -> str:
-    match block:
-        case Heading(text, level):
-            return f"<h{level}>{escape(text)}</h{level}>"
-        case Paragraph(text, lead):
-            return f"<p><b>{escape(lead)}</b> {escape(text)}</p>" if lead else f"<p>{escape(text)}</p>"
-        case Picture(path, caption):
-            image = f'<img src="{escape(path)}" alt="{escape(caption)}">'
-            return f"<figure>{image}<figcaption>{escape(caption)}</figcaption></figure>"
-        case Links(items):
-            entries = (f'<li><a href="{escape(path)}">{escape(path)}</a>: {escape(text)}</li>' for path, text in items)
-            return f"<ul>{''.join(entries)}</ul>"
-        case Table():
-            return _html_table(block)
+@cache
+def templates() -> Environment:
+    """The templates beside this module."""
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    found = Environment(loader=PackageLoader("vtank.present", ""), autoescape=True, undefined=StrictUndefined)
+    found.trim_blocks = found.lstrip_blocks = True
+    found.filters |= {"address": address, "percent": percent}
+    return found
 
 
-def _html_table(table: Table) -> str:
-    kinds = table.kinds or ("",) * len(table.rows)
-    lines = [_html_row("th", table.header, table.left)]
-    lines += [_html_row("td", row, table.left, kind) for row, kind in zip(table.rows, kinds, strict=True)]
-    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in table.notes)
-    return f"<table>{''.join(lines)}</table>{notes}"
+# --- CSV -----------------------------------------------------------------------------------------------------------
+def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]], blank: bool = False) -> str:
+    """A table as CSV with lines ended by LF, numbers with six digits; `blank`: what is not finite is left empty."""
 
+    def cell(value: object) -> object:
+        if not isinstance(value, float):  # numpy's float64 is one
+            return value
+        return "" if blank and not math.isfinite(value) else f"{value:.6g}"
 
-def _html_row(tag: str, cells: Sequence[str], left: int, kind: str = "") -> str:
-    classes = ' class="left"'
-    inner = "".join(f"<{tag}{classes if i < left else ''}>{escape(cell)}</{tag}>" for i, cell in enumerate(cells))
-    return f'<tr class="{kind}">{inner}</tr>'
-
-
-def csv_text(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table as CSV with lines ended by LF."""
     text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(rows)
+    csv.writer(text, lineterminator="\n").writerows([header, *(map(cell, row) for row in rows)])
     return text.getvalue()

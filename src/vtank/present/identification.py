@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from ..estimate.paper.estimate import PaperEstimate
 from ..estimate.residuals import ResidualStatistics
 from ..plant.parameters import LUMPED
 from ..units import FOOT_M
+from .blocks import Table
+from .numbers import number
 
 NAMES = {slot: slot.split(".")[-1] for slot in LUMPED}
 UNITS = {  # of each parameter by the input that drives the runs
@@ -26,24 +27,7 @@ ESTIMATORS = {"kalman": "Kalman", "two_stage": "two-stage", "least_squares": "le
 CHANNEL_UNIT = {RANGE: "m", POSITION: "m", SPEED: "m/s"}
 
 
-@dataclass(frozen=True)
-class Sheet:
-    """A table: name for a file, title, header, rows of cells, and what is to be said below; `left` columns are text."""
-
-    name: str
-    title: str
-    header: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
-    notes: tuple[str, ...] = ()
-    left: int = 1
-
-
-def number(value: float, digits: int = 4) -> str:
-    """A number of so many digits; a dash where there is none."""
-    return f"{value:.{digits}g}" if np.isfinite(value) else "-"
-
-
-def sheets(c: Comparison, truth: Mapping[str, float] | None = None) -> list[Sheet]:
+def sheets(c: Comparison, truth: Mapping[str, float] | None = None) -> list[Table]:
     """All tables of one model; truth: parameters by name, SI."""
     found = [parameters(c, truth), residuals(c)]
     if len(c.runs) > 1:
@@ -53,7 +37,7 @@ def sheets(c: Comparison, truth: Mapping[str, float] | None = None) -> list[Shee
     return found
 
 
-def parameters(c: Comparison, truth: Mapping[str, float] | None = None) -> Sheet:
+def parameters(c: Comparison, truth: Mapping[str, float] | None = None) -> Table:
     """The likelihood's answer from all runs together: SI, feet where the input is a propeller speed, and the truth."""
     kind = c.runs[0].input_name
     feet, simulated = kind == "n_rev_s", c.simulated is not c.joint
@@ -73,14 +57,9 @@ def parameters(c: Comparison, truth: Mapping[str, float] | None = None) -> Sheet
         if truth:
             row += [number(truth.get(slot, 0.0), 5), f"{(value - truth.get(slot, 0.0)) / sd:+.1f}"]
         rows.append(tuple(row))
-    notes = (*sentences(c),)
-    return Sheet(
-        f"model_{c.model}_parameters",
-        f"Model {c.model}: maximum likelihood, {len(c.runs)} run{'s' * (len(c.runs) > 1)} together",
-        tuple(header),
-        tuple(rows),
-        notes,
-    )
+    title = f"Model {c.model}: maximum likelihood, {len(c.runs)} run{'s' * (len(c.runs) > 1)} together"
+    name = f"model_{c.model}_parameters"
+    return Table(tuple(header), tuple(rows), tuple(sentences(c)), name=name, title=title)
 
 
 def sentences(c: Comparison) -> Iterator[str]:
@@ -127,9 +106,10 @@ def moving_mass(estimate: Estimate) -> tuple[float, float]:
     return (1.0 / beta, sd / beta**2) if beta**2 > 0.0 else (np.nan, np.nan)
 
 
-def residuals(c: Comparison) -> Sheet:
+def residuals(c: Comparison) -> Table:
     """What the joint estimate leaves, run by run."""
-    header = ("run", "channel", "samples", "innovation", "free run", "mean", "deviation", "mean |e|", "white, p")
+    header = ("run", "channel", "samples", "innovation", "free run", "mean", "deviation", "mean |e|", "white, p",
+              "coherence", "at rad/s")  # fmt: skip
     rows = []
     for r in c.residuals:
         free = r.free_run
@@ -143,10 +123,10 @@ def residuals(c: Comparison) -> Sheet:
         "free-run residual at a frequency that carries motion.",
     )
     title = f"Model {c.model}: residuals"
-    return Sheet(f"model_{c.model}_residuals", title, (*header, "coherence", "at rad/s"), tuple(rows), notes, 2)
+    return Table(header, tuple(rows), notes, left=2, name=f"model_{c.model}_residuals", title=title)
 
 
-def validation(c: Comparison) -> Sheet:
+def validation(c: Comparison) -> Table:
     """Parameters of one run on the others; the paper shows its first row in Figures 9 to 11."""
     rows = []
     labels = [*(run.name for run in c.runs), "all, by simulation", "all, likelihood"]
@@ -157,10 +137,10 @@ def validation(c: Comparison) -> Sheet:
     note = "Free-run rms [m or m/s] with the parameters from the runs named on the left; only the start is fitted."
     title = f"Model {c.model}: validation across runs"
     header = ("parameters from", *(run.name for run in c.runs))
-    return Sheet(f"model_{c.model}_validation", title, header, tuple(rows), (note,))
+    return Table(header, tuple(rows), (note,), name=f"model_{c.model}_validation", title=title)
 
 
-def methods(c: Comparison, truth: Mapping[str, float] | None = None) -> Sheet:
+def methods(c: Comparison, truth: Mapping[str, float] | None = None) -> Table:
     """Every method on every run alone, in the paper's feet where the input is a propeller speed."""
     feet = c.runs[0].input_name == "n_rev_s"
     length, kind = (FOOT_M, "ft") if feet else (1.0, "m")
@@ -179,7 +159,7 @@ def methods(c: Comparison, truth: Mapping[str, float] | None = None) -> Sheet:
         for estimator, by_run in c.paper.items():
             found = by_run[run.name]
             if isinstance(found, PaperEstimate):
-                cells = _scaled(_values(found, names), names, feet, found.unstable)
+                cells = _scaled([by_name(found)[name] for name in names], names, feet, found.unstable)
                 rows.append((run.name, ESTIMATORS[estimator], *cells, *_statistics(found.statistics, length)))
             elif found not in notes:
                 notes.append(found)
@@ -187,15 +167,14 @@ def methods(c: Comparison, truth: Mapping[str, float] | None = None) -> Sheet:
         f"e: speed from the sonar filter (or as measured) less free run [{kind}/s]. "
         "*: the model would be unstable, as in the paper's tables."
     )
-    return Sheet(
-        f"model_{c.model}_methods", f"Model {c.model}: each run by each method", header, tuple(rows), tuple(notes), 2
-    )
+    title = f"Model {c.model}: each run by each method"
+    return Table(header, tuple(rows), tuple(notes), left=2, name=f"model_{c.model}_methods", title=title)
 
 
-def _values(found: PaperEstimate, names: Sequence[str]) -> list[float]:
+def by_name(found: PaperEstimate) -> dict[str, float]:
+    """Parameters of the paper's estimate by symbol, SI."""
     p = found.parameters
-    values = {"alpha": p.alpha_per_m, "beta": p.beta_m_per_rev2, "gamma": p.gamma_per_rev, "tau": p.tau_s}
-    return [values[name] for name in names]
+    return {"alpha": p.alpha_per_m, "beta": p.beta_m_per_rev2, "gamma": p.gamma_per_rev, "tau": p.tau_s}
 
 
 def _scaled(values: Sequence[float], names: Sequence[str], feet: bool, unstable: Sequence[str] = ()) -> list[str]:
@@ -210,7 +189,7 @@ def _statistics(statistics: ResidualStatistics | None, length: float) -> list[st
     return [number(v / length, 3) for v in (statistics.mean, statistics.deviation, statistics.mean_absolute)]
 
 
-def linear(c: Comparison) -> Sheet:
+def linear(c: Comparison) -> Table:
     """The linear comparison model (23) of every run."""
     rows, notes = [], ["u(k+1) = a1 u(k) + a2 u(k-1) + b1 n(k) + b2 n(k-1), at the step T; e as above [m/s]."]
     for name, found in c.linear.items():
@@ -224,4 +203,4 @@ def linear(c: Comparison) -> Sheet:
         elif found not in notes:
             notes.append(found)
     header = ("run", "T [s]", "a1", "a2", "b1", "b2", "poles", "mean e", "s_e")
-    return Sheet("linear_model", "Linear model (23)", header, tuple(rows), tuple(notes))
+    return Table(header, tuple(rows), tuple(notes), name="linear_model", title="Linear model (23)")

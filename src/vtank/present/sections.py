@@ -1,11 +1,12 @@
-"""The sections of the report, from the verdict to what to do next."""
+"""The sections of the report, from the verdict to what to do next, as blocks of a document."""
 
 from __future__ import annotations
 
-from ..diagnose.diagnosis import Diagnosis, own_parameters
+from collections.abc import Iterator
+
 from ..diagnose.localise.where import WhereData
 from . import pictures, pictures_where, words
-from .html import bars, escape, figure, heading, paragraph, section, table
+from .blocks import Bars, Block, Drawing, Heading, Paragraph, Table, Terms
 from .words import Document
 
 MOST_BARS = 8  # hypotheses listed by name; the rest are summed up
@@ -16,17 +17,24 @@ UNNAMED = {
 }  # families of discrepancies in words
 
 
-def opening(document: Document, data: WhereData) -> str:
+def sections(document: Document, data: WhereData) -> Iterator[Block]:
+    """The whole report."""
+    for section in (opening, how_far, where, over_time, over_frequency, over_motion):
+        yield from section(document, data)
+    for rest in (which, estimates, what_next):
+        yield from rest(document)
+
+
+def opening(document: Document, data: WhereData) -> Iterator[Block]:
     """The verdict, and the three answers in short."""
-    facts = (
-        ("Where", *where_in_short(document)),
-        ("Which", *which_in_short(document)),
-        ("How far", *far_in_short(document, data)),
-    )
-    cards = "".join(f"<div><dt>{a}</dt><dd><b>{escape(b)}</b>{escape(c)}</dd></div>" for a, b, c in facts)
-    lead = escape(" ".join(words.explanation(document)))
-    title = escape(words.headline(document))
-    return f'<h1>{title}</h1>\n<p class="lead">{lead}</p>\n<dl class="facts">{cards}</dl>\n'
+    yield Heading(words.headline(document), 1)
+    yield Paragraph(" ".join(words.explanation(document)))
+    facts = {
+        "Where": where_in_short(document),
+        "Which": which_in_short(document),
+        "How far": far_in_short(document, data),
+    }
+    yield Terms(tuple((term, (Paragraph(detail, short),)) for term, (short, detail) in facts.items()))
 
 
 def where_in_short(document: Document) -> tuple[str, str]:
@@ -61,48 +69,37 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     return change, f"error, simulator {pictures.CALLED[before]} to {pictures.CALLED[after]}, on these runs"
 
 
-def how_far(document: Document, data: WhereData) -> str:
+def how_far(document: Document, data: WhereData) -> Iterator[Block]:
     """Gap before and after: on these runs, and on runs left out."""
-    legend = [
-        ("dot nominal-fill", "simulator as it is"),
-        ("dot refit-fill", "its parameters refitted"),
-        ("dot diagnosed-fill", "with the diagnosis"),
-        ("area floor-fill", "noise floor"),
-    ]
+    legend = (
+        ("dot nominal", "simulator as it is"),
+        ("dot refit", "its parameters refitted"),
+        ("dot diagnosed", "with the diagnosis"),
+        ("area floor", "noise floor"),
+    )
     caption = (
         "Each row is a run, simulated from the start that suits it best. The further left a dot, the closer the "
         "simulator follows the recording; "
         "inside the grey bar it misses no more than noise and turbulence make."
     )
-    parts = [figure(pictures.gap_picture(data.gaps), caption, legend), paragraph(words.shrinkage(document))]
+    yield Heading("How far the gap shrinks")
+    yield Drawing(pictures.gap_picture(data.gaps), caption, legend)
+    yield Paragraph(words.shrinkage(document))
     if document.get("shrink"):
         caption = "Each is predicted by simulators that were chosen and fitted without it."
-        parts.append(figure(pictures.shrink_picture(document), caption))
-    return section("How far the gap shrinks", *parts)
+        yield Drawing(pictures.shrink_picture(document), caption)
 
 
-def where(document: Document, data: WhereData) -> str:
-    """Channel, time, frequency and region."""
+def where(document: Document, data: WhereData) -> Iterator[Block]:
+    """The channel, and the runs that show it."""
     chances = document["where"]["channel"]["probability"]
     most = max(chances.values())
-    rows = [(name if name != "none" else "no channel", p, p == most) for name, p in chances.items()]
-    return section(
-        "Where the gap lies",
-        paragraph(f"{words.channel(document)} {words.runs(document)}"),
-        bars(rows),
-        heading("Over time"),
-        paragraph(words.time(document)),
-        over_time(document, data),
-        heading("Over frequency"),
-        paragraph(words.frequency(document)),
-        over_frequency(data),
-        heading("Over speed, input and place"),
-        paragraph(words.region(document)),
-        over_motion(data),
-    )
+    yield Heading("Where the gap lies")
+    yield Paragraph(f"{words.channel(document)} {words.runs(document)}")
+    yield Bars(tuple((name if name != "none" else "no channel", p, p == most) for name, p in chances.items()))
 
 
-def over_time(document: Document, data: WhereData) -> str:
+def over_time(document: Document, data: WhereData) -> Iterator[Block]:
     """Residuals with the windows that matter."""
     pair = pictures_where.pair_of(document["verdict"]["kind"])
     before, after = (pictures.CALLED[name] for name in pair)
@@ -113,13 +110,15 @@ def over_time(document: Document, data: WhereData) -> str:
         f"Measured less simulated: every sample (pale) and its mean over 2 s. Marked are the windows in which {better} "
         f"beyond chance (1 % in all windows together).{hidden(data, pictures_where.MOST_RUNS)}"
     )
-    legend = [
-        (f"{pair[0]}-colour", f"simulator {before}"),
-        (f"{pair[1]}-colour", f"simulator {after}"),
-        ("area floor-fill", "noise, two deviations"),
-        ("area mark-fill", "significant"),
-    ]
-    return figure(pictures_where.time_picture(data.gaps, data.windows, pair), caption, legend)
+    legend = (
+        (pair[0], f"simulator {before}"),
+        (pair[1], f"simulator {after}"),
+        ("area floor", "noise, two deviations"),
+        ("area mark", "significant"),
+    )
+    yield Heading("Over time", 3)
+    yield Paragraph(words.time(document))
+    yield Drawing(pictures_where.time_picture(data.gaps, data.windows, pair), caption, legend)
 
 
 def hidden(data: WhereData, most: int) -> str:
@@ -129,7 +128,7 @@ def hidden(data: WhereData, most: int) -> str:
     return f" Shown are the {most} runs with the largest shares of the evidence, of {len(data.gaps)}."
 
 
-def over_frequency(data: WhereData) -> str:
+def over_frequency(document: Document, data: WhereData) -> Iterator[Block]:
     """Spectra and coherences."""
     caption = (
         "Above: spectrum of what the refitted simulator cannot predict; 1 is pure noise. A peak above the dashed line "
@@ -138,24 +137,28 @@ def over_frequency(data: WhereData) -> str:
         "linked, because the thrust makes the error or because a controller answers to it."
         f"{hidden(data, pictures_where.MOST_SPECTRA)}"
     )
-    return figure(pictures_where.spectrum_picture(data.gaps, data.spectra), caption)
+    yield Heading("Over frequency", 3)
+    yield Paragraph(words.frequency(document))
+    yield Drawing(pictures_where.spectrum_picture(data.gaps, data.spectra), caption)
 
 
-def over_motion(data: WhereData) -> str:
+def over_motion(document: Document, data: WhereData) -> Iterator[Block]:
     """Missing force over speed, input and place."""
     caption = (
         "Acceleration that would have to be added to the simulator, as a sum over speed, input and place. All bands "
         "hold together with a probability of 95 %: where one is filled it excludes zero, and a force is missing there."
     )
-    legend = [
-        ("refit-colour", "missing after refitting"),
-        ("area found-fill", "band excludes zero"),
-        ("diagnosed-colour", "missing after the diagnosis"),
-    ]
-    return figure(pictures_where.force_picture(data.profiles), caption, legend)
+    legend = (
+        ("refit", "missing after refitting"),
+        ("area found", "band excludes zero"),
+        ("diagnosed", "missing after the diagnosis"),
+    )
+    yield Heading("Over speed, input and place", 3)
+    yield Paragraph(words.region(document))
+    yield Drawing(pictures_where.force_picture(data.profiles), caption, legend)
 
 
-def which(document: Document) -> str:
+def which(document: Document) -> Iterator[Block]:
     """Probabilities of all hypotheses, and what cannot be told apart."""
     ranked = sorted(document["probabilities"].items(), key=lambda item: -item[1])
     v = document["verdict"]
@@ -164,33 +167,37 @@ def which(document: Document) -> str:
     if len(ranked) > MOST_BARS:
         rest = ranked[MOST_BARS:]
         rows.append((f"{len(rest)} others together", sum(p for _, p in rest), False))
-    ties = words.ties(document) or ["Nothing that these recordings cannot tell apart."]
-    return section("Which effect", bars(rows), heading("What cannot be told apart"), *map(paragraph, ties))
+    yield Heading("Which effect")
+    yield Bars(tuple(rows))
+    yield Heading("What cannot be told apart", 3)
+    yield from map(Paragraph, words.ties(document) or [words.NO_TIES])
 
 
-def estimates(diagnosis: Diagnosis, document: Document) -> str:
+def estimates(document: Document) -> Iterator[Block]:
     """Sizes of the named effects, and the simulator's own parameters before and after."""
     rows = []
     for name, found in document["estimates"].items():
         for key, e in found.items():
-            span = "\N{EM DASH}"
-            if e["interval95"]:
-                span = " to ".join(words.number(end) for end in e["interval95"])
+            span = " to ".join(map(words.number, e["interval95"] or ())) or "\N{EM DASH}"
             value, unit = words.number(e["value"], 4), words.unit_text(document, e["unit"])
             rows.append((words.effect_name(name), words.meaning(name, key), value, span, unit))
-    effects = table(("effect", "quantity", "value", "95 % interval", "unit"), rows, 2) if rows else ""
     own = []
-    for name, p in own_parameters(diagnosis.selection, diagnosis.verdict).items():
+    for name, p in document["parameters"].items():
         values = (words.number(p[key], 4) for key in ("nominal", "refit", "diagnosed"))
         own.append((words.OWN.get(name, name), *values, words.unit_text(document, p["unit"])))
-    header = ("parameter", "as it is", "refitted", "with the diagnosis", "unit")
-    return section("Estimates", effects, heading("The simulator's own parameters"), table(header, own))
+    yield Heading("Estimates")
+    if rows:
+        yield Table(("effect", "quantity", "value", "95 % interval", "unit"), tuple(rows), left=2)
+    yield Heading("The simulator's own parameters", 3)
+    yield Table(("parameter", "as it is", "refitted", "with the diagnosis", "unit"), tuple(own))
 
 
-def what_next(document: Document) -> str:
+def what_next(document: Document) -> Iterator[Block]:
     """The next experiment, and the runners-up."""
     plan = document.get("next_experiment") or {}
-    ranked = [plan, *plan["alternatives"]] if plan.get("alternatives") else []
-    rows = [(a["experiment"], *(words.number(a[key], 2) for key in ("minutes", "per_minute"))) for a in ranked]
-    header = ("experiment", "minutes", "information per minute [nats]")
-    return section("What to do next", paragraph(words.next_experiment(document)), table(header, rows) if rows else "")
+    yield Heading("What to do next")
+    yield Paragraph(words.next_experiment(document))
+    if plan.get("alternatives"):
+        rows = [(a["experiment"], words.number(a["minutes"], 2), words.number(a["per_minute"], 2))
+                for a in (plan, *plan["alternatives"])]  # fmt: skip
+        yield Table(("experiment", "minutes", "information per minute [nats]"), tuple(rows))

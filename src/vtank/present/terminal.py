@@ -2,45 +2,38 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Sequence
-
 from . import words
+from .blocks import Bars, Heading, Paragraph, Table, Terms
+from .document import plain
 from .words import Document
 
-MARGIN = 12  # columns for the headings
 LISTED = 4  # hypotheses told
+SIMULATORS = ("nominal", "refit", "diagnosed", "floor")
 
 
 def terminal_text(document: Document, width: int = 100) -> str:
     """The findings as text of at most `width` columns."""
-    head = textwrap.wrap(words.headline(document), width)
-    parts = [*head, *textwrap.wrap(" ".join(words.explanation(document)), width), ""]
-    told = {
-        "Where": [f"{words.channel(document)} {words.runs(document)} {words.time(document)}",
-                  words.frequency(document), words.region(document)],
-        "Which": [f"{name}: {words.percent(p)}" for name, p in leading(document)] + sizes(document)
-                 + own(document),
-        "How far": [*gap_table(document), words.shrinkage(document)],
-        "Ties": words.ties(document) or ["Nothing that these recordings cannot tell apart."],
-        "Next": [words.next_experiment(document)],
-    }  # fmt: skip
-    for heading, lines in told.items():
-        for k, line in enumerate(lines):
-            lead = (heading if k == 0 else "").ljust(MARGIN)
-            row = line.startswith(" ")  # of a table, never broken
-            parts += (
-                [lead + line]
-                if row
-                else textwrap.wrap(line, width, initial_indent=lead, subsequent_indent=" " * MARGIN)
-            )
-    return "\n".join(parts) + "\n"
+    verdict = plain(Heading(words.headline(document)), Paragraph(" ".join(words.explanation(document))), width=width)
+    place = f"{words.channel(document)} {words.runs(document)} {words.time(document)}"
+    told = Terms((
+        ("Where", paragraphs(place, words.frequency(document), words.region(document))),
+        ("Which", (leading(document), *paragraphs(*sizes(document), *own(document)))),
+        ("How far", (gap_table(document), Paragraph(words.shrinkage(document)))),
+        ("Ties", paragraphs(*(words.ties(document) or [words.NO_TIES]))),
+        ("Next", paragraphs(words.next_experiment(document))),
+    ))  # fmt: skip
+    return f"{verdict}\n\n{plain(told, width=width)}\n"
 
 
-def leading(document: Document) -> list[tuple[str, float]]:
+def paragraphs(*texts: str) -> tuple[Paragraph, ...]:
+    """Each text as a paragraph."""
+    return tuple(map(Paragraph, texts))
+
+
+def leading(document: Document) -> Bars:
     """The most probable hypotheses in words, those next to impossible left out."""
     ranked = sorted(document["probabilities"].items(), key=lambda item: -item[1])
-    return [(words.hypothesis(name), p) for name, p in ranked[:LISTED] if p >= 0.001]
+    return Bars(tuple((words.hypothesis(name), p, False) for name, p in ranked[:LISTED] if p >= 0.001))
 
 
 def sizes(document: Document) -> list[str]:
@@ -69,13 +62,8 @@ def own(document: Document) -> list[str]:
     return lines
 
 
-def gap_table(document: Document) -> list[str]:
-    """Error of every run, before and after, as rows of a table."""
-    runs = document["where"]["runs"]
-    rows: list[Sequence[str]] = [("run", "as it is", "refitted", "diagnosed", "noise")]
-    for run in runs:
-        sizes = (run[name] for name in ("nominal", "refit", "diagnosed", "floor"))
-        rows.append((run["run"], *(words.length(size, run["unit"]) for size in sizes)))
-    widths = [max(len(row[i]) for row in rows) for i in range(5)]
-    return [" " + row[0].ljust(widths[0]) + "".join(f"  {c.rjust(w)}" for c, w in zip(row[1:], widths[1:], strict=True))
-            for row in rows]  # fmt: skip
+def gap_table(document: Document) -> Table:
+    """Error of every run, before and after."""
+    rows = [(run["run"], *(words.length(run[name], run["unit"]) for name in SIMULATORS))
+            for run in document["where"]["runs"]]  # fmt: skip
+    return Table(("run", "as it is", "refitted", "diagnosed", "noise"), tuple(rows))

@@ -7,6 +7,7 @@ from typing import Any
 
 from ..effects.catalogue import BY_NAME
 from ..plant.parameters import LAG, LOSS
+from .numbers import percent
 
 Document = dict[str, Any]
 
@@ -70,13 +71,6 @@ def unit_text(document: Document, unit: str) -> str:
 def listed(items: Sequence[str], last: str = "and") -> str:
     """Words in a row: a, b and c."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} {last} {items[-1]}" if items else ""
-
-
-def percent(share: float) -> str:
-    """A probability or share, never rounded up to certainty."""
-    if share > 0.99:
-        return "over 99 %"
-    return "under 1 %" if 0.0 < share < 0.01 else f"{100.0 * share:.0f} %"
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -260,6 +254,9 @@ def closed(shrink: Document) -> str:
 
 
 # --- ties and the next experiment ------------------------------------------------------------------------------------
+NO_TIES = "Nothing that these recordings cannot tell apart."
+
+
 def ties(document: Document) -> list[str]:
     """What these recordings cannot tell apart, one sentence each."""
     rivals, lines = document["verdict"]["class"], []

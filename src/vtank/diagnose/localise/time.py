@@ -12,9 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.tachometer_spikes import carried
 from ...estimate.problem import Filtered, Problem
-from ...plant.parameters import slot
+from ...plant.parameters import indices
 from ..discrepancy import Discrepancy
 from ..evidence import Fitted
 from ..selection import Selection
@@ -125,10 +124,12 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     for k, run in enumerate(selection.setting.runs):
         if "range_m" in fit.hypothesis.outliers:
             places[k] |= selection.setting.flags[k]
-        if "n_rev_s" in fit.hypothesis.outliers:
-            p, _ = fit.problem.model(fit.optimum.theta, k)
-            spikes = run.input_time_s[carried(run.lone, p[slot("tachometer_spikes.size")])]
-            places[k][np.clip(np.searchsorted(run.time_s, spikes), 0, run.time_s.size - 1)] = True
+        for effect in fit.hypothesis.effects:
+            if effect.outliers and (law := effect.true_input) is not None:
+                own = fit.problem.model(fit.optimum.theta, k)[0][list(indices(effect))]
+                pairs = zip(run.input, run.lone, strict=True)
+                spiked = np.array([law(n, lone, *own) != law(n, 0.0, *own) for n, lone in pairs])
+                places[k][np.searchsorted(run.time_s, run.input_time_s[spiked]).clip(max=run.time_s.size - 1)] = True
     return places
 
 

@@ -1,4 +1,4 @@
-"""The two parts of the study, each as the text that is printed and the files that are written."""
+"""The two parts of the study, each as the tables that are printed and the files that are written."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from typing import Literal
 import numpy as np
 
 from ...experiment import Scenario, plan_run
-from ...record import Kind
+from ...present import Table
+from ...record import Kind, results_folder
 from .balance import balance
 from .loop import Loop
-from .report import response_csv, response_text, station_csv, station_text
+from .report import page, response_csv, response_table, station_csv, station_tables
 from .response import AMPLITUDES_M, sine_plan, sweep
 from .station import keep_station
 
@@ -24,9 +25,9 @@ Stage = Callable[[str], AbstractContextManager[Callable[[float], None]]]  # labe
 
 @dataclass(frozen=True)
 class Part:
-    """What is printed, and the files, name -> content."""
+    """The tables that are printed, and the files, name -> content."""
 
-    text: str
+    tables: list[Table]
     files: dict[str, bytes]
 
 
@@ -57,7 +58,7 @@ def frequency_response(
         from .figures import response_figure  # matplotlib takes a while to load
 
         files["response.png"] = response_figure(measured, linear, balanced, _subject(scenario, truth))
-    return Part(response_text(measured), files)
+    return Part([response_table(measured)], files)
 
 
 def station_keeping(
@@ -78,7 +79,18 @@ def station_keeping(
         from .figures import station_figure
 
         files["seas.png"] = station_figure(seas, plan_run(scenario, truth=truth), _subject(scenario, truth))
-    return Part("\n\n".join(map(station_text, seas)), files)
+    return Part([table for sea in seas for table in station_tables(sea)], files)
+
+
+def write_parts(folder: Path | str, scenario: Scenario, truth: str | None, parts: Sequence[Part]) -> list[str]:
+    """The files of all parts, and a page that shows them, as a folder; returns the names of the files."""
+    files = {name: content for part in parts for name, content in part.files.items()}
+    tables = [table for part in parts for table in part.tables]
+    files["bandwidth.html"] = page(_subject(scenario, truth), tables, files).encode()
+    with results_folder(folder, RESULTS, {"scenario": scenario.name}) as new:
+        for name, content in files.items():
+            (new / name).write_bytes(content)
+    return list(files)
 
 
 def _subject(scenario: Scenario, truth: str | None) -> str:

@@ -1,13 +1,13 @@
-"""Responses and sea states as text for the terminal and as CSV."""
+"""Responses and sea states as tables for the terminal and the page, and as CSV."""
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from ...present import Heading, Links, Paragraph, Picture, Table, fixed
+from ...present.document import csv_text, html
 from .loop import Complex
 from .response import Response, unwrapped
 from .station import ERROR_M, HELD, Stations
@@ -38,75 +38,79 @@ STATION_COLUMNS = (
     "water_rms_m_s",
     "held",
 )
+FILES = {
+    "response.csv": "every amplitude and frequency, measured, by the linear loop and by harmonic balance",
+    "seas.csv": "every sea state",
+    "response.png": "Gain and phase of the position against its command, and time with the propellers at their limit.",
+    "seas.png": "Error of a kept station over period and height of the waves; the numbers are passed 5 % of the time.",
+}
+INTRODUCTION = (
+    "What the controller can follow, simulated in the MuJoCo tank, and which waves the vehicle can be held in before "
+    "a wall."
+)
+
+
+def page(subject: str, tables: Iterable[Table], files: Iterable[str]) -> str:
+    """The tables, and the pictures and CSV files that lie beside the page, as HTML."""
+    pictures = [Picture(name, FILES[name]) for name in files if name.endswith(".png")]
+    links = Links(tuple((name, FILES[name]) for name in files if name.endswith(".csv")))
+    title = Heading(f"Bandwidth: {subject}", 1)
+    return html(title.text, [title, Paragraph(INTRODUCTION), *pictures, *tables, Heading("Files"), links])
 
 
 def response_csv(measured: Response, linear: Complex, balanced: Complex) -> str:
     """One line for each amplitude and frequency; linear (W,), balanced (A, W)."""
-    rows = []
-    phase = measured.phase_rad
-    balanced_phase, linear_phase = unwrapped(balanced), unwrapped(linear[None])[0]
-    for i, amplitude in enumerate(measured.amplitude_m):
-        for j, w in enumerate(measured.rad_s):
-            own = (measured.gain[i, j], np.degrees(phase[i, j]), measured.at_limit[i, j], measured.n_rms_rev_s[i, j])
-            doubts = (measured.distortion[i, j], measured.unrest[i, j])
-            models = (
-                abs(linear[j]),
-                np.degrees(linear_phase[j]),
-                abs(balanced[i, j]),
-                np.degrees(balanced_phase[i, j]),
-            )
-            rows.append((amplitude, w, *own, *doubts, *models))
-    return _csv(RESPONSE_COLUMNS, rows)
+    phases = (np.degrees(phase) for phase in (measured.phase_rad, unwrapped(linear[None])[0], unwrapped(balanced)))
+    phase, linear_phase, balanced_phase = phases
+    own = (measured.gain, phase, measured.at_limit, measured.n_rms_rev_s, measured.distortion, measured.unrest)
+    models = (np.abs(linear), linear_phase, np.abs(balanced), balanced_phase)
+    columns = np.broadcast_arrays(measured.amplitude_m[:, None], measured.rad_s, *own, *models)
+    return csv_text(RESPONSE_COLUMNS, zip(*(column.flat for column in columns), strict=True))
 
 
 def station_csv(seas: Sequence[Stations]) -> str:
     """One line for each sea state that is possible."""
-    rows = []
+    rows: list[tuple[object, ...]] = []
     for sea in seas:
-        for place in np.argwhere(np.isfinite(sea.at_limit)):
-            d, h, p = (int(index) for index in place)
+        measured = (sea.rms_m, sea.most_m, sea.at_limit, sea.n_rms_rev_s, sea.water_rms_m_s)
+        for d, h, p in np.argwhere(np.isfinite(sea.at_limit)):
             state = (sea.kind, sea.water_depth_m[d], sea.height_m[h], sea.period_s[p])
-            effort = (sea.at_limit[d, h, p], sea.n_rms_rev_s[d, h, p], sea.water_rms_m_s[d, h, p])
             held = int(sea.burden[d, h, p] <= 1.0)
-            rows.append((*state, sea.rms_m[d, h, p], sea.most_m[d, h, p], *effort, held))
-    return _csv(STATION_COLUMNS, rows)
+            rows.append((*state, *(value[d, h, p] for value in measured), held))
+    return csv_text(STATION_COLUMNS, rows)
 
 
-def response_text(measured: Response) -> str:
+def response_table(measured: Response) -> Table:
     """Gain and phase over frequency, and for each amplitude the bandwidth and where the limit takes over."""
-    head = ["rad/s", *(f"{amplitude:g} m" for amplitude in measured.amplitude_m)]
-    lines = []
     phase = np.degrees(measured.phase_rad)
+    rows = []
     for j, w in enumerate(measured.rad_s):
         columns = zip(measured.gain[:, j], phase[:, j], measured.at_limit[:, j], strict=True)
-        lines.append(
-            [f"{w:.3g}", *(f"{g:.2f} {angle:+5.0f}{'*' if share > 0.5 else ' '}" for g, angle, share in columns)]
-        )
-    lines.append(["-3 dB at", *(_number(w) for w in measured.bandwidth_rad_s())])
-    lines.append(["limit from", *(_number(w) for w in measured.limit_rad_s())])
+        cells = (f"{g:.2f} {angle:+5.0f}{'*' if share > 0.5 else ' '}" for g, angle, share in columns)
+        rows.append((f"{w:.3g}", *cells))
+    rows.append(("-3 dB at", *(fixed(w, 2) for w in measured.bandwidth_rad_s())))
+    rows.append(("limit from", *(fixed(w, 2) for w in measured.limit_rad_s())))
+    header = ("rad/s", *(f"{amplitude:g} m" for amplitude in measured.amplitude_m))
     title = "Position over command: gain and phase [deg]; * propellers at their limit most of the time"
-    return f"{title}\n{_table([head, *lines])}"
+    return Table(header, tuple(rows), left=0, title=title)
 
 
-def station_text(sea: Stations) -> str:
+def station_tables(sea: Stations) -> list[Table]:
     """Greatest wave height that is held, over water depth and period, and error and propeller use in every sea."""
     word = "significant height" if sea.kind == "irregular" else "height"
     title = (
         f"{sea.kind.capitalize()} waves: greatest {word} [m] that is held "
         f"(error within {ERROR_M:g} m and propellers below their limit for {100 * HELD:.0f} % of the time)"
     )
-    head = ["water [m]", *(f"{period:g} s" for period in sea.period_s)]
-    held = sea.held_height_m()
-    rows = [
-        [f"{depth:g}", *(_held(sea, d, p, held[d, p]) for p in range(sea.period_s.size))]
-        for d, depth in enumerate(sea.water_depth_m)
-    ]
-    errors = [f"Rms error [m] and time with the propellers at their limit, over {word} [m]"]
+    periods, held = tuple(f"{period:g} s" for period in sea.period_s), sea.held_height_m()
+    found = [(f"{depth:g}", *(_held(sea, d, p, held[d, p]) for p in range(sea.period_s.size)))
+             for d, depth in enumerate(sea.water_depth_m)]  # fmt: skip
+    tables = [Table(("water [m]", *periods), tuple(found), left=0, title=title)]
     for d, depth in enumerate(sea.water_depth_m):
-        lines = [[f"{depth:g} m water", *head[1:]]]
-        lines += [[f"{height:g}", *_cells(sea, d, h)] for h, height in enumerate(sea.height_m)]
-        errors.append(_table(lines))
-    return "\n".join([title, _table([head, *rows]), *errors])
+        title = f"Rms error [m] and time with the propellers at their limit, {sea.kind} waves in {depth:g} m of water"
+        rows = tuple((f"{height:g}", *_cells(sea, d, h)) for h, height in enumerate(sea.height_m))
+        tables.append(Table(("height [m]", *periods), rows, left=0, title=title))
+    return tables
 
 
 def _cells(sea: Stations, d: int, h: int) -> list[str]:
@@ -119,20 +123,3 @@ def _held(sea: Stations, d: int, p: int, height: float) -> str:
         return f"< {sea.height_m[0]:g}"
     tried = sea.height_m[np.isfinite(sea.burden[d, :, p])]
     return f">= {height:.2g}" if height >= tried[-1] else f"{height:.2f}"
-
-
-def _number(value: float) -> str:
-    return f"{value:.2f}" if np.isfinite(value) else "-"
-
-
-def _table(rows: Sequence[Sequence[str]]) -> str:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join("  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)) for row in rows)
-
-
-def _csv(columns: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    file = io.StringIO()
-    writer = csv.writer(file, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows([f"{float(x):.6g}" if isinstance(x, float | np.floating) else x for x in row] for row in rows)
-    return file.getvalue()

@@ -17,7 +17,8 @@ import vtank
 from ...effects import CATALOGUE
 from ...errors import InputError
 from ...plant import load_truth, switched_on
-from ...record import current_versions, plain, read_bytes, read_text, sha256, write_bytes
+from ...present import jsonable
+from ...record import current_versions, read_bytes, read_text, sha256, write_bytes
 from ..processes import processes
 from .case import NOMINAL
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
@@ -91,7 +92,7 @@ def sources() -> str:
 
 def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
     try:
-        found = plain(answer_case(folder / entry.case, seed, entry.withheld, nominal))
+        found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except Exception as error:  # whatever goes wrong in one case must not stop the others
         found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal)

@@ -26,6 +26,8 @@ class Measure:
         """As in a table: value [low, high], n."""
         if self.n == 0:
             return "-"
+        if math.isnan(self.low):
+            return f"{self.value:.4f} ({self.n})"
         return f"{self.value:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}] ({self.n})"
 
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...present import Picture, jsonable
+from ...present.document import html, markdown
 from ...record import Kind, results_folder
 from ..processes import processes
 from .calibration import corp
@@ -50,16 +52,24 @@ def _row(opened: Opened, truth: Path, case: str) -> Row:
 
 
 def write_score(out: Path, scored: dict[str, Any]) -> None:
-    """Write score.md, score.json, cases.csv, the tables as CSV and the figures into a folder."""
+    """Write the score as Markdown, HTML and JSON, the cases and tables as CSV, and the figures into a folder."""
     from .figures import draw_all
-    from .tables import cases_csv, markdown, tables
+    from .tables import TITLE, cases_csv, measures_csv, page
 
-    made = tables(scored["measures"])
-    with results_folder(out, RESULTS, _json(scored)) as folder:
-        texts = {"score.md": markdown(made, scored["sources"]), "cases.csv": cases_csv(scored["rows"])}
-        for name, text in (texts | {f"{table.file}.csv": table.csv() for table in made}).items():
-            (folder / name).write_bytes(text.encode())
-        draw_all(folder, scored["rows"])
+    groups, rows = scored["measures"], scored["rows"]
+    pictures = draw_all(rows)
+    blocks = page(groups, scored["sources"], [Picture(name, caption) for name, (caption, _) in pictures.items()])
+    files: dict[str, str | bytes] = {
+        "score.md": markdown(blocks),
+        "score.html": html(TITLE, blocks),
+        "cases.csv": cases_csv(rows),
+        **{f"{name}.csv": text for name, text in measures_csv(groups).items()},
+        **{name: png for name, (_, png) in pictures.items()},
+    }
+    about = {"sources": scored["sources"], "cases": len(rows), "measures": jsonable(groups)}
+    with results_folder(out, RESULTS, about) as folder:
+        for name, content in files.items():
+            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
@@ -240,11 +250,3 @@ def _reducible(row: Row) -> bool:
     """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
     c = row.closed
     return bool(np.isfinite([c.refit, c.oracle, c.diagnosed]).all()) and c.refit > 1.1 * c.oracle
-
-
-def _json(scored: dict[str, Any]) -> dict[str, Any]:
-    groups = {
-        group: {name: {key: vars(m) for key, m in summary.items()} for name, summary in some.items()}
-        for group, some in scored["measures"].items()
-    }
-    return {"sources": scored["sources"], "cases": len(scored["rows"]), "measures": groups}

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 
+from ...present import Block, Heading, Paragraph, Picture, Table
+from ...present.document import csv_text
 from .measures import Measure
 from .rows import Row
 
 Groups = Mapping[str, Mapping[str, Mapping[str, Measure]]]
-
+TITLE = "Score of the blind trials"
 TITLES = {
     "single": "Single effects, by post-refit signal-to-noise ratio d",
     "pair": "Pairs of effects, by d of the weaker",
@@ -47,31 +46,9 @@ BARS = (
     ("closed", "all", "coverage of 90 %", "0.86 to 0.94"),
     ("calibration", "most probable name", "miscalibration", "<= 0.015"),
 )
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table: file name without suffix, title, header, cells, and the measures behind them."""
-
-    file: str
-    title: str
-    header: tuple[str, ...]
-    cells: tuple[tuple[str, ...], ...]
-    measures: tuple[tuple[str, str, Measure], ...] = ()
-
-    def markdown(self) -> str:
-        """As Markdown, the title as a heading."""
-        rows = [self.header, tuple("---" for _ in self.header), *self.cells]
-        return f"## {self.title}\n\n" + "\n".join("| " + " | ".join(row) + " |" for row in rows) + "\n"
-
-    def csv(self) -> str:
-        """One line per measure: subset, measure, value, low, high, n."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["subset", "measure", "value", "low95", "high95", "n"])
-        for subset, name, m in self.measures:
-            writer.writerow([subset, name, *(_number(v) for v in (m.value, m.low, m.high)), m.n])
-        return text.getvalue()
+MEASURES = ("subset", "measure", "value", "low95", "high95", "n")
+CASES = ("case", "kind", "truth", "d", "unseen", "coloured", "verdict", "answer", "p_answer", "p_truth", "class",
+         "class_right", "top1_ceiling", "gap_refit_m", "gap_oracle_m", "gap_diagnosed_m", "refused")  # fmt: skip
 
 
 def tables(groups: Groups) -> list[Table]:
@@ -79,55 +56,58 @@ def tables(groups: Groups) -> list[Table]:
     return [_bars(groups), *(_group(name, groups[name]) for name in TITLES if groups.get(name))]
 
 
-def markdown(made: Sequence[Table], sources: str) -> str:
-    """All tables in one document."""
-    head = (
-        "# Score of the blind trials\n\n"
-        "Every hash was verified. Cells: value [95 % interval] (cases). Interval of a proportion: Wilson.\n"
-        f"Answers were given by the program with the sources `{sources[:16]}`.\n"
+def page(groups: Groups, sources: str, pictures: Iterable[Picture]) -> list[Block]:
+    """All tables and the pictures in one document."""
+    how = (
+        "Every hash was verified. Cells: value [95 % interval] (cases). Interval of a proportion: Wilson. "
+        f"Answers were given by the program with the sources {sources[:16]}."
     )
-    return "\n".join([head, *(table.markdown() for table in made)])
+    return [Heading(TITLE, 1), Paragraph(how), *tables(groups), *pictures]
+
+
+def measures_csv(groups: Groups) -> dict[str, str]:
+    """A file for every table, by its name: subset, measure, value, low, high, n on one line per measure."""
+    listed = {"bars": [(f"{group}; {subset}", name, m) for group, subset, name, _, m in _with_bar(groups)]}
+    for group in TITLES:
+        if some := groups.get(group):
+            listed[group] = [
+                (subset, name, m[name]) for subset, m in some.items() for name in _order(some) if name in m
+            ]
+    return {
+        file: csv_text(MEASURES, [(subset, name, m.value, m.low, m.high, m.n) for subset, name, m in rows], blank=True)
+        for file, rows in listed.items()
+    }
+
+
+def _with_bar(groups: Groups) -> list[tuple[str, str, str, str, Measure]]:
+    """Group, subset, measure, bar, and what was reached."""
+    found = [(*bar, groups.get(bar[0], {}).get(bar[1], {}).get(bar[2])) for bar in BARS]
+    return [(group, subset, name, bar, m) for group, subset, name, bar, m in found if m is not None]
 
 
 def _bars(groups: Groups) -> Table:
-    cells, found = [], []
-    for group, subset, name, bar in BARS:
-        m = groups.get(group, {}).get(subset, {}).get(name)
-        if m is not None:
-            cells.append((f"{name}: {TITLES[group].lower()}; {subset}", _text(m), bar))
-            found.append((f"{group}; {subset}", name, m))
-    return Table("bars", "Measures that have a bar", ("measure", "reached", "bar"), tuple(cells), tuple(found))
+    rows = [(f"{name}: {TITLES[group].lower()}; {subset}", m.text(), bar)
+            for group, subset, name, bar, m in _with_bar(groups)]  # fmt: skip
+    return Table(("measure", "reached", "bar"), tuple(rows), name="bars", title="Measures that have a bar")
 
 
-def _group(file: str, some: Mapping[str, Mapping[str, Measure]]) -> Table:
+def _order(some: Mapping[str, Mapping[str, Measure]]) -> list[str]:
+    """Measures of a group, each followed by what it is compared with."""
     names = list(dict.fromkeys(name for summary in some.values() for name in summary))
-    order = sorted(names, key=lambda name: names.index(name.split(",")[0]) if name.split(",")[0] in names else 99)
-    cells = [(name, *(_text(summary[name]) if name in summary else "-" for summary in some.values())) for name in order]
-    listed = [(subset, name, summary[name]) for subset, summary in some.items() for name in order if name in summary]
-    return Table(file, TITLES[file], ("", *some), tuple(cells), tuple(listed))
+    return sorted(names, key=lambda name: names.index(name.split(",")[0]) if name.split(",")[0] in names else 99)
+
+
+def _group(name: str, some: Mapping[str, Mapping[str, Measure]]) -> Table:
+    rows = [(row, *(m[row].text() if row in m else "-" for m in some.values())) for row in _order(some)]
+    return Table(("", *some), tuple(rows), name=name, title=TITLES[name])
 
 
 def cases_csv(rows: Sequence[Row]) -> str:
     """One line per case."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["case", "kind", "truth", "d", "unseen", "coloured", "verdict", "answer", "p_answer", "p_truth",
-                     "class", "class_right", "top1_ceiling", "gap_refit_m", "gap_oracle_m", "gap_diagnosed_m",
-                     "refused"])  # fmt: skip
+    lines = []
     for r in rows:
-        c = r.closed
-        numbers = (r.ceiling.top1 if r.ceiling else math.nan, c.refit, c.oracle, c.diagnosed)
-        writer.writerow([r.case, r.kind, r.label, f"{r.d:.4g}", r.unseen, r.coloured, r.verdict.get("kind"), r.answer,
-                         f"{r.chances[r.answer]:.4f}", f"{r.chances.get(r.label, 0.0):.4f}", " ".join(r.named),
-                         r.class_right, *map(_number, numbers), r.refused])  # fmt: skip
-    return text.getvalue()
-
-
-def _text(m: Measure) -> str:
-    if m.n and math.isnan(m.low):
-        return f"{m.value:.4f} ({m.n})"
-    return m.text()
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}" if math.isfinite(value) else ""
+        chances = (f"{r.chances.get(name, 0.0):.4f}" for name in (r.answer, r.label))
+        gaps = (r.ceiling.top1 if r.ceiling else math.nan, r.closed.refit, r.closed.oracle, r.closed.diagnosed)
+        lines.append((r.case, r.kind, r.label, f"{r.d:.4g}", r.unseen, r.coloured, r.verdict.get("kind"), r.answer,
+                      *chances, " ".join(r.named), r.class_right, *gaps, r.refused))  # fmt: skip
+    return csv_text(CASES, lines, blank=True)

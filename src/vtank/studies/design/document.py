@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
+from ...present import jsonable
 from .advice import Remedy
 from .bias import BiasMap
 from .design import Design, minutes
@@ -18,8 +17,13 @@ SCHEMA = "vtank-identifiability-1"
 
 
 def document(found: Findings) -> dict[str, Any]:
-    """Everything as it is written to JSON."""
+    """Everything as it is written to JSON; a number that is not finite is null."""
     s = found.study
+    parts: dict[str, Any] = {
+        "estimators": found.trials and _trials(found.trials),
+        "bias": found.bias and _bias(found.bias),
+        "design": found.design and _design(found.design, found.checked),
+    }
     content: dict[str, Any] = {
         "schema": SCHEMA,
         "scenarios": [f.scenario.name for f in s.flown],
@@ -29,86 +33,51 @@ def document(found: Findings) -> dict[str, Any]:
         "minutes": s.information.minutes,
         "verdicts": found.sentences(),
         "parameters": {
-            name: {"truth": float(true), "bound": float(bound), "relative": float(relative)}
-            for name, true, bound, relative in zip(s.free, s.true, s.bound, s.relative, strict=True)
+            name: dict(zip(("truth", "bound", "relative"), values, strict=True))
+            for name, *values in zip(s.free, s.true, s.bound, s.relative, strict=True)
         },
-        "correlation": s.correlation.tolist(),
+        "correlation": s.correlation,
         "condition": s.condition,
         "effects": {v.effect.name: _effect(v) for v in s.verdicts},
         "one_run_more": [_remedy(r) for r in found.remedies],
         "profiles": {
-            p.name: {"deviations": p.deviations.tolist(), "drop": p.drop.tolist(),
-                     "interval95": [_plain(x) for x in p.interval95]}
-            for p in found.profiles
+            p.name: {"deviations": p.deviations, "drop": p.drop, "interval95": p.interval95} for p in found.profiles
         },
-    }  # fmt: skip
-    if found.trials:
-        content["estimators"] = _trials(found.trials)
-    if found.bias:
-        content["bias"] = _bias(found.bias)
-    if found.design:
-        content["design"] = _design(found.design) | ({"estimators": _trials(found.checked)} if found.checked else {})
-    return content
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    }
+    written: dict[str, Any] = jsonable(content | {name: part for name, part in parts.items() if part})
+    return written
 
 
 def _effect(v: Verdict) -> dict[str, Any]:
-    return {
-        "standing": v.standing,
-        "size": v.size,
-        "unit": v.unit,
-        "signature": v.signature,
-        "left": v.left,
-        "kept": v.kept,
-        "seen_from": _plain(v.needed),
-        "rivals": dict(v.rivals),
-        "moves": dict(v.moves),
-    }
+    plain = {name: getattr(v, name) for name in ("standing", "size", "unit", "signature", "left", "kept")}
+    return {**plain, "seen_from": v.needed, "rivals": dict(v.rivals), "moves": dict(v.moves)}
 
 
 def _remedy(r: Remedy) -> dict[str, Any]:
+    plain = {name: getattr(r, name) for name in ("before", "repeat", "after", "experiment")}
     rival = None if r.pair is None else r.pair.b.name
-    return {
-        "effect": r.verdict.effect.name,
-        "rival": rival,
-        "before": r.before,
-        "repeat": r.repeat,
-        "after": r.after,
-        "experiment": r.experiment,
-        "needs_speed_sensor": r.sensor,
-    }
+    return {"effect": r.verdict.effect.name, "rival": rival, **plain, "needs_speed_sensor": r.sensor}
 
 
 def _trials(t: Trials) -> dict[str, Any]:
-    rows = {}
-    for method in METHODS:
-        bias, doubt = t.bias(method)
-        columns = (bias, doubt, t.spread_over_bound(method), t.coverage(method))
-        keys = ("bias", "bias_sd", "spread_over_bound", "coverage95")
-        rows[method] = {
-            name: {key: _plain(column[i]) for key, column in zip(keys, columns, strict=True)}
-            for i, name in enumerate(t.names)
-        }
+    keys = ("bias", "bias_sd", "spread_over_bound", "coverage95")
+    columns = {m: (*t.bias(m), t.spread_over_bound(m), t.coverage(m)) for m in METHODS}
+    rows = {m: {name: dict(zip(keys, row, strict=True)) for name, *row in zip(t.names, *columns[m], strict=True)}
+            for m in METHODS}  # fmt: skip
     return {"seeds": t.seeds, **rows}
 
 
 def _bias(b: BiasMap) -> dict[str, Any]:
-    error = {method: [[[_plain(x) for x in w] for w in s] for s in b.error[method]] for method in METHODS}
-    axes = {"noise_m": b.noise_m.tolist(), "rad_s": b.rad_s.tolist(), "parameters": list(b.names), "seeds": b.seeds}
-    return {**axes, "amplitude_m": b.amplitude_m.tolist(), "median_error": error}
+    axes = {"noise_m": b.noise_m, "rad_s": b.rad_s, "parameters": b.names, "seeds": b.seeds}
+    return {**axes, "amplitude_m": b.amplitude_m, "median_error": {method: b.error[method] for method in METHODS}}
 
 
-def _design(d: Design) -> dict[str, Any]:
+def _design(d: Design, checked: Trials | None) -> dict[str, Any]:
+    bounds = {"relative_bounds": d.relative(d.items), "gain": d.gain, "gain_at_equal_time": d.gain_per_minute}
     return {
-        "runs": [
-            {"count": count, "run": item.words, "minutes": item.information.minutes} for count, item in d.counted()
-        ],
+        "runs": [{"count": n, "run": item.words, "minutes": item.information.minutes} for n, item in d.counted()],
         "minutes_with_rest": minutes(d.items),
         "minutes_given": minutes(d.given),
-        "relative_bounds": dict(zip(d.free, d.relative(d.items).tolist(), strict=True)),
-        "gain": dict(zip(d.free, d.gain.tolist(), strict=True)),
-        "gain_at_equal_time": dict(zip(d.free, d.gain_per_minute.tolist(), strict=True)),
+        **{name: dict(zip(d.free, values, strict=True)) for name, values in bounds.items()},
+        **({"estimators": _trials(checked)} if checked else {}),
     }

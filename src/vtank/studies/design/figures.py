@@ -1,15 +1,15 @@
-"""The page of a study as one picture; the one module of this package that loads matplotlib."""
+"""The page of a study as one picture."""
 
 from __future__ import annotations
 
-import io
 import itertools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ...present import NAMES
-from ...present.canvas import BLUE, CRIMSON, GREEN, GREY, INK, ORANGE, PALE, STYLE
+from ...present import NAMES, canvas
+from ...present.canvas import BLUE, CRIMSON, GREEN, GREY, INK, ORANGE, PALE, drawn, legend_below, ticks
 from .bias import BiasMap
 from .estimators import LIKELIHOOD, METHODS, TITLES
 from .flown import Array
@@ -21,30 +21,22 @@ COLOURS = dict(zip(METHODS, (BLUE, CRIMSON, ORANGE, GREEN), strict=True))
 MARKS = dict(zip(METHODS, ("o", "s", "D", "^"), strict=True))
 CHI2 = 5.9915  # 95 % of two normal variables together
 LINEAR_PERCENT = 1.0  # [%] bias up to which its axis is linear, logarithmic beyond
-MOST_PERCENT = 1000.0  # [%] bias beyond it is drawn at the edge
-TICKS = ["-1000", "-100", "-10", "-1", "0", "1", "10", "100", "1000"]
+BIASES = (-1000.0, -100.0, -10.0, -1.0, 0.0, 1.0, 10.0, 100.0, 1000.0)  # [%] ticks; bias beyond is drawn at the edge
 ELLIPSES = 3  # pairs of parameters that are drawn, those that go together most
-DPI = 120
 
 
-def page(study: Study, trials: Trials | None, bias: BiasMap | None, profiles: list[Profile]) -> bytes:
-    """Ellipses, profiles, coverage, bias against frequency and noise as PNG; what was not run is left out."""
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
+@drawn
+def page(study: Study, trials: Trials | None, bias: BiasMap | None, profiles: Sequence[Profile]) -> Any:
+    """Ellipses, profiles, coverage, bias against frequency and noise; what was not run is left out."""
     heights = [3.2, *([2.7] if trials else []), *([0.6 + 1.75 * len(bias.names)] if bias else [])]
-    with rc_context(STYLE):
-        figure = Figure(figsize=(11.0, 0.4 + sum(heights)), layout="constrained")
-        figure.suptitle(title(study, trials), x=0.01, ha="left", color=INK)
-        bands = iter(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
-        _first_row(next(bands), study, trials, profiles)
-        if trials:
-            _coverage_row(next(bands), trials)
-        if bias:
-            _bias_rows(next(bands), bias)
-        file = io.BytesIO()
-        figure.savefig(file, format="png", dpi=DPI, metadata={"Software": None})
-        return file.getvalue()
+    figure = canvas.page(title(study, trials), 11.0, 0.4 + sum(heights))
+    bands = iter(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
+    _first_row(next(bands), study, trials, profiles)
+    if trials:
+        _coverage_row(next(bands), trials)
+    if bias:
+        _bias_rows(next(bands), bias)
+    return figure
 
 
 def title(study: Study, trials: Trials | None) -> str:
@@ -54,7 +46,7 @@ def title(study: Study, trials: Trials | None) -> str:
     return f"Model {study.model} from {names}: truth {study.truth.name}{seeds}"
 
 
-def _first_row(band: Any, study: Study, trials: Trials | None, profiles: list[Profile]) -> None:
+def _first_row(band: Any, study: Study, trials: Trials | None, profiles: Sequence[Profile]) -> None:
     together = sorted(itertools.combinations(range(len(study.free)), 2), key=lambda pair: -abs(study.correlation[pair]))
     pairs = together[:ELLIPSES]
     axes = band.subplots(1, len(pairs) + 1)
@@ -63,8 +55,7 @@ def _first_row(band: Any, study: Study, trials: Trials | None, profiles: list[Pr
     axes[0].set_title("Bound (95 %) and estimates by likelihood" if trials else "Cramer-Rao bound (95 %)")
     _profiles(axes[-1], profiles)
     if trials:
-        handles, labels = axes[0].get_legend_handles_labels()
-        band.legend(handles, labels, loc="outside lower left", ncols=len(labels))
+        legend_below(band, axes[:1])
 
 
 def _ellipse(ax: Any, study: Study, trials: Trials | None, i: int, j: int) -> None:
@@ -89,7 +80,7 @@ def outline(covariance: Array, i: int, j: int) -> tuple[Array, Array]:
     return x, y
 
 
-def _profiles(ax: Any, profiles: list[Profile]) -> None:
+def _profiles(ax: Any, profiles: Sequence[Profile]) -> None:
     fine = np.linspace(-3.2, 3.2, 100)
     ax.plot(fine, fine**2, color=GREY, lw=4.0, alpha=0.35, label="normal")
     for profile, style in zip(profiles, ("-", (0, (5, 2)), (0, (1, 1.5)), "-."), strict=False):
@@ -102,55 +93,45 @@ def _profiles(ax: Any, profiles: list[Profile]) -> None:
 
 def _coverage_row(band: Any, trials: Trials) -> None:
     left, right = band.subplots(1, 2)
-    place = np.arange(len(trials.names))
     for k, method in enumerate(METHODS):
-        at = place + 0.2 * (k - 1.5)
-        cover = 100.0 * trials.coverage(method)
-        left.bar(at, np.maximum(cover, 0.6), 0.18, color=COLOURS[method])
-        for x, value in zip(at, cover, strict=True):
-            left.text(x, value + 1.5, f"{value:.0f}", ha="center", fontsize=7.5, color=INK)
-        ratio = trials.spread_over_bound(method)
-        right.bar(at, np.maximum(ratio, 0.55), 0.18, bottom=0.0, color=COLOURS[method], label=TITLES[method])
-        for x, value in zip(at, ratio, strict=True):
-            right.text(
-                x, max(value, 0.55) * 1.12, f"{value:.2g}" if value < 100 else f"{value:.0f}", ha="center", fontsize=7.5
-            )
+        at = np.arange(len(trials.names)) + 0.2 * (k - 1.5)
+        cover, ratio = 100.0 * trials.coverage(method), trials.spread_over_bound(method)
+        for ax, value, least, above in ((left, cover, 0.6, cover + 1.5), (right, ratio, 0.55, 1.12 * ratio)):
+            ax.bar(at, np.maximum(value, least), 0.18, color=COLOURS[method], label=TITLES[method])
+            for x, v, height in zip(at, value, np.maximum(above, 1.12 * least), strict=True):
+                text = f"{v:.2g}" if ax is right and v < 100 else f"{v:.0f}"
+                ax.text(x, height, text, ha="center", fontsize=7.5, color=INK)
     half = 196.0 * np.sqrt(0.0475 / trials.seeds)
     left.axhspan(95.0 - half, min(95.0 + half, 100.0), color=PALE, alpha=0.6, zorder=0, lw=0)
-    left.set(
-        title="Truth inside the claimed 95 % interval [%]; grey: 95 as it shows on so many seeds", ylim=(0.0, 112.0)
-    )
+    left.set(title="Truth inside the claimed 95 % interval [%]; grey: 95 as it shows on so many seeds", ylim=(0, 112))
     right.axhline(1.0, color=INK, lw=1.0)
     right.set(title="Spread of the estimates over the bound", yscale="log", ylim=(0.5, None))
     for ax in (left, right):
-        ax.set_xticks(place, [NAMES[name] for name in trials.names])
+        ticks(ax.xaxis, range(len(trials.names)), [NAMES[name] for name in trials.names])
         ax.grid(axis="x", visible=False)
-    handles, labels = right.get_legend_handles_labels()
-    band.legend(handles, labels, loc="outside lower left", ncols=len(METHODS))
+    legend_below(band, [right])
 
 
 def _bias_rows(band: Any, bias: BiasMap) -> None:
     axes = band.subplots(len(bias.names), bias.noise_m.size, sharex=True, sharey="row", squeeze=False)
-    for i, row in enumerate(axes):
-        for s, ax in enumerate(row):
+    for s, noise in enumerate(bias.noise_m):
+        axes[0, s].set_title(f"Bias of one run{', bars 2 sd' * (s == 0)}; sonar {1e3 * noise:g} mm")
+        axes[-1, s].set_xlabel("frequency of the sinusoid [rad/s]")
+        for i, ax in enumerate(axes[:, s]):
             _bias(ax, bias, i, s)
-            if i == 0:
-                ax.set_title(f"Bias of one run{', bars 2 sd' * (s == 0)}; sonar {1e3 * bias.noise_m[s]:g} mm")
-            if i == len(axes) - 1:
-                ax.set_xlabel("frequency of the sinusoid [rad/s]")
-        row[0].set_ylabel(f"{NAMES[bias.names[i]]}, bias [%]")
+    for name, ax in zip(bias.names, axes[:, 0], strict=True):
+        ax.set_ylabel(f"{NAMES[name]}, bias [%]")
 
 
 def _bias(ax: Any, bias: BiasMap, i: int, s: int) -> None:
     for k, method in enumerate(METHODS):
         middle, doubt = 100.0 * bias.error[method][s, :, i], 100.0 * bias.doubt[method][s, :, i]
         at = bias.rad_s * (1.0 + 0.02 * (k - 1.5))
-        ax.errorbar(at, np.clip(middle, -MOST_PERCENT, MOST_PERCENT), yerr=2.0 * doubt, color=COLOURS[method],
+        ax.errorbar(at, np.clip(middle, BIASES[0], BIASES[-1]), yerr=2.0 * doubt, color=COLOURS[method],
                     marker=MARKS[method], ms=4, lw=1.0, elinewidth=0.6, label=TITLES[method])  # fmt: skip
     ax.axhline(0.0, color=INK, lw=1.0)
-    ax.set(xscale="log", yscale="symlog")
+    ax.set_xscale("log")
     ax.set_yscale("symlog", linthresh=LINEAR_PERCENT)
-    ax.set_ylim(-1.3 * MOST_PERCENT, 1.3 * MOST_PERCENT)
-    ax.set_yticks([-1000, -100, -10, -1, 0, 1, 10, 100, 1000], TICKS)
-    ax.set_xticks(bias.rad_s, [f"{w:g}" for w in bias.rad_s])
-    ax.set_xticks([], minor=True)
+    ax.set_ylim(1.3 * BIASES[0], 1.3 * BIASES[-1])
+    ticks(ax.yaxis, BIASES)
+    ticks(ax.xaxis, bias.rad_s)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...estimate.paper import PaperSettings
-from ...present import Sheet
-from ...present.document import Block, Heading, Paragraph, Picture, Table, html
+from ...present import Heading, Paragraph, Picture, Table
+from ...present.document import html
 from .advice import Remedy
 from .bias import BiasMap
 from .design import REST_MIN, Design, minutes
@@ -42,7 +42,7 @@ class Findings:
         """Verdicts in plain words."""
         return [*sentences(self.study, self.remedies), *self._estimators(), *self._design()]
 
-    def sheets(self) -> list[Sheet]:
+    def sheets(self) -> list[Table]:
         """All tables."""
         found = [bounds_sheet(self.study), effects_sheet(self.study)]
         found += [trials_sheet(self.trials)] if self.trials else []
@@ -92,7 +92,4 @@ class Findings:
         s = self.study
         title = f"Identifiability of Model {s.model}: {', '.join(f.run.name for f in s.flown)}"
         picture = Picture(f"data:image/png;base64,{base64.b64encode(png).decode()}", "Bounds, estimators and bias")
-        blocks: list[Block] = [Heading(title, 1), *map(Paragraph, self.sentences()), picture]
-        for sheet in self.sheets():
-            blocks += [Heading(sheet.title), Table(sheet.header, sheet.rows, sheet.notes, left=sheet.left)]
-        return html(title, blocks)
+        return html(title, [Heading(title, 1), *map(Paragraph, self.sentences()), picture, *self.sheets()])

@@ -12,7 +12,7 @@ from ...estimate import MODELS, Estimate, cramer_rao, identify, observe, rounded
 from ...estimate.paper import Array, Model
 from ...experiment import load_scenario, plan_run, simulate_surge, simulate_tank
 from ...plant import load_truth, slot
-from ...present import NAMES, Sheet, number, plain_names
+from ...present import NAMES, Table, number, plain_names
 
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 AT_A_TIME = 25  # seeds simulated together, for memory; the results do not depend on it
@@ -116,7 +116,7 @@ def _kind(warning: str) -> str:
     return plain_names(warning).partition(":")[0].partition(" (")[0]
 
 
-def trials_sheet(t: Trials) -> Sheet:
+def trials_sheet(t: Trials) -> Table:
     """Bias, coverage and variance as a table."""
     count = t.found.shape[0]
     header = ("parameter", "truth", "bias %", "+-", "sd %", "coverage %", "var/claimed", "var/bound")
@@ -140,4 +140,5 @@ def trials_sheet(t: Trials) -> Sheet:
         *(f"Warning on {number_of} of {count} seeds: {warning}." for warning, number_of in t.warnings.most_common()),
     ]
     title = f"Model {t.model} on {count} seeds of the paper's four experiments, truth {t.truth}, {t.simulator} model"
-    return Sheet("monte_carlo", title.replace("tank model", "tank"), header, tuple(rows), tuple(notes))
+    title = title.replace("tank model", "tank")
+    return Table(header, tuple(rows), tuple(notes), name="monte_carlo", title=title)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...estimate import Noise
-from ...present import FEET, NAMES, UNITS, Sheet, number
+from ...present import FEET, NAMES, UNITS, Table, number
 from .design import Design, Item, minutes
 from .estimators import LIKELIHOOD, METHODS, TITLES
 from .study import Study
@@ -15,7 +15,7 @@ from .trials import Trials
 from .verdicts import Verdict
 
 
-def bounds_sheet(study: Study) -> Sheet:
+def bounds_sheet(study: Study) -> Table:
     """Cramer-Rao bounds of the parameters, SI, feet and per cent, with their correlations."""
     names = [NAMES[slot] for slot in study.free]
     header = ("parameter", "truth", "bound", "unit", "truth", "bound", "unit", "bound %", *names)
@@ -28,13 +28,13 @@ def bounds_sheet(study: Study) -> Sheet:
         correlation = (f"{c:+.3f}" for c in study.correlation[i])
         rows.append((name, *si, *feet, f"{100.0 * study.relative[i]:.3g}", *correlation))
     noise = study.flown[0].noise
-    notes = [
+    note = (
         f"Condition of the scaled information: {study.condition:.3g}. Initial speed, place and thrust of every run are "
         f"unknown. Noise of a range, rounding included: {1e3 * np.sqrt(noise.variance[0]):.2g} mm"
-        f"{_disturbance(noise)}. Right: correlations.",
-    ]
+        f"{_disturbance(noise)}. Right: correlations."
+    )
     title = f"Cramer-Rao bounds of Model {study.model}, truth {study.truth.name}, {study.information.minutes:g} min"
-    return Sheet("bounds", title, header, tuple(rows), tuple(notes))
+    return Table(header, tuple(rows), (note,), name="bounds", title=title)
 
 
 def _disturbance(noise: Noise) -> str:
@@ -44,7 +44,7 @@ def _disturbance(noise: Noise) -> str:
     return f"{text} {noise.correlation_time:.2g} s, by the innovations of a Kalman filter (first run)"
 
 
-def effects_sheet(study: Study) -> Sheet:
+def effects_sheet(study: Study) -> Table:
     """Every effect of the catalogue: typical size, what is seen of it, and its nearest rival."""
     header = ("effect", "standing", "nearest rival", "apart", "typical", "seen from", "unit", "raw", "left", "kept %")
     rows = tuple(_effect_row(v) for v in study.verdicts)
@@ -53,7 +53,8 @@ def effects_sheet(study: Study) -> Sheet:
         "of the initial states; kept: their ratio; seen from: size that leaves 3; apart: deviations that the nearest "
         "rival leaves, refitted as well. Below 3: absorbed, too small or tied.",
     )
-    return Sheet("effects", "Effects of the catalogue at their typical size", header, rows, notes, left=3)
+    title = "Effects of the catalogue at their typical size"
+    return Table(header, rows, notes, left=3, name="effects", title=title)
 
 
 def _effect_row(v: Verdict) -> tuple[str, ...]:
@@ -64,7 +65,7 @@ def _effect_row(v: Verdict) -> tuple[str, ...]:
     return (v.effect.name, v.standing, rival, apart_text, *seen, *sizes)
 
 
-def trials_sheet(t: Trials) -> Sheet:
+def trials_sheet(t: Trials) -> Table:
     """Bias, spread over bound and coverage of all estimators, side by side."""
     header = ("parameter", "estimator", "bias %", "+-", "spread/bound", "+-", "coverage %", "claimed/bound")
     rows = []
@@ -84,10 +85,10 @@ def trials_sheet(t: Trials) -> Sheet:
         "equation errors for white, which a filtered and twice differenced sonar is not.",
     )
     title = f"Four estimators on the same recordings, {t.seeds} seeds"
-    return Sheet("estimators", title, header, tuple(rows), notes, left=2)
+    return Table(header, tuple(rows), notes, left=2, name="estimators", title=title)
 
 
-def design_sheet(study: Study, d: Design) -> Sheet:
+def design_sheet(study: Study, d: Design) -> Table:
     """The designed plan, its bounds and those of the given one in the same time."""
     names = [NAMES[slot] for slot in d.free]
     header = ("runs", "what", "min each", *(f"{name} bound %" for name in names))
@@ -103,7 +104,7 @@ def design_sheet(study: Study, d: Design) -> Sheet:
         "on the surge model, and clear of the walls in the tank. Best for this truth and model: another truth, another "
         "plan; look at the effects it separates as well."
     )
-    return Sheet("design", "A better plan in the same time", header, tuple(rows), (note,), left=2)
+    return Table(header, tuple(rows), (note,), left=2, name="design", title="A better plan in the same time")
 
 
 def _percent(d: Design, items: Sequence[Item]) -> tuple[str, ...]:
