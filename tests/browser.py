@@ -1,10 +1,12 @@
-"""A headless browser for the report's tests; None where there is none."""
+"""A headless browser for the tests of pages; None where there is none."""
 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -13,6 +15,7 @@ QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-ne
          "--host-resolver-rules=MAP * ~NOTFOUND")  # fmt: skip
 
 
+@cache
 def find_browser() -> str | None:
     """Path of a Chromium that starts, or None; VTANK_BROWSER names another one."""
     names = [os.environ["VTANK_BROWSER"]] if "VTANK_BROWSER" in os.environ else NAMES
@@ -28,3 +31,24 @@ def open_page(browser: str, profile: Path, page: Path, *options: str) -> tuple[s
     command = [browser, *QUIET, f"--user-data-dir={profile}", *options, page.as_uri()]
     done = subprocess.run(command, capture_output=True, text=True, timeout=90, check=True)
     return done.stdout, [line for line in done.stderr.splitlines() if "CONSOLE" in line]
+
+
+def overflow(browser: str, folder: Path, page: Path, width: int) -> tuple[int, list[str]]:
+    """By how many pixels a page is wider than a window of that width, and what its console says.
+
+    The page is looked at in a frame, since no window gets as narrow as a telephone; `folder` is for the browser's own.
+    """
+    probe = page.with_name(f"probe-{page.name}")
+    tell = "parent.postMessage(document.documentElement.scrollWidth - document.documentElement.clientWidth, '*')"
+    told = page.read_text(encoding="utf-8").replace("</body>", f"<script>{tell}</script></body>")
+    probe.write_text(told, encoding="utf-8")
+    outer = page.with_name(f"frame-{page.name}")
+    listen = "onmessage = message => { document.title = 'overflow ' + message.data }"
+    frame = f'<iframe src="{probe.name}" style="width: {width}px; height: 900px"></iframe>'
+    outer.write_text(f"<title></title><script>{listen}</script>{frame}", encoding="utf-8")
+    try:
+        printed, console = open_page(browser, folder / "profile", outer, "--dump-dom", "--virtual-time-budget=3000")
+    finally:
+        probe.unlink()
+        outer.unlink()
+    return int(re.findall(r"<title>overflow (-?\d+)</title>", printed)[0]), console

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -210,7 +211,10 @@ def test_tables_for_reading() -> None:
 
 
 def test_the_command_writes_tables_and_figures(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    fits: Callable[[Path], bool],
 ) -> None:
     from vtank.studies.bandwidth import response, station
 
@@ -229,6 +233,7 @@ def test_the_command_writes_tables_and_figures(
     assert {row["kind"] for row in seas} == {"regular", "irregular"} and len(seas) == 16
     for name in ("response.png", "seas.png"):
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG") and (tmp_path / name).stat().st_size > 20000
+    assert "waves in 8 m of water" in (tmp_path / "bandwidth.html").read_text() and fits(tmp_path / "bandwidth.html")
     assert main(["bandwidth", "paper-ds1", "--amplitude", "0"]) == 2
     assert main(["bandwidth", "paper-ds1", "--threads", "0"]) == 2
     assert main(["bandwidth", "sway", "--only", "seas", "--seas", "surge", "--set", "depth_m=x"]) == 2

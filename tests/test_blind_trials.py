@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -139,7 +140,7 @@ def test_truths_carry_what_the_score_needs(trials: Path) -> None:
 
 
 def test_make_refuses_a_folder_that_is_there(trials: Path) -> None:
-    with pytest.raises(InputError, match="is there already"):
+    with pytest.raises(InputError, match=r"holds case_0001, case_0002, .*vtank deletes nothing of yours"):
         make(ORDER, trials / "cases", trials / "elsewhere")
 
 
@@ -253,7 +254,7 @@ def test_documents_are_made_plain() -> None:
 
 
 # --- score -------------------------------------------------------------------------------------------------------
-def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
+def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path, fits: Callable[[Path], bool]) -> None:
     scored = score(trials / "cases", trials / "truth", trials / "answers.json", count=1)
     rows: list[Row] = scored["rows"]
     labels = [row.label for row in rows]
@@ -265,6 +266,7 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path) -> None:
     write_score(tmp_path / "score", scored)
     written = {path.name for path in (tmp_path / "score").iterdir()}
     assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
+    assert fits(tmp_path / "score" / "score.html")
     document = json.loads((tmp_path / "score" / "score.json").read_text())
     assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
 

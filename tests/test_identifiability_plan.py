@@ -96,7 +96,7 @@ def test_sentences_carry_the_computed_numbers(slow, advised):
     latency = next(r for r in found if r.pair is None and r.verdict.effect.name == "sonar_latency")
     assert f"sonar latency of 0.1 s is hardly seen: {latency.before:.1f} of" in text
     assert f"{latency.before:.1f} -> {latency.after:.0f}" in text
-    assert "sonar scale is absorbed: at 0.01, its place is taken by alpha +1 %, beta +1 %." in text
+    assert "sonar scale of 0.01 is not identifiable: refitting takes it for alpha +1 %, beta +1 %." in text
 
 
 # --- Monte Carlo ---------------------------------------------------------------------------------------------------
@@ -233,7 +233,7 @@ def test_waves_are_not_written():
 
 
 # --- command -------------------------------------------------------------------------------------------------------
-def test_the_command_prints_verdicts_and_writes_page_tables_and_json(tmp_path, capsys):
+def test_the_command_prints_verdicts_and_writes_page_tables_and_json(tmp_path, capsys, fits):
     out = tmp_path / "page"
     code = main(["identifiability", "paper-ds4", "--set", "duration_s=60", "--seeds", "2", "--processes", "1",
                  "--out", str(out), "--json", str(tmp_path / "all.json")])  # fmt: skip
@@ -244,12 +244,15 @@ def test_the_command_prints_verdicts_and_writes_page_tables_and_json(tmp_path, c
     names = {"bounds.csv", "effects.csv", "estimators.csv", "identifiability.html", "identifiability.json"}
     assert {path.name for path in out.iterdir()} == names | {"identifiability.png"}
     content = json.loads((tmp_path / "all.json").read_text())
-    assert content == json.loads((out / "identifiability.json").read_text())
+    assert content | {"files": sorted(names - {"identifiability.json"} | {"identifiability.png"})} == json.loads(
+        (out / "identifiability.json").read_text()
+    )
     assert set(content["effects"]) >= {"sonar_scale", "tachometer_spikes"}
     assert np.shape(content["bias"]["median_error"]["likelihood"])[::2] == (3, 3)
     page = (out / "identifiability.html").read_text()
     assert '<img src="data:image/png;base64,' in page
-    assert page.count("src=") == 1 and "href=" not in page  # complete in itself
+    assert page.count("src=") == 1 and page.count("href=") == 1 and 'href="data:,"' in page  # complete in itself
+    assert fits(out / "identifiability.html")
 
 
 @pytest.mark.parametrize(

@@ -120,7 +120,7 @@ def test_a_diagnosis_tells_what_was_found(diagnosis: vt.Diagnosis) -> None:
     assert diagnosis.held_out["fraction_closed"] > 0.9
     assert diagnosis.next_experiment["minutes"] > 0.0
     assert diagnosis.document["where"] == diagnosis.where.document()
-    assert repr(diagnosis).startswith("<Diagnosis: effect linear_drag, probability") and len(repr(diagnosis)) < 80
+    assert repr(diagnosis).startswith("Diagnosis(effect: linear_drag, 0.") and len(repr(diagnosis)) < 80
 
 
 def test_a_diagnosis_is_printed_shown_and_kept(diagnosis: vt.Diagnosis, tmp_path: Path) -> None:

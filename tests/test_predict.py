@@ -133,11 +133,11 @@ def test_what_cannot_be_predicted_is_told(model: Path, tmp_path: Path, capsys: p
     ("old", "new", "message"),
     [
         ('schema = "vtank.model/1"', 'schema = "other"', "vtank.model/1"),
-        ("c_per_s", "c_per_min", "c_per_min: unknown key; expected one of: c_per_s"),
+        ("c_per_s", "c_per_min", "c_per_min: unknown key; did you mean 'c_per_s'?"),
         ("[effects.linear_drag]", "[effects.linear_drug]", "effects.linear_drug: unknown key"),
         ("c_per_s = 0", "c_per_s = 90", "expected a number from 0 to 5"),
         ('input = "n_rev_s"', 'input = "rpm"', "expected one of n_rev_s, command, thrust_N"),
-        ("range_m", "range_ft", "noise.range_ft: unknown key"),
+        ("range_m", "range_ft", "noise.range_ft: wrong unit: expected 'range_m' [m]"),
     ],
 )
 def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -188,3 +188,21 @@ def test_what_cannot_be_written_is_told_before_anything_is_printed(
     assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(model / "gaps.json")]) == 2
     told = capsys.readouterr()
     assert told.out == "" and "cannot be written" in told.err
+
+
+def test_what_cannot_be_told_is_null(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recording of mere noise has no expected error; NaN is no JSON."""
+    from vtank.diagnose import model_file
+
+    monkeypatch.setattr(model_file, "read_model", lambda path: None)
+    monkeypatch.setattr(
+        model_file, "predict_gaps", lambda *given: {"unit": "m", "rms": {"refit": 0.5}, "floor": np.nan}
+    )
+    assert main(["predict", "model.toml", str(unseen(tmp_path))]) == 0
+    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {
+        "unit": "m",
+        "rms": {"refit": 0.5},
+        "floor": None,
+    }

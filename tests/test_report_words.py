@@ -88,8 +88,8 @@ def test_a_class_of_effects_is_told_as_alternatives() -> None:
     found = document()
     found["verdict"]["class"] = ["sonar_latency", "command_delay"]
     assert words.headline(found) == "The gap is caused by sonar latency or command delay."
-    assert words.ties(found)[0].startswith("Sonar latency and command delay leave the same trace here")
-    assert not any("the same thing to one sonar" in line for line in words.ties(found))
+    assert words.ties(found)[0].startswith("Sonar latency and command delay are indistinguishable here")
+    assert not any("indistinguishable to one sonar" in line for line in words.ties(found))
 
 
 def test_an_unknown_cause_names_the_best_known_explanation() -> None:

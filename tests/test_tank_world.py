@@ -25,7 +25,7 @@ BASIN = models_dir() / "basin.xml"
 # Made for another purpose: own solver, step, fluid, contacts, names of the basin's, a crane with its motor, a floor.
 FOREIGN = """
 <mujoco model="foreign">
-  <compiler angle="degree" autolimits="true"/>
+  <compiler angle="degree" alignfree="true" inertiagrouprange="3 3"/>
   <option integrator="implicitfast" timestep="0.003" solver="CG" cone="elliptic" density="1000" viscosity="0.001"/>
   <size memory="2M"/>
   <visual><global offwidth="700"/><map zfar="99"/></visual>
@@ -39,17 +39,18 @@ FOREIGN = """
     <geom name="floor" type="plane" size="5 5 0.1" material="tiles" group="3" pos="0 0 -1.2"/>
     <body name="crane" pos="5 5 0">
       <joint name="lift" type="slide" range="0 1"/>
-      <geom size="0.1"/>
+      <geom class="echo" size="0.1"/>
     </body>
     <frame pos="2 3 0">
       <body name="box" pos="0 0 {z}" {pose}>
         <freejoint/>
         <geom class="echo" type="box" size="0.3 0.2 0.1" mass="39" material="water"/>
+        <camera name="overview" pos="0.3 0 0"/>
         <site name="propeller" pos="-0.3 0 0"/>
         <site name="bow" pos="0.2 0 0"/>
         <site name="stern" pos="-0.2 0 0"/>
         <body name="keel" pos="0 0 {down}">
-          <geom size="0.03" mass="1"/>
+          <geom class="echo" size="0.03" mass="1"/>
           <site name="sonar" pos="0.35 0 {up}"/>
         </body>
       </body>
@@ -218,7 +219,11 @@ def test_files_that_are_no_tank_are_refused_by_name(tmp_path: Path) -> None:
     broken.write_text(walls('<geom size="1"/><body name="phoenix"/>'))
     with pytest.raises(InputError, match="phoenix.xml: MuJoCo cannot put it between the walls: .*repeated name"):
         load_world(phoenix, broken)
-    with pytest.raises(InputError, match="broken.xml: .*free joint"):
+    broken.write_text(XML.replace('timestep="0.01"', 'timestep="0"').replace('mass="20"', f'mass="{phoenix.mass_kg}"'))
+    with pytest.raises(InputError, match="broken.xml: timestep 0 s; expected 1e-05 s or more"):
+        load_world(replace(phoenix, mjcf=broken), BASIN)
+    broken.write_text("<mujoco/>")
+    with pytest.raises(InputError, match="broken.xml: 0 bodies with a free joint"):
         load_world(replace(phoenix, mjcf=broken), BASIN)
 
 

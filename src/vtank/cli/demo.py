@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ..experiment import Result
-    from ..present.document import Block, Table
+    from ..present.blocks import Block
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
 DEFAULT_SEED = 1996
@@ -20,14 +20,13 @@ DEFAULT_SEED = 1996
 
 @dataclass
 class Demo:
-    """What the steps share and leave: where to write, what was flown, and what the last page and lines will say."""
+    """What the steps share and leave: where to write, what was flown, and what the last page will say."""
 
     out: Path
     seed: int
     flights: dict[str, list[Result]] = field(default_factory=dict)
     page: list[Block] = field(default_factory=list)
     links: list[tuple[str, str]] = field(default_factory=list)
-    lines: list[str] = field(default_factory=list)
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -41,6 +40,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Take the steps, then say what was made, what it says and where to look."""
     from ..errors import InputError
+    from ..present.blocks import Heading, Links
+    from ..present.document import html, markdown, plain
     from ..record.folder import Kind, results_folder
 
     if args.seed < 0:
@@ -50,10 +51,11 @@ def run(args: argparse.Namespace) -> int:
         demo = Demo(folder, args.seed)
         for step in STEPS:
             step(demo)
-        write_index(demo)
-    print("\n".join(["", *demo.lines, f"Made in {time.monotonic() - start:.0f} s:"]))
-    width = max(len(str(args.out / path)) for path, _ in demo.links)
-    print("\n".join(f"  {args.out / path!s:<{width}}  {text}" for path, text in demo.links))
+        page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
+        (folder / "index.html").write_text(html("vtank demo", page), encoding="utf-8")
+        (folder / "index.md").write_text(markdown(page), encoding="utf-8")
+    print("\n" + plain(*page))
+    print(f"\nMade in {time.monotonic() - start:.0f} s in {args.out}: start at {args.out / 'index.html'}")
     return 0
 
 
@@ -68,15 +70,13 @@ def fly_experiments(demo: Demo) -> None:
     with percent("simulating the experiments") as report:
         demo.flights = fly(TRUTHS, demo.seed, report)
     write_flights(demo.out / "data", demo.flights)
-    for truth in TRUTHS:
-        demo.links.append(
-            (f"data/{truth}", f"data set of the four experiments, truth {truth} (told in truth.json alone)")
-        )
+    told = "data set of the four experiments, truth {} (told in truth.json alone)"
+    demo.links += [(f"data/{truth}", told.format(truth)) for truth in TRUTHS]
 
 
 def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
-    from ..present.document import Picture
+    from ..present.blocks import Picture
     from ..record.atomic import write_bytes
     from ..tank.render import picture
     from ..tank.world import load_model
@@ -91,25 +91,21 @@ def picture_tank(demo: Demo) -> None:
 
 def identify_and_reproduce(demo: Demo) -> None:
     """Models I to III identified and compared with the truth; the paper's tables and figures; a brief study."""
-    from ..present.document import Heading, Paragraph, plain
+    from ..present.blocks import Heading, Paragraph
     from ..record.folder import results_folder
     from ..studies.paper.findings import summary
     from ..studies.paper.overview import overview
     from ..studies.paper.run import BRIEF, FULL, REPRODUCTION, reproduce
     from .progress import progress
-    from .reproduce import answer
 
     about = {"seed": demo.seed, "truths": list(TRUTHS), "quick": True}
     with results_folder(demo.out / "reproduction", REPRODUCTION, about) as folder:
         results = reproduce(folder, demo.flights, demo.seed, BRIEF, progress)
-    table: Table = overview(results.campaigns)
-    brief = f"From a brief study, on {BRIEF.study} seeds; `vtank reproduce` takes {FULL.study}."
-    demo.page += [Heading("Identified and true"), table]
+    brief = f"From a brief study, on {BRIEF.study} seeds; vtank reproduce takes {FULL.study}."
+    demo.page += [Heading("Identified and true (feet, as in the paper)"), overview(results.campaigns)]
     demo.page += [Heading("The paper's estimator"), Paragraph(f"{summary(results)} {brief}")]
-    demo.lines += ["Identified and true (feet, as in the paper)", "", plain(table), "", *answer(results), brief, ""]
-    demo.links.append(
-        ("reproduction/index.html", "findings, study, and Tables 1 to 4 and Figures 1 to 12 of each truth")
-    )
+    told = "findings, study, and Tables 1 to 4 and Figures 1 to 12 of each truth"
+    demo.links.append(("reproduction/index.html", told))
 
 
 def diagnose_blind_case(demo: Demo) -> None:
@@ -119,7 +115,7 @@ def diagnose_blind_case(demo: Demo) -> None:
     from contextlib import redirect_stdout
 
     from ..errors import InputError
-    from ..present.document import Heading, Paragraph
+    from ..present.blocks import Heading, Paragraph
     from . import main
 
     blind, truth = demo.out / "blind", demo.out / "blind-truth"
@@ -134,30 +130,14 @@ def diagnose_blind_case(demo: Demo) -> None:
     sealed = json.loads((truth / "case_0001.json").read_text(encoding="utf-8"))["truth"]
     verdict = json.loads(found.read_text(encoding="utf-8"))["verdict"]
     said = ", ".join(verdict["effects"]) or verdict["kind"]
-    line = (
-        f"Blind case: the diagnosis says {said} ({verdict['probability']:.0%}); the sealed truth is {sealed['label']}."
-    )
-    demo.page += [Heading("A blind case"), Paragraph(line)]
-    demo.lines += [line, ""]
-    demo.links.append(
-        ("diagnosis.html", "the diagnosis of a blind case; its runs in blind/, its truth in blind-truth/")
-    )
+    line = f"The diagnosis says {said} ({verdict['probability']:.0%}); the sealed truth is {sealed['label']}."
+    demo.page += [Heading("A blind case: four runs in the tank with an effect withheld"), Paragraph(line)]
+    demo.links.append(("diagnosis.html", "the diagnosis of the blind case; runs in blind/, truth in blind-truth/"))
 
 
 STEPS: tuple[Callable[[Demo], None], ...] = (
+    diagnose_blind_case,
     fly_experiments,
     picture_tank,
     identify_and_reproduce,
-    diagnose_blind_case,
 )
-
-
-def write_index(demo: Demo) -> None:
-    """The page that leads to everything, as HTML and as Markdown."""
-    from ..present.document import Heading, Links, html, markdown
-    from ..record.atomic import write_text
-
-    page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
-    write_text(demo.out / "index.html", html("vtank demo", page))
-    write_text(demo.out / "index.md", markdown(page))
-    demo.links.insert(0, ("index.html", "start here"))

@@ -114,11 +114,13 @@ def identify_all(
     """The models that these runs can carry, and for the others the reason; InputError where none can."""
     from ..errors import InputError
     from ..estimate.comparison import compare
+    from ..estimate.observed import stretches
     from ..estimate.paper.settings import ESTIMATORS
     from .progress import progress
 
     estimators = () if args.method == "ml" else ESTIMATORS
     process_noise = {"auto": None, "on": True, "off": False}[args.process_noise]
+    runs = stretches(runs)
     found: list[Comparison] = []
     skipped: list[str] = []
     with progress("identifying", len(models) * (len(runs) + 1)) as advance:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -59,9 +60,19 @@ class Diagnosis:
     progress: Callable[[str], None] | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
-        """The verdict in one line."""
-        v = self.verdict
-        return f"<Diagnosis: {v.kind} {' + '.join(v.effects)}".rstrip() + f", probability {v.probability:.3f}>"
+        """The verdict, its probability and the runs."""
+        v, runs = self.verdict, ", ".join(run.name for run in self.selection.setting.runs)
+        return f"Diagnosis({': '.join(filter(None, (v.kind, ', '.join(v.effects))))}, {v.probability:.2f}; {runs})"
+
+    def failures(self) -> list[str]:
+        """Fits that failed, in plain sentences."""
+        selection, fit = self.selection, self.verdict.fit
+        fits = (selection.nominal, selection.refit, *selection.named)
+        lost = [f.hypothesis.name for f in fits if f.log_evidence == -np.inf]
+        out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
+        if not fit.optimum.converged:
+            out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
+        return out
 
     @property
     def log_evidence(self) -> dict[str, float]:
@@ -152,7 +163,10 @@ def diagnose(
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)
-        return Diagnosis(selection, chances, decide(selection, chances), seed, progress)
+        found = Diagnosis(selection, chances, decide(selection, chances), seed, progress)
+    for text in found.failures():
+        warnings.warn(text, stacklevel=2)
+    return found
 
 
 def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:

@@ -20,6 +20,7 @@ from ..estimate.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
 from .holdout import held
+from .hypothesis import largest_input
 from .score import Linearised, linearise
 
 WANDERS = 12  # frequencies from 0.05 to 1.5 rad/s at which the thrust gain may wander; a choice
@@ -138,7 +139,7 @@ def _force_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
     t = run.input_time_s
     x, u, z = (np.interp(t, run.time_s, track[:, i]) for i in (0, 1, 2))
     a = _rate(t, u)
-    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    n = run.input / largest_input(setting.runs)
     slow, late = _smooth(t, u, 4.0), _smooth(t, u, 15.0)
     s, v = t / 60.0, u / 0.3  # [-] time and speed over typical sizes
     columns = [np.ones_like(t), v, v * np.abs(v), v**3, np.tanh(u / 0.02), v**2, x, x * v * np.abs(v), x * x,
@@ -186,7 +187,7 @@ def _force_lines(setting: Setting, k: int) -> np.ndarray:
 def _thrust_lines(setting: Setting, k: int) -> np.ndarray:
     """Thrust times sines and cosines on a coarse grid, shape (I, K): a thrust gain that wanders."""
     run = setting.runs[k]
-    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    n = run.input / largest_input(setting.runs)
     phases = np.outer(run.input_time_s - run.input_time_s[0], np.logspace(np.log10(0.05), np.log10(1.5), WANDERS))
     return 1e-2 * (n * np.abs(n))[:, None] * np.hstack([np.sin(phases), np.cos(phases)])
 

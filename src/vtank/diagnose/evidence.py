@@ -21,17 +21,10 @@ from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
 from ..plant.parameters import INPUT_OFFSET, LAG, indices, slot, vector
 from . import outliers
-from .hypothesis import (
-    FOREIGN_SPREAD,
-    NUISANCE_SPREAD,
-    Hypothesis,
-    largest_input,
-    nuisance,
-    starting_values,
-    stretch,
-    typical,
-)
+from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
+NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
@@ -145,7 +138,8 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
     for i, name in enumerate(problem.free):
         if name in known:
             mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
-            low[i], high[i] = np.array(known[name].bounds) * stretch(known[name], setting.runs)
+            factor = stretch(known[name], setting.runs)
+            low[i], high[i] = (bound * factor for bound in known[name].bounds)
             if known[name].limit:  # a limit no run reaches is no effect
                 high[i] = VISIBLE_LIMIT * top
         elif name == INPUT_OFFSET:

@@ -26,6 +26,7 @@ from ..plant.parameters import LUMPED, slot, vector
 from ..plant.surge import STANDOFF
 from ..plant.truth import Truth
 from ..record.table import Table
+from .hypothesis import largest_input
 
 MINUTES = 2.0  # [min] length of every new run, the paper's order
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4)
@@ -73,7 +74,7 @@ def shortened(experiment: Experiment, minutes: float) -> Experiment:
 
 def library(p: np.ndarray, runs: Sequence[Observed]) -> list[Experiment]:
     """All experiments that the tank has room for, as a hull with parameter vector p (P,) would record them."""
-    top = max(float(np.max(np.abs(run.input))) for run in runs)
+    top = largest_input(runs)
     p = p.copy()
     p[COUNTED] = 0.0
     if runs[0].input_name == "n_rev_s":

@@ -135,7 +135,7 @@ class Target:
     def window(self) -> Target:
         """The start window alone."""
         m, run = self.inside, self.run
-        fed = run.input_time_s <= run.time_s[m - 1]
+        fed = run.input_time_s <= max(run.time_s[m - 1], run.input_time_s[0])
         short = replace(run, time_s=run.time_s[:m], value=run.value[:m], kind=run.kind[:m],
                         input_time_s=run.input_time_s[fed], input=run.input[fed], lone=run.lone[fed])  # fmt: skip
         return Target(short, self.weight[:m], self.noise)

@@ -14,8 +14,6 @@ from ..estimate.observed import RANGE, Observed
 from ..plant.parameters import INPUT_OFFSET, LAG, LOSS, slot, switched_on
 from ..plant.surge import LINEAR_INPUT
 
-NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
-FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
 TOP_REV_S = 15.0  # [rev/s] largest propeller speed that bounds in rev/s are meant for, the paper's
 
 
@@ -84,7 +82,7 @@ def stretch(parameter: Parameter, runs: Sequence[Observed]) -> float:
     """Factor on numbers in rev/s where the input is something else: its largest value stands for TOP_REV_S."""
     if parameter.unit != "rev/s" or runs[0].input_name == "n_rev_s":
         return 1.0
-    return largest_input(runs) / TOP_REV_S
+    return largest_input(runs) / TOP_REV_S or 1.0
 
 
 def typical(parameter: Parameter, runs: Sequence[Observed]) -> float:

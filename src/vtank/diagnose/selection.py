@@ -48,6 +48,11 @@ class Selection:
     named: tuple[Fitted, ...]
     unnamed: tuple[Discrepancy, ...]
 
+    def __repr__(self) -> str:
+        """How many hypotheses, the best of them, and the runs."""
+        runs = ", ".join(run.name for run in self.setting.runs)
+        return f"Selection(best of {len(self.named) + 2} hypotheses: {self.best.hypothesis.name}; {runs})"
+
     @property
     def singles(self) -> int:
         """Number of effects that were considered."""

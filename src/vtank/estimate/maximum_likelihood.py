@@ -67,6 +67,12 @@ class Estimate:
     converged: bool
     warnings: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """Shared parameters with their deviations, SI, and the runs."""
+        found = ", ".join(f"{name} = {value:.4g} +- {self.sd[name]:.2g}" for name, value in self.values.items())
+        runs = ", ".join(run.name for run in self.problem.runs)
+        return f"Estimate({found}; {runs}{'' if self.converged else '; not converged'})"
+
     @property
     def values(self) -> dict[str, float]:
         """Shared parameters by name, SI."""

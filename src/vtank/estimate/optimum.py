@@ -58,6 +58,7 @@ class Optimum:
     converged: bool
 
 
+@np.errstate(over="ignore", invalid="ignore")  # a trial may run away: its residuals are held, and it is not taken
 def climb(
     problem: Problem,
     theta: np.ndarray,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import PARAMETERS
 from ..record.files import read_text
 from ..record.manifest import Manifest
 from .excitation import CLOSED, SUFFIXES, Excitation
@@ -38,9 +38,7 @@ def as_toml(scenario: Scenario, comment: str = "") -> str:
         del tables["sonar"]["max_range_m"]
     tables["filter"] = {"q_m2_per_s5": scenario.filter.q_m2_per_s5, "r_m2": scenario.filter.r_m2}
     for slot, value in scenario.effects.items():
-        effect, _, name = slot.partition(".")
-        key = next(q.key for q in BY_NAME[effect].parameters if q.name == name)
-        tables.setdefault(f"effects.{effect}", {})[key] = value
+        tables.setdefault(f"effects.{slot.partition('.')[0]}", {})[PARAMETERS[slot].key] = value
     parts = [f"# {comment}\n" if comment else "", _lines(head)]
     return "".join([*parts, *(f"\n[{name}]\n{_lines(table)}" for name, table in tables.items())])
 

@@ -18,7 +18,7 @@ from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
 from .lumped import Lumped, Propellers, SurgeForces, from_feet, lump, propeller_forces
-from .parameters import vector
+from .parameters import LUMPED, vector
 from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
@@ -50,15 +50,8 @@ class Truth:
 
     def vector(self) -> np.ndarray:
         """Parameter vector p of the surge equation; effects that are not switched on have their null values."""
-        return vector(
-            {
-                "alpha": self.alpha_per_m,
-                "beta": self.beta_m_per_rev2,
-                "thrust_loss.gamma": self.gamma_per_rev,
-                "thrust_lag.tau": self.tau_s,
-                **self.effects,
-            }
-        )
+        own = (self.alpha_per_m, self.beta_m_per_rev2, self.gamma_per_rev, self.tau_s)
+        return vector({**dict(zip(LUMPED, own, strict=True)), **self.effects})
 
 
 def truth_names() -> tuple[str, ...]:

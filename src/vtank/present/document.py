@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 MARGIN = 12  # columns for terms on a terminal
 WIDTH = 110  # columns of text on a terminal
 # What Markdown would take for markup: emphasis, code, links, tags, entities, cells of tables
-MARKUP = re.compile(r"[\\`*~|]|(?<![^\W_])_|_(?![^\W_])|](?=[(\[:])|<(?=[A-Za-z/!?])|&(?=#?\w+;)")
+MARKUP = re.compile(r"[\\`*~|]|(?<![^\W_])_|_(?![^\W_])|](?=[(\[])|<(?=[A-Za-z/!?])|&(?=#?\w+;)")
 ENTITIES = {"<": "&lt;", "&": "&amp;"}
-OPENING = re.compile(r"^(\d*)(?=[-+#>=.)])")  # of a line that Markdown may take for a heading, a list or a quotation
+OPENING = re.compile(r"^(\d*)(?=[-+#>=.)\[])")  # of a line that Markdown may take for a heading, a list or a quotation
 
 
 # --- for a terminal ------------------------------------------------------------------------------------------------
@@ -35,8 +35,8 @@ def plain(*blocks: Block, width: int = WIDTH) -> str:
 
 def _lines(block: Block, width: int) -> list[str]:
     match block:
-        case Heading(text):
-            return textwrap.wrap(text, width)
+        case Heading(text, level):
+            return textwrap.wrap(text, width) if level == 1 else ["", *textwrap.wrap(text, width), ""]
         case Paragraph(text, lead):
             return textwrap.wrap(f"{lead} {text}" if lead else text, width)
         case Table():

@@ -13,7 +13,10 @@ MOST_BARS = 8  # hypotheses listed by name; the rest are summed up
 UNNAMED = {
     "smooth force": "an unknown force",
     "force lines": "an unknown force with a rhythm of its own",
+    "wandering thrust": "an unknown thrust that comes and goes",
     "smooth error": "an unknown error of the sensor",
+    "lone ranges": "single ranges that are wrong",
+    "lone speeds": "single readings of the propeller that are wrong",
 }  # families of discrepancies in words
 
 
@@ -53,7 +56,9 @@ def which_in_short(document: Document) -> tuple[str, str]:
     pair = v["kind"] == "effects"
     chosen = v["effects"] if pair else v["class"] or v["effects"]
     found = words.listed([words.effect_name(name) for name in chosen], "and" if pair else "or")
-    name = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unknown"}.get(v["kind"], found or "Undecided")
+    name = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unmodelled cause"}.get(
+        v["kind"], found or "Undecided"
+    )
     return name[:1].upper() + name[1:], f"probability {words.percent(v['probability'])}"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import BY_NAME, PARAMETERS
 from ..plant.parameters import LAG, LOSS
 from .numbers import percent
 
@@ -30,7 +30,7 @@ OWN = {"alpha": "quadratic drag", "beta": "thrust gain"} | {
 PERHAPS = {
     "none": "there is no gap",
     "parameters": "only the simulator's parameters are off",
-    "unknown": "something that no known effect explains",
+    "unknown": "an unmodelled cause, which no known effect explains",
 }
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
 MINOR = 0.2  # share of the evidence below which a variable explains little, or little beside the leading one
@@ -49,13 +49,13 @@ def effect_name(name: str) -> str:
 
 def hypothesis(name: str) -> str:
     """A hypothesis in words."""
-    known = {"none": "no gap", "parameters": "only the parameters", "unknown": "none of the known effects"}
+    known = {"none": "no gap", "parameters": "only the parameters", "unknown": "an unmodelled cause"}
     return known.get(name) or effect_name(name)
 
 
 def meaning(effect: str, parameter: str) -> str:
     """What a parameter of an effect is."""
-    return next(q.meaning for q in BY_NAME[effect].parameters if q.name == parameter)
+    return PARAMETERS[f"{effect}.{parameter}"].meaning
 
 
 def unit_text(document: Document, unit: str) -> str:
@@ -264,17 +264,17 @@ def ties(document: Document) -> list[str]:
         names = [effect_name(name) for name in rivals]
         others = "the other" if len(rivals) == 2 else "each of the others"
         lines.append(
-            f"{listed(names).capitalize()} leave the same trace here: recordings made by the first, without any noise, "
+            f"{listed(names).capitalize()} are indistinguishable here: recordings of the first, without any noise, "
             f"are matched by {others} to within three deviations of the noise."
         )
     if "distance_m" not in document["where"]["region"]:  # no sonar: nothing of the following can be at work
         return lines
     for group in document["tied"]:
         if len(group) > 1 and not set(group) <= set(rivals):
-            lines.append(f"{listed([effect_name(n) for n in group]).capitalize()} are the same thing to one sonar.")
+            lines.append(f"{listed([effect_name(n) for n in group]).capitalize()} are indistinguishable to one sonar.")
     if document["absorbed"]:
         names = [effect_name(name) for name in document["absorbed"]]
-        lines.append(f"{listed(names).capitalize()} would hide in the refitted parameters: they cannot be seen at all.")
+        lines.append(f"{listed(names).capitalize()} are not identifiable: refitting the parameters hides them.")
     return lines
 
 

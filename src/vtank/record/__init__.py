@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .reader import read_run
     from .rules import content_fault
     from .run import INPUTS, OUTPUTS, TIME, Run
-    from .table import Table, open_table
+    from .table import GREATEST, Table, open_table
     from .toml import find_file, line_of, meant, parse
     from .writer import DECIMALS, run_bytes, write_run
 

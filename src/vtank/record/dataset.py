@@ -30,6 +30,10 @@ class DataSet:
     runs: tuple[Run, ...]
     manifest: Manifest | None = None
 
+    def __repr__(self) -> str:
+        """Folder and runs."""
+        return f"DataSet({str(self.path)!r}, {len(self)} runs: {', '.join(run.name for run in self)})"
+
     def __iter__(self) -> Iterator[Run]:
         """The runs in order."""
         return iter(self.runs)

@@ -92,7 +92,7 @@ class Table:
     def text(self, key: str, default: str | None = None) -> str:
         """A text."""
         value = self._value(key, default)
-        if not isinstance(value, str):
+        if not isinstance(value, str) or "\0" in value:
             raise self.error(key, f"expected a text in quotes, found {_shown(value)}")
         return value
 

@@ -17,6 +17,13 @@ SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (
 CUBE_FACES = np.array([face for a, b, c, d in SIDES for face in ((a, b, c), (a, c, d))])
 
 
+def write_png(path: str | Path, image: np.ndarray) -> None:
+    """Write an image, shape (height, width, 3), 8 bits, as a PNG file."""
+    from matplotlib.image import imsave
+
+    imsave(path, image, format="png")
+
+
 def draw_tank(path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, sonar: str = "") -> None:
     """Write a drawing (PNG, PDF or SVG by the ending of `path`) of the tank with the vehicle at qpos, shape (7,)."""
     from matplotlib.figure import Figure

@@ -9,7 +9,7 @@ gravcomp) is switched off, since the tank brings its own.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
@@ -23,6 +23,7 @@ from .mjcf import mujoco_says, named, read
 from .model import STATES, TANK_GROUP, vehicle_body
 
 LEVEL = (0.0, 1.0, 0.0, 0.0)  # quaternion of a body with axes x forward, z down that heads along the world's x
+SHORTEST_S = 1e-5  # [s] time step below which a run would not end in a day; a choice
 FREE = mujoco.mjtJoint.mjJNT_FREE
 SWITCHED_OFF = (
     mujoco.mjtDisableBit.mjDSBL_CONTACT  # such forces come too late for the added mass
@@ -43,36 +44,22 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
     """
     hull, tank = read(vehicle.mjcf), read(walls)
     with named(walls):
-        mark_walls(tank)
+        if tank.joints:
+            raise InputError(f"the body '{tank.joints[0].parent.name}' has a joint: walls were expected to stand still")
     with named(vehicle.mjcf):
         model = submerge(hull, tank)
         mass = float(model.body_subtreemass[vehicle_body(model)])
         if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
             raise InputError(f"mass {mass:g} kg, but the vehicle file says mass_kg {vehicle.mass_kg:g}")
+        if not model.opt.timestep >= SHORTEST_S:
+            raise InputError(f"timestep {model.opt.timestep:g} s; expected {SHORTEST_S:g} s or more")
+    if not (model.geom_group == TANK_GROUP).any():
+        raise InputError(
+            f"{walls}: no walls for the sonar to hear: expected geoms that collide, or in group {TANK_GROUP}"
+        )
     if period_s is not None:
         model.opt.timestep = period_s / math.ceil(period_s / model.opt.timestep - 1e-6)
     return model
-
-
-def mark_walls(walls: mujoco.MjSpec) -> None:
-    """Give what a sonar hears, the geoms that would stop a hull, a group of their own.
-
-    Where none collides those of group 3 are meant: there MuJoCo's models keep the shapes that do.
-    """
-    solid = [geom for geom in walls.geoms if geom.contype or geom.conaffinity]
-    solid = solid or [geom for geom in walls.geoms if geom.group == TANK_GROUP]
-    if not solid:
-        raise InputError(f"no walls for the sonar to hear: expected geoms that collide, or some in group {TANK_GROUP}")
-    if walls.joints:
-        raise InputError(f"the body '{walls.joints[0].parent.name}' has a joint: walls were expected to stand still")
-    _mute(walls.geoms)
-    for geom in solid:
-        geom.group = TANK_GROUP
-
-
-def _mute(geoms: Iterable[mujoco.MjsGeom]) -> None:
-    for geom in geoms:
-        geom.group = 0 if geom.group == TANK_GROUP else geom.group
 
 
 def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.MjModel:
@@ -85,6 +72,8 @@ def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.
     for actuator in list(hull.actuators):
         if not (np.any(actuator.gainprm) or np.any(actuator.biasprm)):
             hull.delete(actuator)  # it pushes nothing
+    for joint in hull.joints:
+        joint.align = mujoco.mjtAlignFree.mjALIGNFREE_FALSE  # or MuJoCo may turn the body's axes
     with mujoco_says("cannot compile it"):
         model = hull.compile()
     body = vehicle_body(model)
@@ -95,10 +84,16 @@ def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.
             f"{bond} acts on the vehicle '{model.body(body).name}' past its added mass; expected none: the thrusters "
             "stand in the vehicle file"
         )
+    for kind in ("cameras", "geoms", "lights", "sites"):
+        taken = {element.name for element in getattr(hull, kind)} - {""}
+        for element in getattr(world, kind):
+            element.name += " of the walls" if element.name in taken else ""
     _set_afloat(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
     _inject(world, hull.option)
     with mujoco_says("cannot put it between the walls"):
-        return world.compile()
+        model = world.compile()
+    _mark_walls(model)
+    return model
 
 
 def _free_joint(spec: mujoco.MjSpec) -> mujoco.MjsJoint:
@@ -124,17 +119,16 @@ def _set_afloat(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) ->
     start: its pose in `hull`, shape (7,). A body whose axes are not x forward, z down is carried by one whose are.
     """
     joint = _free_joint(hull)
-    body, place, frame = joint.parent, [0.0, 0.0, float(start[2])], world.worldbody.add_frame()
+    body, frame = joint.parent, world.worldbody.add_frame()
     body.alt.type = mujoco.mjtOrientation.mjORIENTATION_QUAT
-    body.pos, body.quat = place, start[3:]
+    body.pos, body.quat = (0.0, 0.0, start[2]), start[3:]
     if abs(start[3:] @ LEVEL) < 1.0 - 1e-12:
-        carrier = world.worldbody.add_body(pos=place, quat=LEVEL)
+        carrier = world.worldbody.add_body(pos=body.pos, quat=LEVEL)
         carrier.add_joint(type=FREE, damping=joint.damping, stiffness=joint.stiffness)
         hull.delete(joint)
-        body.pos, frame = [0.0, 0.0, 0.0], carrier.add_frame(quat=LEVEL)  # LEVEL is its own inverse
+        body.pos, frame = np.zeros(3), carrier.add_frame(quat=LEVEL)  # LEVEL is its own inverse
     for part in (body, *body.find_all("body")):
         part.gravcomp = 0.0
-    _mute(body.find_all("geom"))
     with mujoco_says("cannot put it between the walls"):
         frame.attach_body(body, "", "")
 
@@ -156,3 +150,15 @@ def _inject(world: mujoco.MjSpec, own: mujoco.MjOption) -> None:
             dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
             gainprm=np.zeros(mujoco.mjNGAIN),
         )
+
+
+def _mark_walls(model: mujoco.MjModel) -> None:
+    """Give what a sonar hears, the geoms around the vehicle that would stop it, a group of their own.
+
+    Where none collides those of group 3 are meant: there MuJoCo's models keep the shapes that do.
+    """
+    around = model.body_rootid[model.geom_bodyid] != vehicle_body(model)
+    solid = around & ((model.geom_contype | model.geom_conaffinity) != 0)
+    heard = solid if solid.any() else around & (model.geom_group == TANK_GROUP)
+    model.geom_group[model.geom_group == TANK_GROUP] = 0
+    model.geom_group[heard] = TANK_GROUP

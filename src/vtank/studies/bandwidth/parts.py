@@ -95,4 +95,4 @@ def write_parts(folder: Path | str, scenario: Scenario, truth: str | None, parts
 
 def _subject(scenario: Scenario, truth: str | None) -> str:
     """What the figures are about."""
-    return f"{scenario.vehicle}, truth {Path(truth or scenario.truth).stem}, controller of {scenario.name}"
+    return f"{Path(scenario.vehicle).stem}, truth {Path(truth or scenario.truth).stem}, controller of {scenario.name}"

@@ -100,11 +100,8 @@ def _drawn(
     slots: Iterable[str], ranges: Mapping[str, tuple[float, float]], random: np.random.Generator
 ) -> dict[str, float]:
     """Values within the ranges of their units, drawn in this order; typical ones of units that have no range."""
-    drawn = {}
-    for slot in slots:
-        q = PARAMETERS[slot]
-        drawn[slot] = log_uniform(random, *ranges.get(q.unit, (q.scale, q.scale)))
-    return drawn
+    spans = {slot: ranges.get(PARAMETERS[slot].unit, (PARAMETERS[slot].scale,) * 2) for slot in slots}
+    return {slot: log_uniform(random, *span) for slot, span in spans.items()}
 
 
 def log_uniform(random: np.random.Generator, low: float, high: float) -> float:

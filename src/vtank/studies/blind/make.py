@@ -74,11 +74,11 @@ class Made:
 
 def make(order: Order, out: Path, truth_out: Path, stage: Stage = lambda label, total: lambda note: None) -> None:
     """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all."""
+    for folder in (out, truth_out):
+        refuse_loss(folder)
     cases_at, truth_at = out.resolve(), truth_out.resolve()
     if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
         raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
-    for folder in (out, truth_out):
-        refuse_loss(folder)
     with processes(order.threads) as work:
         made = fly_all(order, work, stage)
         said = stage("what is true", order.trials)

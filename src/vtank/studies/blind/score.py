@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,32 @@ from .verify import Opened, open_all
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/1")
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
+# Measure -> kinds of verdict that count
+RIGHT: tuple[str, ...] = ()
+EFFECT = ("effect", "effects")
+NO_GAP = {
+    "false alarm": (*EFFECT, "unknown", "parameters"),
+    "false effect": EFFECT,
+    "false none-of-these": ("unknown",),
+    "undecided": ("undecided",),
+    "top-1": RIGHT,
+    "log score": RIGHT,
+}
+PARAMETERS_ONLY = {
+    "top-1": RIGHT,
+    "false effect": EFFECT,
+    "false none-of-these": ("unknown",),
+    "called no gap": ("none",),
+    "log score": RIGHT,
+}
+UNKNOWN = {
+    "called unknown": ("unknown",),
+    "called unknown or undecided": ("unknown", "undecided"),
+    "top-1": RIGHT,
+    "log score": RIGHT,
+}
+KNOWN = {"false none-of-these": ("unknown",), "false no gap": ("none",), "called parameters": ("parameters",)}
+
 Summary = dict[str, Measure]
 
 
@@ -37,12 +63,12 @@ def score(
 ) -> dict[str, Any]:
     """Rows and measures; InputError where a hash does not hold."""
     opened = open_all(folder, truth, answers)
-    said = stage("scoring", len(opened.truths))
+    advance = stage("scoring", len(opened.truths))
     rows = []
     with processes(count) as work:
         for one in work(partial(_row, opened, truth), list(opened.truths)):
             rows.append(one)
-            said(one.case)
+            advance(one.case)
     return {"rows": rows, "sources": opened.sources, "measures": measures(rows)}
 
 
@@ -75,32 +101,31 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
 def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:
     """Every group of measures by its name, per stratum or subset."""
     singles, pairs = _known(rows, "single"), _known(rows, "pair")
+    labelled = {label: [r for r in rows if r.label == label] for label in ("none", "parameters", "unknown")}
+    strange, named = labelled["unknown"], [r for r in rows if r.label != "unknown"]
+
+    def visible(kind: str) -> Summary:
+        return unknown(_visible([r for r in rows if r.kind == kind]))
+
     return {
-        "single": {name: naming(some) for name, some in by_stratum(singles).items()},
-        "pair": {name: naming(some) for name, some in by_stratum(pairs).items()},
-        "subsets": {name: naming(some) for name, some in _subsets(_visible(singles)).items()},
-        "none": {name: no_gap(some) for name, some in _subsets([r for r in rows if r.label == "none"]).items()},
-        "parameters": {
-            name: parameters_only(some)
-            for name, some in by_stratum([r for r in rows if r.label == "parameters"]).items()
-        },
-        "unknown": {
-            name: unknown(some) for name, some in by_stratum([r for r in rows if r.label == "unknown"]).items()
-        },
-        "unknown_single": {
-            name: unknown(some)
-            for name, some in by_stratum(
-                [replace(r, d=r.d_single) for r in rows if r.label == "unknown"]
-            ).items()
-        },
-        "outside": {"visible": unknown(_visible([r for r in rows if r.kind == "outside"]))},
-        "left_out": {"visible": unknown(_visible([r for r in rows if r.kind == "left_out"]))},
-        "known": {"all": known(singles + pairs), "visible": known(_visible(singles + pairs))},
-        "sure": {"all": {"wrong at 0.95": _sure([r for r in rows if r.label != "unknown"]),
-                         "wrong at 0.95, cause unknown": _sure([r for r in rows if r.label == "unknown"])}},
-        "closed": {name: shrinkage(some) for name, some in by_stratum(singles + pairs).items()},
+        "single": _each(naming, by_stratum(singles)),
+        "pair": _each(naming, by_stratum(pairs)),
+        "subsets": _each(naming, _subsets(_visible(singles))),
+        "none": _each(partial(said, NO_GAP), _subsets(labelled["none"])),
+        "parameters": _each(partial(said, PARAMETERS_ONLY), by_stratum(labelled["parameters"])),
+        "unknown": _each(unknown, by_stratum(strange)),
+        "unknown_single": _each(unknown, by_stratum([replace(r, d=r.d_single) for r in strange])),
+        "outside": {"visible": visible("outside")},
+        "left_out": {"visible": visible("left_out")},
+        "known": _each(partial(said, KNOWN), {"all": singles + pairs, "visible": _visible(singles + pairs)}),
+        "sure": {"all": {"wrong at 0.95": _sure(named), "wrong at 0.95, cause unknown": _sure(strange)}},
+        "closed": _each(shrinkage, by_stratum(singles + pairs)),
         "calibration": calibration(rows),
-    }  # fmt: skip
+    }
+
+
+def _each(measure: Callable[[Sequence[Row]], Summary], groups: dict[str, list[Row]]) -> dict[str, Summary]:
+    return {name: measure(some) for name, some in groups.items()}
 
 
 def by_stratum(rows: Sequence[Row]) -> dict[str, list[Row]]:
@@ -148,50 +173,19 @@ def _over_ceiling(rows: Sequence[Row]) -> Measure:
     return Measure(hits.value / bound, hits.n, hits.low / bound, hits.high / bound)
 
 
-def no_gap(rows: Sequence[Row]) -> Summary:
-    """What is said where there is no gap."""
-    said = [r.verdict.get("kind") for r in rows]
-    return {
-        "false alarm": share([kind in ("effect", "effects", "unknown", "parameters") for kind in said]),
-        "false effect": share([kind in ("effect", "effects") for kind in said]),
-        "false none-of-these": share([kind == "unknown" for kind in said]),
-        "undecided": share([kind == "undecided" for kind in said]),
+def said(kinds: Mapping[str, tuple[str, ...]], rows: Sequence[Row]) -> Summary:
+    """How often a verdict of certain kinds was given, and the scores of RIGHT where they are asked for."""
+    scores = {
         "top-1": share([r.right for r in rows]),
         "log score": mean([log_score(r.chances, r.label) for r in rows]),
     }
-
-
-def parameters_only(rows: Sequence[Row]) -> Summary:
-    """What is said where only the simulator's own parameters are off."""
-    said = [r.verdict.get("kind") for r in rows]
-    return {
-        "top-1": share([r.right for r in rows]),
-        "false effect": share([kind in ("effect", "effects") for kind in said]),
-        "false none-of-these": share([kind == "unknown" for kind in said]),
-        "called no gap": share([kind == "none" for kind in said]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-    }
+    return {name: scores[name] if some == RIGHT else share([r.verdict.get("kind") in some for r in rows])
+            for name, some in kinds.items()}  # fmt: skip
 
 
 def unknown(rows: Sequence[Row]) -> Summary:
     """Whether a cause outside the catalogue is noticed."""
-    return {
-        "called unknown": share([r.verdict.get("kind") == "unknown" for r in rows]),
-        "called unknown or undecided": share([r.verdict.get("kind") in ("unknown", "undecided") for r in rows]),
-        "top-1": share([r.right for r in rows]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-        "called unknown, ceiling": mean([unknown_ceiling(r.d) for r in rows]),
-    }
-
-
-def known(rows: Sequence[Row]) -> Summary:
-    """Known effects that are denied."""
-    said = [r.verdict.get("kind") for r in rows]
-    return {
-        "false none-of-these": share([kind == "unknown" for kind in said]),
-        "false no gap": share([kind == "none" for kind in said]),
-        "called parameters": share([kind == "parameters" for kind in said]),
-    }
+    return said(UNKNOWN, rows) | {"called unknown, ceiling": mean([unknown_ceiling(r.d) for r in rows])}
 
 
 def shrinkage(rows: Sequence[Row]) -> Summary:

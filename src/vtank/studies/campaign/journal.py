@@ -88,7 +88,8 @@ class Journal:
     def _begin(self, runs: int, chunk: int) -> None:
         present = {path.name for path in self.out.iterdir()} if self.out.is_dir() else set()
         if present - OURS or (present and JOURNAL not in present) or self._strangers():
-            raise InputError(f"{self.out}: not empty and not a campaign begun by vtank: choose another folder")
+            found = ", ".join(sorted(present)[:3])
+            raise InputError(f"{self.out}: not a campaign begun by vtank, holds {found}: choose another folder")
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = _locked(self.folder / "lock")
         if not _same(self.folder / IDENTITY, self.identity, beside=("chunk",)):

@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import InputError
 from ...experiment import Scenario, load_scenario
 from ...plant import Truth, load_truth, null_vector, slot
-from ...record import Table, find_file, meant, open_table, parse, read_text
+from ...record import GREATEST, Table, find_file, meant, open_table, parse, read_text
 from ...resources import scenarios_dir
 from .axes import MOST_RUNS, Axis, Draw, read_draws, read_grid, refusal
 from .campaign import BESIDE, LUMPED, SCENARIO, SEED, TRUTH, Campaign
@@ -74,7 +74,7 @@ def _fits(key: str, value: Any) -> bool:
         return False
     if key == SEED:
         return isinstance(value, int) and value >= 0
-    return value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0
+    return abs(value) <= GREATEST and (value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0)
 
 
 def _settings(

@@ -51,7 +51,7 @@ def effects_sheet(study: Study) -> Table:
     notes = (
         "raw, left: deviations of the noise that the typical size brings before and after the refit of the model and "
         "of the initial states; kept: their ratio; seen from: size that leaves 3; apart: deviations that the nearest "
-        "rival leaves, refitted as well. Below 3: absorbed, too small or tied.",
+        "rival leaves, refitted as well. Below 3: absorbed (not identifiable), too small, or tied (indistinguishable).",
     )
     title = "Effects of the catalogue at their typical size"
     return Table(header, rows, notes, left=3, name="effects", title=title)

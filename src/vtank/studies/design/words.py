@@ -42,8 +42,8 @@ def percent(share: float) -> str:
 
 
 def sentences(study: Study, remedies: Sequence[Remedy]) -> list[str]:
-    """Parameters first, then absorbed effects, those hardly seen, pairs, and what is clear."""
-    return [*_parameters(study), *_absorbed(study), *map(_remedy, remedies), *_rest(study)]
+    """Parameters first, then effects that are not identifiable, those hardly seen, pairs, and what is clear."""
+    return [*_parameters(study), *_not_identifiable(study), *map(_remedy, remedies), *_rest(study)]
 
 
 def _parameters(study: Study) -> Iterator[str]:
@@ -66,22 +66,21 @@ def _parameters(study: Study) -> Iterator[str]:
         yield f"{together}: one makes up for an error in the other."
 
 
-def _absorbed(study: Study) -> Iterator[str]:
+def _not_identifiable(study: Study) -> Iterator[str]:
     for v in study.verdicts:
         if v.standing == "absorbed":
-            by = f"its place is taken by {moved(v) or 'the unknown start of each run'}"
-            yield f"{plain(v.effect.name)} is absorbed: at {v.size:.2g} {v.unit}".rstrip() + f", {by}."
+            yield f"{size(v)} is not identifiable: refitting takes it for {moved(v) or 'another start of each run'}."
 
 
 def _remedy(r: Remedy) -> str:
     if r.pair is None:
         how = "is not seen" if r.before < SEEN else "is hardly seen" if r.before < CLEAR else "is seen, as the weakest"
-        left = f"{_deviations(r.before)} of {number(r.verdict.signature, 3)} deviations are left"
-        by = f"once {moved(r.verdict)} imitates it" if moved(r.verdict) else "after the refit"
+        left = f"{_deviations(r.before)} of {number(r.verdict.signature, 3)} deviations of the noise are left"
+        by = f"once refitting has taken it for {moved(r.verdict)}" if moved(r.verdict) else "after refitting"
         return f"{size(r.verdict)} {how}: {left} {by}; {_help(r)}."
     rival = plain(r.pair.b.name)
     if r.before < SEEN:
-        return f"{size(r.verdict)} cannot be told from {rival} ({r.before:.1f} deviations); {_help(r)}."
+        return f"{size(r.verdict)} is indistinguishable from {rival} ({r.before:.1f} deviations); {_help(r)}."
     if r.before < CLEAR:
         return f"{size(r.verdict)} and {rival} are barely separable ({r.before:.1f} deviations); {_help(r)}."
     return f"{size(r.verdict)} and {rival} are separable ({r.before:.0f} deviations); {_help(r)}."
@@ -90,11 +89,9 @@ def _remedy(r: Remedy) -> str:
 def _help(r: Remedy) -> str:
     if r.after < SEEN:
         return f"no run that fits the tank separates them (at best {r.after:.1f}: {r.experiment})"
-    none = "no run with the sonar alone does, but " if r.sensor else "one run more, "
-    verb = "the run" if r.sensor else ""
-    text = f"{none}{verb} {r.experiment}".replace("  ", " ")
-    again = f" (the best of these runs once more: {_deviations(r.repeat)})"
-    return f"{text}: {_deviations(r.before)} -> {_deviations(r.after)}{again}"
+    lead = "no run with the sonar alone helps, but with" if r.sensor else "with one run more,"
+    gain = f"{_deviations(r.before)} -> {_deviations(r.after)}"
+    return f"{lead} {r.experiment}: {gain} (with the best of these runs repeated: {_deviations(r.repeat)})"
 
 
 def _deviations(value: float) -> str:
@@ -107,7 +104,7 @@ def _rest(study: Study) -> Iterator[str]:
     if clear:
         names = ", ".join(plain(v.effect.name) for v in clear)
         yield f"Clearly seen and apart from every other at their typical size: {names}."
-    yield "Sonar multipath is seen as lone long ranges, whatever the plan."
+    yield "Sonar multipath is seen as isolated outliers, ranges that are too long, whatever the plan."
     yield (
         "Tachometer spikes are seen where the readings are smooth otherwise, or follow from the ranges that a "
         "controller answered to."

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from ...estimate.paper import Array
-from ...present.document import Paragraph
+from ...present import Paragraph
 from .calibration import Calibration
 from .campaign import Campaign
 from .practice import Practice
@@ -34,6 +37,22 @@ class Finding:
     def block(self) -> Paragraph:
         """As a paragraph."""
         return Paragraph(self.text, f"{self.claim} — {self.verdict}.")
+
+
+def told(name: str, verdict: str, /, **values: object) -> Finding:
+    """The finding of that name in findings.toml, with the verdict and the values in their places."""
+    return Finding(sentences()[name]["claim"], verdict, filled(name, **values))
+
+
+def filled(name: str, /, **values: object) -> str:
+    """The text of that name in findings.toml on one line, with the values in their places."""
+    return " ".join(sentences()[name]["text"].format(**values).split())
+
+
+@cache
+def sentences() -> dict[str, dict[str, str]]:
+    """Claims and texts of findings.toml by name."""
+    return tomllib.loads(Path(__file__).with_name("findings.toml").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...present.document import Block, Heading, Paragraph, Table
+from ...present import Block, Heading, Paragraph, Table
 from .calibration import Calibration
 from .central import blind, likelihood, noise_as_drag, noise_free, origin, settling, size, step
 from .claims import (
@@ -26,6 +26,7 @@ from .evidence import (
     Results,
     band,
     compatible,
+    filled,
     implied_medians,
     interval,
     span,
@@ -55,21 +56,15 @@ def page(r: Results) -> list[Block]:
 
 def summary(r: Results) -> str:
     """The answer in one paragraph."""
-    printed = published()[2].values["a"] / brutzman_a_per_ft()
-    implied = implied_medians(r.calibration, "least_squares", LOW_DRAG)
-    other = implied_medians(r.calibration, "least_squares", HIGH_DRAG)
-    steady = printed_q(r).verdict == FAILS
-    explains = size(r).verdict == HOLDS
-    return (
-        f"The published drag is {span(printed, 0)} times Brutzman's. Run as it is printed (q_ii = 1, R = 0.01, here "
-        f"at T = 0.5 s), the paper's estimator makes the values of Table 2, each by itself, "
-        f"{compatible(r.calibration, 'kalman', LOW_DRAG)}. With a Q at which the estimates settle, "
-        f"which is least squares, the regression does respond to the drag, and the published values would stand for "
-        f"{span(implied, 0)} times Brutzman's drag with the physical thrust and lag, and for {span(other, 0)} times "
-        f"with thrust and lag of Table 2. Which Q the authors used cannot be told from the paper; the steadiness of "
-        f"their b {'speaks against' if steady else 'does not rule out'} the literal one. So the artefact "
-        f"{'is large enough to explain' if explains else 'does not reach'} the published drag, and it is not shown "
-        f"that it does."
+    implied, other = (implied_medians(r.calibration, "least_squares", base) for base in (LOW_DRAG, HIGH_DRAG))
+    return filled(
+        "summary",
+        printed=span(published()[2].values["a"] / brutzman_a_per_ft(), 0),
+        compatible=compatible(r.calibration, "kalman", LOW_DRAG),
+        implied=span(implied, 0),
+        other=span(other, 0),
+        steadiness="speaks against" if printed_q(r).verdict == FAILS else "does not rule out",
+        reach="is large enough to explain" if size(r).verdict == HOLDS else "does not reach",
     )
 
 
@@ -113,10 +108,4 @@ def implied_table(c: Calibration) -> Table:
 def method(r: Results) -> str:
     """What was simulated."""
     ways = len({level.key for level in r.study.levels})
-    return (
-        f"{r.study.seeds} seeds (from seed {r.study.seed}) of the four scenarios paper-ds1 to paper-ds4, on the "
-        f"surge model, for each of {len(r.study.truths)} truths and {ways} ways to estimate; the tables and Figures "
-        f"1 to 12 come from runs in the MuJoCo tank. Sonar noise of 6 mm, resolution of 1 cm, 10 Hz, amplitude, "
-        f"length and controller are guesses, since the paper gives none of them. Every number on this page is computed "
-        f"by `vtank reproduce`."
-    )
+    return filled("method", seeds=r.study.seeds, seed=r.study.seed, truths=len(r.study.truths), ways=ways)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -35,11 +36,11 @@ COEFFICIENTS = ("C1 = Ta", "C2 = T/τ", "C3 = T²a/τ", "C4 = T²b/τ", "C5 = T�
 COEFFICIENTS_I = ("C1 = Ta", "C2 = Tb")
 FREQUENCIES_RAD_S = (0.5, 0.4, 0.7, 0.2)  # of the position command, data sets 1 to 4 (the paper's section IV)
 CHANCE_COHERENCE = 0.35  # [-] exceeded once in 20 by independent records averaged over 8 segments: 1 - 0.05^(1/7)
+CHOICES = (("", "printed q_ii"), ("_settling", "a Q that settles"))  # suffix of the method, what it is called
+COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
-
-def figures(campaign: Campaign) -> dict[str, tuple[str, bytes]]:
-    """Name of each figure's file -> caption and PNG."""
-    return {name: (caption, draw()) for name, (caption, draw) in plan(campaign).items()}
+Panel = tuple[str, list[tuple[Array, str, str]]]  # title; free run [m/s], label and colour of each curve
+Panels = Callable[[Campaign, int], Iterable[Panel]]
 
 
 def plan(campaign: Campaign) -> dict[str, tuple[str, Any]]:
@@ -67,9 +68,9 @@ def plan(campaign: Campaign) -> dict[str, tuple[str, Any]]:
     add("8", "Coherence and residuals, Model II, two-stage (Data set 1).", coherence, "two_stage", "II")
     for number, data_set in (("9", 1), ("10", 2), ("11", 3)):
         against = f"against data set {data_set + 1}"
-        add(f"{number}-a", f"Models derived from data set 1 {against}.", crossed, data_set)
-        add(f"{number}-b", f"One stage and two-stage Model II (Data set {data_set + 1}).", stages, data_set)
-    add("12", "Linear model, LSE and two-stage Kalman filter (Data set 2).", linear, 1)
+        add(f"{number}-a", f"Models derived from data set 1 {against}.", responses, data_set, crossed)
+        add(f"{number}-b", f"One stage and two-stage Model II (Data set {data_set + 1}).", responses, data_set, stages)
+    add("12", "Linear model, LSE and two-stage Kalman filter (Data set 2).", responses, 1, linear)
     return drawings
 
 
@@ -113,18 +114,12 @@ def _last_values(ax: Any, values: Any) -> None:
 def _variances(figure: Any, literal: PaperEstimate, settling: PaperEstimate, time: Array, names: Any) -> None:
     """Diagonal of P over time, the two choices of Q in panels of their own."""
     upper, lower = figure.subplots(2, 1, sharex=True)
-    for ax, estimate, title in (
-        (upper, literal, "Diagonal of P, printed q_ii"),
-        (lower, settling, "Diagonal of P, a Q that settles"),
-    ):
+    for ax, estimate, (_, choice) in zip((upper, lower), (literal, settling), CHOICES, strict=True):
         for k, colour in zip(range(estimate.evolution.variance.shape[1]), COLOURS, strict=False):
             ax.semilogy(time, estimate.evolution.variance[:, k], color=colour, label=names[k])
-        ax.set_title(title)
+        ax.set_title(f"Diagonal of P, {choice}")
         ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=7.5, handlelength=1.2)
     lower.set_xlabel("time [s]")
-
-
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 
 @drawn
@@ -141,12 +136,10 @@ def comparison(title: str, c: Campaign, method: str, model: Model) -> Any:
     return figure
 
 
-def _choices(method: str, model: Model) -> tuple[tuple[str, str, str], ...]:
+def _choices(method: str, model: Model) -> list[tuple[str, str, str]]:
     """(method, label, colour) with the printed Q and with one that settles."""
-    return (
-        (method, f"Model {model}, printed q_ii", ORANGE),
-        (f"{method}_settling", f"Model {model}, a Q that settles", BLUE),
-    )
+    return [(f"{method}{suffix}", f"Model {model}, {name}", colour)
+            for (suffix, name), colour in zip(CHOICES, (ORANGE, BLUE), strict=True)]  # fmt: skip
 
 
 @drawn
@@ -180,62 +173,71 @@ def coherence(title: str, c: Campaign, method: str, model: Model) -> Any:
 
 
 @drawn
-def crossed(title: str, c: Campaign, data_set: int) -> Any:
-    """Models of data set 1 driven by the propeller speed of another."""
-    figure = page(title, 10.5, 6.0)
-    axes = figure.subplots(2, 1, sharex=True)
-    signals = c.signals(data_set)
-    for ax, suffix, name in ((axes[0], "", "printed q_ii"), (axes[1], "_settling", "a Q that settles")):
+def responses(title: str, c: Campaign, data_set: int, panels: Panels) -> Any:
+    """Measured and true speed, and free runs of models, panel below panel."""
+    found = list(panels(c, data_set))
+    figure = page(title, 10.5, 3.0 * len(found))
+    for ax, (name, curves) in zip(figure.subplots(len(found), 1, sharex=True), found, strict=True):
         _measured(ax, c, data_set)
-        for method, model, label, colour in (
-            ("kalman", "I", "Model I", ORANGE),
-            ("kalman", "II", "Model II", BLUE),
-            ("two_stage", "II", "Model II, two-stage", GREEN),
-            ("kalman", "III", "Model III", PURPLE),
-        ):
-            parameters = c.paper[method + suffix, model, 0].parameters  # type: ignore[index]
-            run = free_run_beside(signals.u_m_s, signals.n_rev_s, signals.step_s, parameters)
+        for run, label, colour in curves:
             _response(ax, c, data_set, run, label, colour)
-        ax.set_title(f"Identified on data set 1 with {name}")
-    axes[-1].set_xlabel("time [s]")
+        ax.set_title(name)
+    ax.set_xlabel("time [s]")
     return figure
 
 
-@drawn
-def stages(title: str, c: Campaign, data_set: int) -> Any:
+def crossed(c: Campaign, data_set: int) -> Iterator[Panel]:
+    """Models of data set 1 driven by the propeller speed of another."""
+    signals = c.signals(data_set)
+
+    def run(method: str, model: Model) -> Array:
+        parameters = c.paper[method, model, 0].parameters
+        return free_run_beside(signals.u_m_s, signals.n_rev_s, signals.step_s, parameters)
+
+    for suffix, name in CHOICES:
+        yield (
+            f"Identified on data set 1 with {name}",
+            [
+                (run(f"kalman{suffix}", "I"), "Model I", ORANGE),
+                (run(f"kalman{suffix}", "II"), "Model II", BLUE),
+                (run(f"two_stage{suffix}", "II"), "Model II, two-stage", GREEN),
+                (run(f"kalman{suffix}", "III"), "Model III", PURPLE),
+            ],
+        )
+
+
+def stages(c: Campaign, data_set: int) -> Iterator[Panel]:
     """One and two stages of Model II, identified on the data set that is shown."""
-    figure = page(title, 10.5, 6.0)
-    axes = figure.subplots(2, 1, sharex=True)
-    for ax, suffix, name in ((axes[0], "", "printed q_ii"), (axes[1], "_settling", "a Q that settles")):
-        _measured(ax, c, data_set)
-        for method, label, colour in (("kalman", "one stage", BLUE), ("two_stage", "two-stage", GREEN)):
-            _response(ax, c, data_set, c.paper[method + suffix, "II", data_set].simulated_m_s, label, colour)
-        ax.set_title(f"Model II identified on data set {data_set + 1} with {name}")
-    axes[-1].set_xlabel("time [s]")
-    return figure
+    for suffix, name in CHOICES:
+        yield (
+            f"Model II identified on data set {data_set + 1} with {name}",
+            [
+                (c.paper[f"kalman{suffix}", "II", data_set].simulated_m_s, "one stage", BLUE),
+                (c.paper[f"two_stage{suffix}", "II", data_set].simulated_m_s, "two-stage", GREEN),
+            ],
+        )
 
 
-@drawn
-def linear(title: str, c: Campaign, data_set: int) -> Any:
+def linear(c: Campaign, data_set: int) -> Iterator[Panel]:
     """The linear model (23), least squares and the two-stage estimator; maximum likelihood below."""
-    figure = page(title, 10.5, 6.0)
-    axes = figure.subplots(2, 1, sharex=True)
     signals = c.signals(data_set)
     straight = fit_linear(signals.u_m_s, signals.n_rev_s, signals.step_s)
-    for ax in axes:
-        _measured(ax, c, data_set)
-    _response(axes[0], c, data_set, straight.free_run(signals.n_rev_s, signals.u_m_s), "linear model (23)", PURPLE)
-    for ax, method, label, colour in (
-        (axes[0], "least_squares", "LSE", ORANGE),
-        (axes[0], "two_stage", "two-stage KF, printed q_ii", GREEN),
-        (axes[1], "two_stage_settling", "two-stage KF, settling Q", BLUE),
-    ):
-        _response(ax, c, data_set, c.paper[method, "II", data_set].simulated_m_s, label, colour)
-    _response(axes[1], c, data_set, c.likelihood["II", data_set].simulated_m_s, "maximum likelihood", CRIMSON)
-    axes[0].set_title("As in the paper; LSE and Kalman filter are of Model II")
-    axes[1].set_title("Beside it, Model II as well")
-    axes[-1].set_xlabel("time [s]")
-    return figure
+    found = {name: c.paper[name, "II", data_set].simulated_m_s for name in ("least_squares", "two_stage")}
+    yield (
+        "As in the paper; LSE and Kalman filter are of Model II",
+        [
+            (straight.free_run(signals.n_rev_s, signals.u_m_s), "linear model (23)", PURPLE),
+            (found["least_squares"], "LSE", ORANGE),
+            (found["two_stage"], "two-stage KF, printed q_ii", GREEN),
+        ],
+    )
+    yield (
+        "Beside it, Model II as well",
+        [
+            (c.paper["two_stage_settling", "II", data_set].simulated_m_s, "two-stage KF, settling Q", BLUE),
+            (c.likelihood["II", data_set].simulated_m_s, "maximum likelihood", CRIMSON),
+        ],
+    )
 
 
 def _feet(estimate: PaperEstimate) -> Array:

@@ -8,18 +8,21 @@ from pathlib import Path
 
 from ...experiment import Result, plan_all, provenance
 from ...experiment import fly as simulated
-from ...present.document import Block, Heading, Links, Paragraph, Picture, csv_text, html, markdown
+from ...present import Block, Heading, Links, Paragraph, Picture
+from ...present.document import csv_text, html, markdown
 from ...record import Kind, write_dataset
 from ..stage import Stage, silent
 from . import findings, study_figures
 from .calibration import BASES, MULTIPLES, Calibration, calibrate
 from .campaign import SCENARIOS, TRUTHS, Campaign, identify_campaign, pieces
-from .evidence import Results
+from .evidence import Results, filled
 from .paper_figures import plan
 from .practice import practise
 from .published import published
 from .study import experiments, levels, study, study_csv
-from .tables import paper_form, tables_csv, title
+from .tables import paper_form, tables_csv
+
+Drawings = Mapping[str, tuple[str, Callable[..., bytes]]]  # file name without suffix -> caption, drawing
 
 
 @dataclass(frozen=True)
@@ -84,58 +87,51 @@ def write_results(folder: Path, results: Results, stage: Stage = silent) -> None
     with stage("drawing", sum(map(len, drawings.values())) + len(STUDY_PICTURES)) as advance:
         for truth, campaign in results.campaigns.items():
             write_campaign(folder / truth, campaign, advance)
-        for name, (_, draw) in STUDY_PICTURES.items():
-            (folder / f"{name}.png").write_bytes(draw(results))
-            advance(name)
+        study_pictures = write_pictures(folder, STUDY_PICTURES, advance, results)
     page = findings.page(results)
-    _write(folder / "findings.md", markdown(page))
-    _write(folder / "study.csv", study_csv(results.study))
-    _write(folder / "calibration.csv", calibration_csv(results.calibration))
-    pictures = [Picture(f"{name}.png", caption) for name, (caption, _) in STUDY_PICTURES.items()]
-    links = [
-        (f"{truth}/index.html", f"Tables 1 to 4 and Figures 1 to 12, truth {truth}") for truth in results.campaigns
-    ]
-    links += [
-        ("study.csv", "medians and 10-90 % bands of every level"),
-        ("calibration.csv", "estimated against true drag"),
-    ]
-    contents: list[Block] = [Heading("The paper reproduced", 2), Links(tuple(links)), Heading("The study in pictures")]
-    _write(folder / "index.html", html("The paper reproduced", [*page, *contents, *pictures]))
+    links = [(f"{truth}/index.html", f"Tables 1 to 4 and Figures 1 to 12, truth {truth}") for truth in drawings]
+    links += [("study.csv", "medians and 10-90 % bands of every level"),
+              ("calibration.csv", "estimated against true drag")]  # fmt: skip
+    contents: list[Block] = [Heading("The paper reproduced"), Links(tuple(links)), Heading("The study in pictures")]
+    write_texts(folder, {
+        "findings.md": markdown(page),
+        "study.csv": study_csv(results.study),
+        "calibration.csv": calibration_csv(results.calibration),
+        "index.html": html("The paper reproduced", [*page, *contents, *study_pictures]),
+    })  # fmt: skip
 
 
 def write_campaign(folder: Path, campaign: Campaign, advance: Callable[[str], None] = lambda note: None) -> None:
     """Tables and figures of one truth."""
     folder.mkdir(parents=True)
-    pictures = []
-    for name, (caption, draw) in plan(campaign).items():
-        (folder / f"{name}.png").write_bytes(draw())
-        pictures.append(Picture(f"{name}.png", caption))
-        advance(f"{campaign.truth.name}, {name}")
-    page = tables_page(campaign)
-    _write(folder / "tables.md", markdown(page))
-    _write(folder / "tables.csv", tables_csv(campaign))
-    _write(
-        folder / "index.html",
-        html(f"The paper reproduced, truth {campaign.truth.name}", [*page, Heading("Figures 1 to 12"), *pictures]),
-    )
-
-
-def tables_page(campaign: Campaign) -> list[Block]:
-    """Tables 1 to 4 of one truth."""
     name = campaign.truth.name
-    blocks: list[Block] = [Heading(f"Tables 1 to 4, truth {name}", 1), Paragraph(INTRODUCTION)]
-    for number, table in published().items():
-        blocks += [Heading(title(table)), paper_form(campaign, number)]
-    return blocks
+    pictures = write_pictures(folder, plan(campaign), lambda figure: advance(f"{name}, {figure}"))
+    tables = [paper_form(campaign, number) for number in published()]
+    page: list[Block] = [Heading(f"Tables 1 to 4, truth {name}", 1), Paragraph(filled("tables")), *tables]
+    write_texts(folder, {
+        "tables.md": markdown(page),
+        "tables.csv": tables_csv(campaign),
+        "index.html": html(f"The paper reproduced, truth {name}", [*page, Heading("Figures 1 to 12"), *pictures]),
+    })  # fmt: skip
 
 
-INTRODUCTION = (
-    "Simulated in the MuJoCo tank and identified by the paper's method, in the paper's units. Each quantity has a row "
-    "from each source; the residual rows of the truth tell what a perfect model leaves, the error of the sonar filter. "
-    "Maximum likelihood stands with its standard deviation, for each data set and for all four together."
-)
+def write_pictures(folder: Path, drawings: Drawings, advance: Callable[[str], None], *of: Results) -> list[Picture]:
+    """Draw every picture into a file of its name."""
+    pictures = []
+    for name, (caption, draw) in drawings.items():
+        (folder / f"{name}.png").write_bytes(draw(*of))
+        pictures.append(Picture(f"{name}.png", caption))
+        advance(name)
+    return pictures
 
-STUDY_PICTURES: dict[str, tuple[str, Callable[[Results], bytes]]] = {
+
+def write_texts(folder: Path, files: Mapping[str, str]) -> None:
+    """Files by name."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+
+
+STUDY_PICTURES: Drawings = {
     "study-truths": (
         "Three vehicles through the paper's estimators, beside the published values.",
         lambda r: study_figures.truths_and_print(r.study),
@@ -169,7 +165,3 @@ def calibration_csv(c: Calibration) -> str:
         for i, multiple in enumerate(c.multiples)
     ]
     return csv_text(header, rows)
-
-
-def _write(path: Path, text: str) -> None:
-    path.write_text(text, encoding="utf-8")

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from math import floor, isfinite, log10, nan
 
 from ...estimate import ResidualStatistics
-from ...estimate.paper import PaperEstimate
 from ...plant import to_feet
-from ...present.document import Table, csv_text
+from ...present import Table
+from ...present.document import csv_text
 from ...units import FOOT_M
 from .campaign import Campaign
 from .published import PARAMETERS, RESIDUALS, UNITS, PublishedTable, published
@@ -46,10 +47,12 @@ class Entry:
 def entries(campaign: Campaign, number: int) -> list[Entry]:
     """All numbers of one table."""
     table = published()[number]
-    return [entry for source in SOURCES for entry in _FROM[source](campaign, table) if entry.quantity in table.values]
+    found = [_published(table), _truth(campaign, table)]
+    found += [_by_method(campaign, table, source) for source in ("paper", "settling", "least_squares")]
+    return [entry for entry in chain(*found, _likelihood(campaign, table)) if entry.quantity in table.values]
 
 
-def _published(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
+def _published(table: PublishedTable) -> Iterator[Entry]:
     for quantity in table.quantities:
         for i, value in enumerate(table.values[quantity].tolist()):
             yield Entry(table.number, str(i + 1), quantity, "published", value, mark=table.mark(quantity, i + 1))
@@ -63,25 +66,15 @@ def _truth(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
     yield from (Entry(table.number, ALL, name, "truth", value) for name, value in values.items())
 
 
-def _from_method(campaign: Campaign, table: PublishedTable, method: str, source: str) -> Iterator[Entry]:
+def _by_method(campaign: Campaign, table: PublishedTable, source: str) -> Iterator[Entry]:
+    stages = "two_stage" if table.number == 4 else "kalman"
+    method = {"paper": stages, "settling": f"{stages}_settling"}.get(source, source)
     for i in range(len(campaign.results)):
         estimate = campaign.paper[method, table.model, i]
         values = dict(zip(PARAMETERS, estimate.feet, strict=True)) | _residuals(estimate.statistics)
         for name, value in values.items():
-            yield Entry(table.number, str(i + 1), name, source, value, mark=_asterisk(estimate, name))
-
-
-def _paper(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
-    yield from _from_method(campaign, table, "two_stage" if table.number == 4 else "kalman", "paper")
-
-
-def _settling(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
-    method = "two_stage_settling" if table.number == 4 else "kalman_settling"
-    yield from _from_method(campaign, table, method, "settling")
-
-
-def _least_squares(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
-    yield from _from_method(campaign, table, "least_squares", "least_squares")
+            mark = "*" if name in estimate.unstable else ""
+            yield Entry(table.number, str(i + 1), name, source, value, mark=mark)
 
 
 def _likelihood(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
@@ -94,23 +87,9 @@ def _likelihood(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
                 yield Entry(table.number, column, name, "likelihood", value)
 
 
-_FROM = {
-    "published": _published,
-    "truth": _truth,
-    "paper": _paper,
-    "settling": _settling,
-    "least_squares": _least_squares,
-    "likelihood": _likelihood,
-}
-
-
 def _residuals(statistics: ResidualStatistics) -> dict[str, float]:
     values = (statistics.mean, statistics.deviation, statistics.mean_absolute)
     return dict(zip(RESIDUALS, (value / FOOT_M for value in values), strict=True))
-
-
-def _asterisk(estimate: PaperEstimate, quantity: str) -> str:
-    return "*" if quantity in estimate.unstable else ""
 
 
 def labels(table: PublishedTable) -> dict[str, str]:
@@ -140,12 +119,8 @@ def paper_form(campaign: Campaign, number: int) -> Table:
             rows.append((name, names[source], *(cells.get(column, "") for column in columns)))
             kinds.append(f"{source}{' first' * first}")
     header = ("", "", *(f"Data Set {column}" for column in columns[:4]), "all together")
-    return Table(header, tuple(rows), notes(table), tuple(kinds), left=2)
-
-
-def title(table: PublishedTable) -> str:
-    """The paper's caption."""
-    return f"Table {table.number}: {table.title}"
+    title = f"Table {table.number}: {table.title}"
+    return Table(header, tuple(rows), notes(table), tuple(kinds), left=2, title=title)
 
 
 def notes(table: PublishedTable) -> tuple[str, ...]:
@@ -165,12 +140,8 @@ def tables_csv(campaign: Campaign) -> str:
     header = ("table", "truth", "model", "data_set", "quantity", "unit", "source", "value", "sd", "mark")
     rows = [
         (e.table, campaign.truth.name, published()[e.table].model, e.data_set, e.quantity, UNITS[e.quantity], e.source)
-        + (_number(e.value), _number(e.sd), e.mark)
+        + (e.value, e.sd, e.mark)
         for number in published()
         for e in entries(campaign, number)
     ]
-    return csv_text(header, rows)
-
-
-def _number(value: float) -> str:
-    return f"{value:.6g}" if isfinite(value) else ""
+    return csv_text(header, rows, blank=True)
