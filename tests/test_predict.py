@@ -11,13 +11,13 @@ import pytest
 from recorded import NOISE_M, NOMINAL, record, recordings, sine
 
 from vtank.cli import main
-from vtank.cli.run import plan_all
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
 from vtank.diagnose.holdout import Model, model_of
 from vtank.diagnose.model_file import _effects, model_text, predict_gaps, read_model, write_model
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
 from vtank.experiment import simulate_tank
+from vtank.experiment.fly import plan_all
 from vtank.plant.parameters import slot, vector
 from vtank.plant.truth import load_truth
 from vtank.record import Run, write_run

@@ -31,7 +31,7 @@ NEXT = {"experiment": "a sine", "minutes": 2.0, "per_minute": 0.9, "against_repe
 def friction() -> tuple[Diagnosis, dict[str, Any]]:
     found = find(recordings({"coulomb_friction.f": 0.006}), "coulomb_friction", "seiche")
     diagnosis = Diagnosis(found.selection, probabilities(found.selection), found.verdict, seed=5)
-    return diagnosis, diagnosis.document() | {"where": found.place.document()}
+    return diagnosis, diagnosis.summary() | {"where": found.place.document()}
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_every_kind_of_verdict_makes_a_page(friction: tuple[Diagnosis, dict[str,
     kind = "undecided" if kind == "open" else kind  # between no effect and others
     verdict = Verdict(kind, names, names, channel, 0.6, fit)
     other = replace(diagnosis, verdict=verdict)
-    Reader(report_html(other, other.document() | {"where": document["where"], "shrink": SHRINK}))
+    Reader(report_html(other, other.summary() | {"where": document["where"], "shrink": SHRINK}))
 
 
 def luminance(colour: str) -> float:

@@ -64,10 +64,11 @@ def run(args: argparse.Namespace) -> int:
 
 def fly_experiments(demo: Demo) -> None:
     """Data sets of the four experiments with each truth, through the tank."""
-    from ..studies.paper.run import write_flights
-    from .reproduce import fly
+    from ..studies.paper.run import fly, write_flights
+    from .progress import percent
 
-    demo.flights = fly(TRUTHS, demo.seed)
+    with percent("simulating the experiments") as report:
+        demo.flights = fly(TRUTHS, demo.seed, report)
     write_flights(demo.out / "data", demo.flights)
     told = "data set of the four experiments, truth {} (told in truth.json alone)"
     demo.links += [(f"data/{truth}", told.format(truth)) for truth in TRUTHS]

@@ -114,7 +114,10 @@ def compare(
     on_speed = {run.name: _on_speed(run, single[run.name]) for run in recorded} if estimators else {}
     table = validation([*single.values(), simulated, joint], runs)
     advance(f"Model {model}, validation")
-    return Comparison(model, runs, joint, simulated, single, on_speed, paper, linear, tuple(_residuals(joint)), table)
+    return Comparison(
+        model, runs, joint, simulated, single, on_speed, paper, linear,
+        residuals=tuple(_residuals(joint)), validation=table,
+    )  # fmt: skip
 
 
 def _paper(run: Run, model: Model, estimator: Estimator) -> PaperEstimate | str:

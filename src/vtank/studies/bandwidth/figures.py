@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...experiment.plan import Plan
+from ...experiment import Plan
 from ...present.canvas import GREY, INK, VERMILION, drawn, legend_below, page, ticks
 from .bounds import drift_bound_m, thrust_bound_m
 from .loop import Complex

@@ -11,15 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ...present.blocks import Picture
+from ...present import Picture, jsonable
 from ...present.document import html, markdown
-from ...present.numbers import jsonable
-from ...record.folder import Kind, results_folder
+from ...record import Kind, results_folder
+from ..processes import processes
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
-from .processes import processes
 from .rows import STRATA, Row, row
 from .verify import Opened, open_all
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.paper.settings import PaperSettings
-from ...present.blocks import Heading, Paragraph, Picture, Table
+from ...estimate.paper import PaperSettings
+from ...present import Heading, Paragraph, Picture, Table
 from ...present.document import html
 from .advice import Remedy
 from .bias import BiasMap

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...plant.parameters import LAG, LOSS, slot
-from ...present.identification import NAMES
-from ...present.numbers import number
+from ...plant import LAG, LOSS, slot
+from ...present import NAMES, number
 from .advice import Remedy
 from .study import Study
 from .verdicts import CLEAR, SEEN, Verdict

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...estimate.paper.regression import Array
-from ...present.blocks import Paragraph
+from ...estimate.paper import Array
+from ...present import Paragraph
 from .calibration import Calibration
 from .campaign import Campaign
 from .practice import Practice

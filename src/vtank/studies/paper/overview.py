@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...estimate.paper.regression import Model
-from ...plant.lumped import to_feet
+from ...estimate.paper import Model
+from ...plant import to_feet
 from ...present.document import Table
 from .campaign import Campaign
 from .published import PARAMETERS

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.paper.estimate import PaperEstimate
-from ...estimate.paper.linear import fit_linear
-from ...estimate.paper.regression import Array, Model
-from ...estimate.residuals import free_run_beside, residual_coherence, residual_statistics
-from ...plant.lumped import to_feet
+from ...estimate import free_run_beside, residual_coherence, residual_statistics
+from ...estimate.paper import Array, Model, PaperEstimate, fit_linear
+from ...plant import to_feet
 from ...present.canvas import (
     BLUE,
     CRIMSON,

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.paper.regression import Array, Model
-from ...record.table import open_table
+from ...estimate.paper import Array, Model
+from ...record import open_table
 
 FILE = Path(__file__).with_name("published.toml")
 SETS = 4  # data sets of the paper
