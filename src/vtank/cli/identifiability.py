@@ -44,8 +44,8 @@ def run(args: argparse.Namespace) -> int:
     import textwrap
 
     from ..present.document import plain
-    from ..record import write_text
-    from ..studies.design import PAPER, examine, json_text, write_findings, write_plan
+    from ..record import json_text, write_text
+    from ..studies.design import PAPER, document, examine, write_findings, write_plan
     from .progress import progress
 
     _check(args)
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
         print(textwrap.fill(sentence, 110, initial_indent="- ", subsequent_indent="  "))
     print(plain(*found.sheets()))
     if args.json:
-        write_text(args.json, json_text(found))
+        write_text(args.json, json_text(document(found)))
     if args.out:
         print(f"\nwrote {', '.join(write_findings(args.out, found))} in {args.out}")
     if args.write_plan:

@@ -10,6 +10,6 @@ if TYPE_CHECKING:
     from . import canvas, document
     from .blocks import Block, Heading, Links, Paragraph, Picture, Table
     from .identification import FEET, NAMES, UNITS, plain_names
-    from .numbers import fixed, jsonable, number
+    from .numbers import fixed, number
 
 __all__ = facade(__name__)

@@ -9,7 +9,7 @@ from ..facade import facade
 if TYPE_CHECKING:
     from .atomic import write_bytes, write_text
     from .dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, DataSet, read_dataset, read_truth, write_dataset
-    from .documents import json_text, parse_json, plain, read_json
+    from .documents import json_text, jsonable, parse_json, read_json
     from .files import read_bytes, read_text
     from .folder import Kind, new_folder, refuse_loss, results_folder
     from .manifest import FILE, DataSetWarning, Manifest, current_versions, manifest_text, sha256

@@ -17,8 +17,7 @@ import vtank
 from ...effects import CATALOGUE
 from ...errors import InputError
 from ...plant import load_truth, switched_on
-from ...present import jsonable
-from ...record import current_versions, read_bytes, read_text, sha256, write_bytes
+from ...record import current_versions, jsonable, read_bytes, read_text, sha256, write_bytes
 from ..processes import processes
 from .case import NOMINAL
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index

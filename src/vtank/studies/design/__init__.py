@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from ...facade import facade
 
 if TYPE_CHECKING:
-    from .examined import PLAN, RESULTS, examine, json_text, write_findings, write_plan
+    from .document import document
+    from .examined import PLAN, RESULTS, examine, write_findings, write_plan
     from .findings import Findings
     from .montecarlo import monte_carlo, trials_sheet
     from .study import PAPER

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -92,11 +91,6 @@ def _designed(found: Findings, seeds: int, seed: int, processes: int, stage: Sta
     with stage("Monte Carlo of the design", seeds) as advance:
         checked = trials(scenarios, looked.truth, looked.model, bound, seeds, seed, processes, advance)
     return replace(found, design=plan, checked=checked)
-
-
-def json_text(found: Findings) -> str:
-    """Everything as JSON."""
-    return json.dumps(document(found), indent=2, allow_nan=False) + "\n"
 
 
 def write_findings(folder: Path | str, found: Findings) -> list[str]:
