@@ -18,7 +18,7 @@ from recorded import find, recordings
 
 from vtank.diagnose.diagnosis import Diagnosis
 from vtank.diagnose.verdict import Verdict, probabilities
-from vtank.present.page import report_html, write_report
+from vtank.present.page import report_html
 
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,
@@ -185,7 +185,9 @@ def test_dark_by_preference_and_dark_by_choice_are_the_same() -> None:
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory, friction: tuple[Diagnosis, dict[str, Any]]) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(path, friction[0], friction[1] | {"shrink": SHRINK, "next_experiment": NEXT})
+    path.write_text(
+        report_html(friction[0], friction[1] | {"shrink": SHRINK, "next_experiment": NEXT}), encoding="utf-8"
+    )
     return path
 
 

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from ..diagnose.diagnosis import Diagnosis, own_parameters
-from ..record.atomic import write_text
 from .blocks import Details
 from .document import html
 from .sections import sections
 from .words import Document
 
 MOST_NAMES = 6  # runs named in the title
-
-
-def write_report(path: Path | str, diagnosis: Diagnosis, document: Document) -> None:
-    """Write the report of a diagnosis and its complete document; InputError where it cannot be written."""
-    write_text(path, report_html(diagnosis, document))
 
 
 def report_html(diagnosis: Diagnosis, document: Document) -> str:

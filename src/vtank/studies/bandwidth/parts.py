@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -13,6 +12,7 @@ import numpy as np
 from ...experiment import Scenario, plan_run
 from ...present import Table
 from ...record import Kind, results_folder
+from ..stage import Shares, silent
 from .balance import balance
 from .loop import Loop
 from .report import page, response_csv, response_table, station_csv, station_tables
@@ -20,7 +20,6 @@ from .response import AMPLITUDES_M, sine_plan, sweep
 from .station import keep_station
 
 RESULTS = Kind("results of vtank bandwidth", "bandwidth.json", "vtank.bandwidth/1")
-Stage = Callable[[str], AbstractContextManager[Callable[[float], None]]]  # label -> report(share done, 0 to 1)
 
 
 @dataclass(frozen=True)
@@ -31,19 +30,13 @@ class Part:
     files: dict[str, bytes]
 
 
-@contextmanager
-def silent(label: str) -> Iterator[Callable[[float], None]]:
-    """A stage that shows nothing."""
-    yield lambda share: None
-
-
 def frequency_response(
     scenario: Scenario,
     amplitudes_m: Sequence[float] = AMPLITUDES_M,
     truth: str | None = None,
     threads: int = 1,
     pictures: bool = True,
-    stage: Stage = silent,
+    stage: Shares = silent,
 ) -> Part:
     """Closed-loop response of surge position in the tank, beside the linear loop and the harmonic balance."""
     amplitudes = sorted(set(amplitudes_m))
@@ -67,7 +60,7 @@ def station_keeping(
     model: Literal["tank", "surge"] = "tank",
     threads: int = 1,
     pictures: bool = True,
-    stage: Stage = silent,
+    stage: Shares = silent,
 ) -> Part:
     """How far waves, regular and irregular, move the vehicle that holds its place before a wall."""
     seas = []
