@@ -23,6 +23,7 @@ from vtank.record import Run, write_run
 from vtank.record.manifest import DataSetWarning
 
 PAUSE_S = 1e7
+OVERNIGHT_S = 5e4  # in a file; a pause of more than a day makes two recordings, which a reader refuses
 
 
 def paused(pause_s: float, half_s: float = 30.0) -> Run:
@@ -40,7 +41,7 @@ def nominal_alone() -> ModelFile:
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("paused") / "run.csv"
-    write_run(path, paused(PAUSE_S))
+    write_run(path, paused(OVERNIGHT_S))
     return path
 
 
