@@ -266,7 +266,7 @@ def ties(document: Document) -> list[str]:
         names = [effect_name(name) for name in rivals]
         others = "the other" if len(rivals) == 2 else "each of the others"
         lines.append(
-            f"{listed(names).capitalize()} are indistinguishable here: recordings made by the first, without any noise, "
+            f"{listed(names).capitalize()} are indistinguishable here: recordings of the first, without any noise, "
             f"are matched by {others} to within three deviations of the noise."
         )
     if "distance_m" not in document["where"]["region"]:  # no sonar: nothing of the following can be at work
