@@ -30,7 +30,7 @@ from vtank.studies.design.montecarlo import SCENARIOS
 sysid = pytest.importorskip("mujoco.sysid", reason="pip install 'mujoco[sysid]'")
 
 TIMES_FASTER = 50.0
-STEP_S = 0.01  # of the peer, as in models/tank.xml
+STEP_S = 0.01  # of the peer, as in models/phoenix.xml
 LONGER_S = (0.025, 0.05, 0.1)  # the last is the step of vtank's own surge model
 STANDOFF_M = load_scenario(SCENARIOS[0]).standoff_m
 TRUTH = load_truth("paper-ii").lumped

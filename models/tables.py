@@ -1,4 +1,4 @@
-"""Write the tables of README.md from the vehicle files, the truth presets and the walls of tank.xml.
+"""Write the tables of README.md from the vehicle files, the truth presets and the walls of basin.xml.
 
 python models/tables.py models/README.md
 """
@@ -84,12 +84,12 @@ def truth_tables() -> str:
 
 
 def tank_table() -> str:
-    """The tank as compiled from tank.xml."""
-    model = mujoco.MjModel.from_xml_path(str(HERE / "tank.xml"))
-    at = {name: model.geom(name).pos for name in ("wall_ahead", "wall_astern", "wall_port", "wall_starboard", "floor")}
+    """The tank as compiled from basin.xml, and the Phoenix in it."""
+    model, basin = (mujoco.MjModel.from_xml_path(str(HERE / name)) for name in ("phoenix.xml", "basin.xml"))
+    at = {name: basin.geom(name).pos for name in ("wall_ahead", "wall_astern", "wall_port", "wall_starboard", "floor")}
     start, sonar = model.qpos0, model.site("sonar_st1000").pos
     tail = model.site("propeller_port").pos[0] + start[0] - at["wall_astern"][0]
-    brim = at["wall_ahead"][2] + model.geom("wall_ahead").size[1]
+    brim = at["wall_ahead"][2] + basin.geom("wall_ahead").size[1]
     recalled = ("-", "U", "about 20 x 20 ft and 6 to 8 ft deep is recollection only")
     lengths = {
         "length": (at["wall_ahead"][0] - at["wall_astern"][0], *recalled),

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from vtank.plant.parameters import vector
 from vtank.plant.vehicle import Thruster, Vehicle, load_vehicle
-from vtank.tank import load_model
+from vtank.tank import load_model, submerge
 
 MASS = 20.0  # [kg]
 INERTIA = np.array([[1.2, 0.1, -0.2], [0.1, 2.6, 0.15], [-0.2, 0.15, 2.9]])  # [kg m2] about the centre of gravity
@@ -20,10 +20,7 @@ G = 9.80665  # [m/s2]
 
 MJCF = """
 <mujoco>
-  <option integrator="{integrator}" timestep="{timestep}" gravity="0 0 {gravity}">
-    <flag contact="disable" constraint="disable"/>
-  </option>
-  <size nuserdata="400"/>
+  <option timestep="{timestep}" gravity="0 0 {gravity}"/>
   <worldbody>
     <body name="awkward" quat="0 1 0 0">
       <freejoint/>
@@ -33,10 +30,6 @@ MJCF = """
       <site name="oblique" pos="-0.3 0.2 0.1"/>
     </body>
   </worldbody>
-  <actuator>
-    <general name="thrust_lag" site="propeller" dyntype="integrator" gainprm="0"/>
-    <general name="wake" site="propeller" dyntype="integrator" gainprm="0"/>
-  </actuator>
 </mujoco>
 """
 THRUSTERS = (Thruster("side", (0.0, 1.0, 0.0), 50.0), Thruster("oblique", (0.36, -0.48, 0.8), 50.0))
@@ -50,9 +43,14 @@ def symmetric_mass(seed: int = 5) -> np.ndarray:
     return scale @ correlation @ scale
 
 
-def awkward_model(timestep: float = 0.01, gravity: float = 0.0, integrator: str = "RK4") -> mujoco.MjModel:
+def afloat(xml: str) -> mujoco.MjModel:
+    """The vehicle of an MJCF in open water, as the tank steps it."""
+    return submerge(mujoco.MjSpec.from_string(xml))
+
+
+def awkward_model(timestep: float = 0.01, gravity: float = 0.0) -> mujoco.MjModel:
     """One free body with its centre of gravity off the origin and full inertia; gravity [m/s2] along world z."""
-    return mujoco.MjModel.from_xml_string(MJCF.format(timestep=timestep, gravity=gravity, integrator=integrator))
+    return afloat(MJCF.format(timestep=timestep, gravity=gravity))
 
 
 def awkward_vehicle(drag: bool = False, buoyancy_N: float = 0.0) -> Vehicle:

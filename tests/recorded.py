@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from synthetic import advance
 
 from vtank.diagnose.discrepancy import unnamed
 from vtank.diagnose.evidence import evaluate
@@ -17,7 +18,6 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.estimate.observed import RANGE, Observed
 from vtank.estimate.problem import Noise
 from vtank.plant.parameters import null_vector, slot, vector
-from vtank.plant.surge import advance
 
 TICK_S = 0.1
 NOISE_M = 0.006

@@ -8,10 +8,15 @@ import numpy as np
 
 from vtank.estimate.observed import CHANNELS, POSITION, RANGE, SPEED, Observed
 from vtank.plant.parameters import slot
-from vtank.plant.surge import advance
+from vtank.plant.surge import SURGE
 
 STEP_S = 0.01  # of the motion; stamps of inputs and measurements are multiples of it
 SONAR_M = {RANGE: 0.006, POSITION: 0.006, SPEED: 0.01}  # [m, m, m/s] noise
+
+
+def advance(t, h, x, u, z, wake, n, push, p):
+    """States (x, u, z, wake) after one step of the surge equation."""
+    return SURGE.move(t, h, (x, u, z, wake), (float(n),), (float(push),), p)
 
 
 def sine(amplitude: float, frequency_rad_s: float) -> Callable[[np.ndarray], np.ndarray]:

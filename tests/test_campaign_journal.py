@@ -144,7 +144,7 @@ def test_another_campaign_is_not_written_over(tmp_path: Path) -> None:
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "notes.txt").write_text("mine")
-    with pytest.raises(InputError, match="not empty and not a campaign"):
+    with pytest.raises(InputError, match=r"not a campaign begun by vtank, holds notes\.txt"):
         fly_campaign(campaign_of(tmp_path), tmp_path / "out", Threads(1))
     assert digests(tmp_path / "out").keys() == {"notes.txt"}
 

@@ -119,7 +119,7 @@ def test_a_terminated_command_clears_its_half_written_folder(tmp_path: Path) -> 
 import sys, time
 from types import SimpleNamespace
 import vtank.cli as cli
-from vtank.record.atomic import new_folder
+from vtank.record.folder import new_folder
 def run(args):
     with new_folder({str(tmp_path / "data")!r}):
         print("started", flush=True)

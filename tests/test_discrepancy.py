@@ -11,6 +11,7 @@ from recorded import DRIVES, NOISE_M, NOMINAL, record, recordings, select, sine
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.estimate.observed import Observed
 from vtank.plant.parameters import slot
+from vtank.present.sections import UNNAMED
 
 BETA = NOMINAL[slot("beta")]
 SEEN = 5.0  # log evidence
@@ -24,6 +25,10 @@ def gains(runs: list[Observed], *names: str) -> dict[str, float]:
 def test_nothing_is_noticed_where_nothing_is_missing() -> None:
     assert max(gains(recordings()).values()) <= 0.0
     assert max(gains(recordings({"linear_drag.c": 0.1}), "linear_drag").values()) <= 0.5
+
+
+def test_every_family_has_a_caption() -> None:
+    assert set(gains(recordings()[:1])) == set(UNNAMED)
 
 
 def test_a_thrust_gain_that_wanders_is_noticed_as_one() -> None:

@@ -1,15 +1,17 @@
-"""The catalogue of effects: complete, well formed, and honest about what is tied or absorbed."""
+"""The catalogue of effects: complete, well formed, honest about what is tied or absorbed, and named nowhere else."""
 
 from __future__ import annotations
 
+import ast
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 
 import vtank.effects
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
-from vtank.effects.effect import UNIT_SUFFIX
+from vtank.effects.effect import Need, Parameter, unit_suffix
 from vtank.errors import InputError
 from vtank.plant.parameters import NAMES, PLAIN, SIZE, null_vector, slot, vector
 
@@ -24,20 +26,16 @@ FIXED = {
 }
 
 
-def test_every_file_is_an_effect_in_the_catalogue_and_bears_its_name():
-    folder = Path(vtank.effects.__file__).parent
-    files = {path.stem for path in folder.glob("*.py")} - {"__init__", "effect", "catalogue"}
-    assert files == {effect.name for effect in CATALOGUE}
-    assert len(BY_NAME) == len(CATALOGUE)
-
-
 @pytest.mark.parametrize("channel", FIXED)
 def test_the_names_that_users_script_on_are_there(channel):
     for name in FIXED[channel].split():
         assert BY_NAME[name].channel == channel
 
 
-@pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
+EFFECTS = pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
+
+
+@EFFECTS
 def test_an_effect_says_what_it_is(effect):
     assert effect.sentence.endswith(".") and effect.law and effect.source and effect.parameters
     assert effect.name not in effect.confused_with
@@ -50,10 +48,50 @@ def test_an_effect_says_what_it_is(effect):
 @pytest.mark.parametrize(("effect", "q"), PARAMETERS)
 def test_a_parameter_is_well_formed(effect, q):
     low, high = q.bounds
-    assert q.unit in UNIT_SUFFIX and q.key == q.name + UNIT_SUFFIX[q.unit]
+    assert q.key == q.name + unit_suffix(q.unit)
     assert low <= q.null <= high and low < high
     assert q.scale > 0 and q.meaning
     assert q.null + q.scale <= high or q.null - q.scale >= low  # a typical size is admissible
+    assert q.starts or not q.limit  # nothing is near infinity
+    assert all((0.0 < start < 1.0) if q.limit else (low <= start <= high) for start in q.starts)
+
+
+def test_units_are_told_by_rule_and_an_unknown_one_is_refused_where_it_is_written():
+    known = {"-": "", "s": "_s", "1/s2": "_per_s2", "m/s2": "_m_s2", "rad/s": "_rad_s", "1/rev": "_per_rev"}
+    assert {unit: unit_suffix(unit) for unit in known} == known
+    for unit in ("furlong", "m/s/s", "1", "m s", ""):
+        with pytest.raises(ValueError, match=f"unit '{unit}' is not known; expected '-' or such as"):
+            Parameter("c", unit, "", 0.0, (0.0, 1.0), 1.0)
+
+
+def test_every_module_of_the_folder_is_in_the_catalogue_under_its_own_name():
+    folder = Path(vtank.effects.__file__).parent
+    files = {path.stem for path in folder.glob("*.py")} - {"__init__", "effect", "catalogue"}
+    assert files == set(BY_NAME) and len(BY_NAME) == len(CATALOGUE)
+    orders = [(effect.channel, effect.order) for effect in CATALOGUE]
+    assert len(set(orders)) == len(orders)
+
+
+@EFFECTS
+def test_an_effect_says_where_it_acts_and_what_it_needs(effect):
+    places = {"hydrodynamics": {"surge"}, "actuator": {"thruster"}, "sensor": {"range_m", "n_rev_s"}}
+    assert effect.place in places[effect.channel]
+    assert set(effect.needs) <= set(get_args(Need)) and (effect.place != "range_m" or "sonar" in effect.needs)
+    if effect.same_as:
+        assert BY_NAME[effect.same_as].standing == effect.standing == "tied"
+    hooks = (effect.reads, effect.instant, effect.acts, effect.true_input)
+    assert effect.channel != "sensor" or effect.outliers or any(hooks)
+
+
+@EFFECTS
+def test_what_stands_between_hull_and_recording_does_nothing_at_the_null(effect):
+    null = [q.null for q in effect.parameters]
+    for hook in (effect.reads, effect.instant, effect.acts):
+        assert hook is None or hook(1.7, *null) == 1.7
+    if effect.true_input:
+        assert effect.true_input(1.7, 0.9, *null) == 1.7
+        if effect.reads:
+            assert effect.true_input(effect.reads(1.7, 0.3), 0.0, 0.3) == pytest.approx(1.7)
 
 
 def test_tied_effects_name_each_other():
@@ -82,3 +120,25 @@ def test_a_vector_sets_what_it_is_told_and_leaves_its_base_alone():
     assert np.sum(p != base) == 1
     with pytest.raises(InputError, match="no surge parameter 'linear_drag.k'; there are: alpha, beta"):
         slot("linear_drag.k")
+
+
+def test_no_code_outside_the_effects_and_the_plants_names_an_effect():
+    found, root = [], Path(vtank.effects.__file__).parents[1]
+    for path in root.rglob("*.py"):
+        if path.relative_to(root).parts[0] not in ("effects", "plant"):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and names_an_effect(node.value):
+                    found.append(f"{path.relative_to(root)}:{node.lineno}: {node.value!r}")
+    assert not found, "ask the effect for what makes it special: " + ", ".join(found)
+
+
+def names_an_effect(text: str) -> bool:
+    """Whether a string is an effect's name, a slot of one, or the first words of several names."""
+    return any(
+        text == e or text.startswith(f"{e}.") or (text[1:].endswith("_") and e.startswith(text)) for e in BY_NAME
+    )
+
+
+def test_a_string_that_names_an_effect_is_found():
+    assert all(map(names_an_effect, ("seiche", "tachometer_spikes.size", "sonar_", "tether.")))
+    assert not any(map(names_an_effect, ("seiches", "the tether", "", "_", "thrust_N", "effects.tether.k_per_s2")))

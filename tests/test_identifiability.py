@@ -10,8 +10,8 @@ from vtank.diagnose.experiments import recorded
 from vtank.effects.catalogue import BY_NAME
 from vtank.errors import InputError
 from vtank.estimate.cramer_rao import cramer_rao
-from vtank.estimate.levenberg import descend
 from vtank.estimate.maximum_likelihood import beforehand
+from vtank.estimate.optimum import descend
 from vtank.estimate.problem import Problem
 from vtank.experiment.scenario import load_scenario
 from vtank.plant.parameters import slot, vector
@@ -133,7 +133,7 @@ def test_what_is_left_of_an_effect_is_what_a_refit_leaves(paper, name):
         runs.append(recorded(f.run, with_effect, f.scenario.standoff_m))
     problem = Problem(tuple(runs), paper.flown[0].p, FREE, noise=paper.flown[0].noise)
     theta = problem.initial()
-    end = descend(problem, theta, problem.filter(theta), beforehand(problem, theta))
+    end = descend(problem, theta, beforehand(problem, theta), problem.filter(theta))
     assert np.sqrt(end.cost) == pytest.approx(paper.information.separation([name], FREE, abs(share)), rel=0.02)
     verdict = next(v for v in paper.verdicts if f"{v.effect.name}." in name)
     refit = (end.theta[:3] - paper.true) / np.abs(paper.true)

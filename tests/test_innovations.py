@@ -10,7 +10,8 @@ import pytest
 from scipy.stats import chi2
 from synthetic import SONAR_M, observed, sine, turbulence
 
-from vtank.estimate.innovations import kalman, predict
+from vtank.estimate import innovations
+from vtank.estimate.innovations import Noise
 from vtank.estimate.observed import POSITION, RANGE, SPEED, Observed
 from vtank.estimate.problem import Problem
 from vtank.plant.parameters import vector
@@ -23,20 +24,16 @@ VARIANCE = np.array([SONAR_M[kind] ** 2 for kind in (RANGE, POSITION, SPEED)])
 
 def simulate(p, run: Observed, start=REST, gain=None):
     """Innovations along a run, shape (M,)."""
-    out = np.empty(run.time_s.size)
-    gain = np.zeros((out.size, 6)) if gain is None else gain
-    predict(p, start, 1.0, run.input_time_s, run.input, run.lone, run.time_s, run.value, run.kind, gain, out)
-    return out
+    gain = innovations.no_gain(run) if gain is None else gain
+    return innovations.innovations(run, p, start, Noise(), gain)
 
 
 def filtered(p, run: Observed, sigma, memory=1.0, start=REST, start_sd=REST, variance=None, colour=(0.0, 1.0)):
     """Innovations, their variances and the gains."""
-    count = run.time_s.size
-    out = np.empty(count), np.empty(count), np.empty((count, 6))
+    level = Noise(sigma=sigma, correlation_time=memory, colour_sigma=colour[0], colour_time=colour[1])
     noise = VARIANCE[run.kind] if variance is None else variance
-    kalman(p, start, np.asarray(start_sd, float), sigma, memory, run.input_time_s, run.input, run.lone, run.time_s,
-           run.value, run.kind, noise, *out, None, *colour)  # fmt: skip
-    return out
+    found = innovations.filtered(run, p, start, level, noise, np.asarray(start_sd, float))
+    return found.innovation, found.variance, found.gain
 
 
 # --- against a filter written here in plain numpy --------------------------------------------------------------------

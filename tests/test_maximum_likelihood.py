@@ -11,9 +11,9 @@ from synthetic import observed, sine, turbulence
 
 from vtank.errors import InputError
 from vtank.estimate.first_guess import first_guesses
-from vtank.estimate.levenberg import Prior, descend
 from vtank.estimate.maximum_likelihood import MODELS, fit, identify
 from vtank.estimate.observed import POSITION, RANGE, SPEED, observe
+from vtank.estimate.optimum import Prior, descend
 from vtank.estimate.problem import Filtered, Problem
 from vtank.estimate.process_noise import SUSPICIOUS, colour
 from vtank.plant.parameters import slot, vector
@@ -224,8 +224,9 @@ def test_the_jacobian_is_the_derivative_of_the_residuals():
             up, down = (problem.residuals(theta + sign * h * np.eye(problem.size)[i], held) for sign in (1, -1))
             central = (up - down) / (2 * h)
             np.testing.assert_allclose(J[:, i], central, atol=2e-3 * np.abs(central).max() + 1e-6)
-        known = problem.jacobian(theta, held, problem.residuals(theta, held))
-        np.testing.assert_array_equal(known, J)
+        residual, beside = problem.linearise(theta, held)
+        np.testing.assert_array_equal(beside, J)
+        np.testing.assert_array_equal(residual, problem.residuals(theta, held))
 
 
 def test_a_run_has_its_own_unknowns_and_no_other():
@@ -246,12 +247,12 @@ def test_descent_stops_at_a_bound_and_at_a_prior():
     nothing = np.full(problem.size, np.inf)
     open_ = Prior(np.zeros(problem.size), nothing, -nothing, nothing)
     held = problem.filter(theta)
-    free = descend(problem, theta, held, open_)
+    free = descend(problem, theta, open_, held)
     assert free.converged and free.theta[0] == pytest.approx(TRUTH["alpha"], rel=0.02)
     walled = replace(open_, low=np.concatenate([[-2.2], -nothing[1:]]))
-    assert descend(problem, theta, held, walled).theta[0] == -2.2
+    assert descend(problem, theta, walled, held).theta[0] == -2.2
     tight = replace(open_, mean=np.full(problem.size, -2.1), sd=np.concatenate([[1e-6], nothing[1:]]))
-    assert descend(problem, theta, held, tight).theta[0] == pytest.approx(-2.1, abs=1e-4)
+    assert descend(problem, theta, tight, held).theta[0] == pytest.approx(-2.1, abs=1e-4)
 
 
 def test_a_model_that_runs_away_is_a_bad_fit_and_no_crash():

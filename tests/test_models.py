@@ -14,7 +14,8 @@ import pytest
 
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
-from vtank.tank.model import TANK_GROUP, load_model
+from vtank.tank import load_model
+from vtank.tank.model import HEARD
 from vtank.units import FOOT_M, INCH_M, LBF_N, SLUG_KG
 
 MODELS = models_dir()
@@ -56,10 +57,8 @@ def data(model: mujoco.MjModel) -> mujoco.MjData:
 
 def distance(model: mujoco.MjModel, data: mujoco.MjData, site: str, direction: tuple[float, float, float]) -> float:
     """From a site along a world direction to the tank [m]; -1 where there is nothing."""
-    groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-    groups[TANK_GROUP] = 1
     start = data.site(site).xpos
-    return mujoco.mj_ray(model, data, start, np.array(direction), groups, 1, -1, np.zeros(1, dtype=np.int32))
+    return mujoco.mj_ray(model, data, start, np.array(direction), HEARD, 1, -1, np.zeros(1, dtype=np.int32))
 
 
 @pytest.mark.parametrize("key", entries())
@@ -84,7 +83,8 @@ def test_the_rigid_body_is_the_one_of_the_vehicle_file(model: mujoco.MjModel) ->
 
 def test_no_shape_weighs_or_touches_anything(model: mujoco.MjModel, data: mujoco.MjData) -> None:
     assert model.body_mass.sum() == NUMBERS["body"]["mass_kg"]["value"]
-    assert not model.geom_contype.any() and not model.geom_conaffinity.any()
+    hull = model.geom_bodyid > 0
+    assert not model.geom_contype[hull].any() and not model.geom_conaffinity[hull].any()
     data = mujoco.MjData(model)
     data.qpos[0] = 3.0  # the bow in the wall
     mujoco.mj_forward(model, data)

@@ -8,6 +8,8 @@ from scipy.signal import lfilter
 
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spike_sizes, spikes
+from vtank.effects.sonar_multipath import EFFECT as MULTIPATH
+from vtank.effects.tachometer_spikes import EFFECT as SPIKES
 from vtank.estimate.observed import RANGE, Observed
 from vtank.estimate.problem import Filtered
 
@@ -50,7 +52,7 @@ def test_outliers_on_the_short_side_are_no_multipath():
     flags[::100] = True
     for size, gains in ((0.3, True), (-0.3, False)):
         error[flags] = size
-        gain, share, extra = multipath([Filtered(error, np.full(1200, 1e-4), np.zeros((1200, 6)))], [flags])
+        gain, share, extra = multipath(MULTIPATH, [Filtered(error, np.full(1200, 1e-4), np.zeros((1200, 6)))], [flags])
         if gains:
             assert gain > 10.0 and share == pytest.approx(0.01, rel=0.01) and extra == pytest.approx(size)
         else:
@@ -64,7 +66,7 @@ def test_late_pings_within_the_noise_are_told_by_their_number():
     none = np.zeros(4800, dtype=bool)
 
     def found(error):
-        return multipath([Filtered(error, np.full(4800, 1e-4), np.zeros((4800, 6)))], [none])
+        return multipath(MULTIPATH, [Filtered(error, np.full(4800, 1e-4), np.zeros((4800, 6)))], [none])
 
     gain, share, extra = found(good + 0.04 * late)
     assert gain > 100.0
@@ -76,6 +78,6 @@ def test_late_pings_within_the_noise_are_told_by_their_number():
 def test_readings_that_jump_are_no_evidence_of_spikes_by_themselves():
     jumps = 4.0 * (np.random.default_rng(7).random(TIME.size) < 0.03)
     run = with_lone_speeds([sonar(MOTION, 10.0 * np.sin(0.5 * TIME) + jumps)])[0]
-    gain, share = spikes([run], 4.0)
+    gain, share = spikes(SPIKES, np.array([0.0, 4.0]), [run])
     assert gain < 0.0 and 0.01 < share < 0.05
     assert spike_sizes([run]) == pytest.approx([4.0] * 3, rel=0.1)

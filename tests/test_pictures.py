@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from vtank.errors import InputError
-from vtank.tank import render
-from vtank.tank.drawing import draw_tank, echo
-from vtank.tank.model import load_model
+from vtank.tank import load_model, render
+from vtank.tank.drawing import draw_tank, echo, write_png
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +30,8 @@ def test_png_holds_the_image(tmp_path: Path) -> None:
     from matplotlib.image import imread
 
     image = np.random.default_rng(1).integers(0, 256, (5, 7, 3), dtype=np.uint8)
-    (tmp_path / "noise.png").write_bytes(render.png(image))
-    assert np.array_equal(np.rint(255.0 * imread(tmp_path / "noise.png")), image)
+    write_png(tmp_path / "noise.png", image)
+    assert np.array_equal(np.rint(255.0 * imread(tmp_path / "noise.png")[:, :, :3]), image)
 
 
 def test_mujoco_renders_the_vehicle(model: mujoco.MjModel, tmp_path: Path) -> None:

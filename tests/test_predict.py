@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,8 +13,8 @@ from recorded import NOISE_M, NOMINAL, record, recordings, sine
 from vtank.cli import main
 from vtank.cli.run import plan_all
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
-from vtank.diagnose.holdout import model_of
-from vtank.diagnose.model_file import model_text, predict_gaps, read_model, write_model
+from vtank.diagnose.holdout import Model, model_of
+from vtank.diagnose.model_file import _effects, model_text, predict_gaps, read_model, write_model
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
 from vtank.experiment import simulate_tank
@@ -60,6 +61,36 @@ def test_a_model_file_holds_the_three_simulators(diagnosis: Diagnosis, model: Pa
     assert read.noise.sigma == pytest.approx(setting.noise.sigma, rel=1e-4)
 
 
+OWN_UNITS = {  # input -> (largest input, what is in its unit, whether it is a force)
+    "n_rev_s": (12.0, {"thrust_deadband.n0": 4.0}, 0.0),
+    "command": (0.8, {"thrust_saturation.n_max": 0.5}, 0.0),
+    "thrust_N": (40.0, {"tachometer_bias.b": -6.0}, 1.0),
+}
+
+
+@pytest.mark.parametrize("input_name", OWN_UNITS)
+def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path: Path) -> None:
+    top, effect, linear = OWN_UNITS[input_name]
+    p = vector({**effect, "beta": 0.07 / top ** (2.0 - linear), "linear_input": linear}, NOMINAL)
+    drives = ((0.5, 1.0), (0.8, 0.7))
+    runs = [record(f"run_{k}", sine(w, a * top, 60.0), p, NOISE_M, k) for k, (w, a) in enumerate(drives)]
+    offset = effect.get("tachometer_bias.b", 0.0)  # which the reading has, and the hull does not feel
+    runs = [replace(run, input_name=input_name, input=run.input + offset) for run in runs]
+    nominal = vector({"beta": p[slot("beta")], "linear_input": linear}, NOMINAL)
+    name = next(iter(effect))
+    found = diagnose(runs, nominal, names=() if linear else (name.split(".")[0],))
+    write_model(tmp_path / "model.toml", found)
+    read = read_model(tmp_path / "model.toml")
+    assert read.diagnosed.p[slot(name)] == pytest.approx(effect[name], rel=0.1)
+    assert set(predict_gaps(read, runs[0])["rms"]) == {"nominal", "refit", "diagnosed"}
+
+
+def test_a_phase_that_went_round_is_written_within_a_turn() -> None:
+    p = vector({"seiche.amplitude": 0.01, "seiche.phase": 9.0}, NOMINAL)
+    lines = _effects(Model(p), "")
+    assert f"phase_rad = {9.0 - 2.0 * np.pi:.12g} # of the first run; every run has its own" in lines
+
+
 def test_a_model_file_is_a_truth_preset(diagnosis: Diagnosis, model: Path) -> None:
     truth = load_truth(model)
     assert truth.effects["linear_drag.c"] == pytest.approx(diagnosis.verdict.fit.values["linear_drag.c"])
@@ -102,11 +133,11 @@ def test_what_cannot_be_predicted_is_told(model: Path, tmp_path: Path, capsys: p
     ("old", "new", "message"),
     [
         ('schema = "vtank.model/1"', 'schema = "other"', "vtank.model/1"),
-        ("c_per_s", "c_per_min", "c_per_min: unknown key; expected one of: c_per_s"),
+        ("c_per_s", "c_per_min", "c_per_min: unknown key; did you mean 'c_per_s'?"),
         ("[effects.linear_drag]", "[effects.linear_drug]", "effects.linear_drug: unknown key"),
         ("c_per_s = 0", "c_per_s = 90", "expected a number from 0 to 5"),
         ('input = "n_rev_s"', 'input = "rpm"', "expected one of n_rev_s, command, thrust_N"),
-        ("range_m", "range_ft", "noise.range_ft: unknown key"),
+        ("range_m", "range_ft", "noise.range_ft: wrong unit: expected 'range_m' [m]"),
     ],
 )
 def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new: str, message: str) -> None:
@@ -157,3 +188,21 @@ def test_what_cannot_be_written_is_told_before_anything_is_printed(
     assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(model / "gaps.json")]) == 2
     told = capsys.readouterr()
     assert told.out == "" and "cannot be written" in told.err
+
+
+def test_what_cannot_be_told_is_null(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A recording of mere noise has no expected error; NaN is no JSON."""
+    from vtank.diagnose import model_file
+
+    monkeypatch.setattr(model_file, "read_model", lambda path: None)
+    monkeypatch.setattr(
+        model_file, "predict_gaps", lambda *given: {"unit": "m", "rms": {"refit": 0.5}, "floor": np.nan}
+    )
+    assert main(["predict", "model.toml", str(unseen(tmp_path))]) == 0
+    assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {
+        "unit": "m",
+        "rms": {"refit": 0.5},
+        "floor": None,
+    }

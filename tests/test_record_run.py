@@ -144,7 +144,7 @@ def test_what_is_written_comes_back_to_the_stated_digits(tmp_path: Path) -> None
     draw = np.random.default_rng(1)
     values = draw.normal(size=12) * 10.0 ** draw.integers(-8, 8, size=12)
     run = a_run(range_m=np.where(np.arange(12) == 4, np.nan, np.abs(values)))
-    run.columns["surge_m_s"] = values
+    run.columns["position_m"] = values
     write_run(tmp_path / "a.csv", run)
     back = read_run(tmp_path / "a.csv")
     assert list(back.columns) == list(run.columns)

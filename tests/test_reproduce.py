@@ -17,12 +17,13 @@ from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import simulate_surge
 from vtank.present.document import literal, markdown
-from vtank.record import read_dataset
+from vtank.record import read_dataset, read_truth
+from vtank.record.folder import results_folder
 from vtank.studies.paper import run as reproduction
 from vtank.studies.paper.campaign import campaign_plans, identify_campaign, pieces
-from vtank.studies.paper.folder import MARKER, results_folder
 from vtank.studies.paper.overview import overview
 from vtank.studies.paper.published import SETS, published
+from vtank.studies.paper.run import REPRODUCTION
 from vtank.studies.paper.tables import SOURCES, Entry, entries, paper_form, tables_csv
 
 FIGURES = {f"figure-{n}" for n in "01a 01b 02a 02b 03 04 05 06 07a 07b 08 09a 09b 10a 10b 11a 11b 12".split()}
@@ -91,13 +92,13 @@ def test_pages_fit_a_telephone_and_lead_to_files_that_exist(written, fits):
 def test_data_sets_stand_apart_from_other_tables(written):
     data = read_dataset(written / "data" / "paper-ii")
     assert [run.name for run in data] == ["paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4"]
-    assert data.manifest is not None and data.manifest.seed == 3
+    assert {run["seed"] for run in read_truth(data.path)["runs"]} == {3}
 
 
 def test_results_replace_earlier_results_only(written, tmp_path, capsys):
-    marker = json.loads((written / MARKER).read_text())
+    marker = json.loads((written / REPRODUCTION.marker).read_text())
     present = {file.relative_to(written).as_posix() for file in written.rglob("*") if file.is_file()}
-    assert set(marker["files"]) | {MARKER} == present and marker["seed"] == 3
+    assert set(marker["files"]) | {REPRODUCTION.marker} == present and marker["seed"] == 3
     (tmp_path / "notes.txt").write_text("mine")
     assert main(["reproduce", "--out", str(tmp_path)]) == 2
     assert "choose another folder" in capsys.readouterr().err and (tmp_path / "notes.txt").exists()
@@ -110,14 +111,14 @@ def test_bad_seed_is_refused(tmp_path, capsys):
 
 
 def test_folder_keeps_what_was_there_after_a_failure(tmp_path):
-    with results_folder(tmp_path / "r", {"seed": 1}) as folder:
+    with results_folder(tmp_path / "r", REPRODUCTION, {"seed": 1}) as folder:
         (folder / "a.txt").write_text("first")
-    with pytest.raises(RuntimeError), results_folder(tmp_path / "r", {"seed": 2}) as folder:
+    with pytest.raises(RuntimeError), results_folder(tmp_path / "r", REPRODUCTION, {"seed": 2}) as folder:
         (folder / "a.txt").write_text("second")
         raise RuntimeError
     assert (tmp_path / "r" / "a.txt").read_text() == "first"
     (tmp_path / "r" / "mine.txt").write_text("x")
-    with pytest.raises(InputError, match="holds mine.txt"), results_folder(tmp_path / "r", {}):
+    with pytest.raises(InputError, match="holds mine.txt"), results_folder(tmp_path / "r", REPRODUCTION):
         pass
 
 

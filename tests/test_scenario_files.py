@@ -10,7 +10,8 @@ import pytest
 from vtank.errors import InputError
 from vtank.experiment.clearance import check_command
 from vtank.experiment.scenario import Control, Sonar, SonarFilter, Tachometer, Turbulence, load_scenario, scenario_names
-from vtank.record.section import UNITS, override, split_unit
+from vtank.record.suffix import UNITS, split_unit
+from vtank.record.toml import override
 from vtank.resources import scenarios_dir
 
 GOOD = """

@@ -20,7 +20,8 @@ from vtank.plant.truth import load_truth
 from vtank.plant.vehicle import AXES, load_vehicle
 from vtank.record import read_dataset
 from vtank.resources import models_dir
-from vtank.tank.model import load_world, rigid_mass, vehicle_body
+from vtank.tank import load_world
+from vtank.tank.model import rigid_mass, vehicle_body
 
 MODELS = models_dir()
 NUMBERS = tomllib.loads((MODELS / "bluerov2.toml").read_text(encoding="utf-8"))

@@ -36,13 +36,16 @@ def test_a_data_set_holds_runs_manifest_and_truth(
     assert main(["run", "paper-ds2", "paper-ds2", "--out", str(out), *QUICK, *arguments]) == 0
     data, truth = read_dataset(out), read_truth(out)
     assert [run.name for run in data] == ["paper-ds2-1", "paper-ds2-2"]
-    assert data.manifest is not None and data.manifest.seed == 1996
-    assert "effects.linear_drag.c_per_s=0.1" in data.manifest.scenarios["paper-ds2-1"]
+    assert data.manifest is not None and 'kind = "position_sine"' in data.manifest.scenarios["paper-ds2-1"]
+    told = (out / "manifest.json").read_text()
+    assert not [word for word in ("linear_drag", "physical", "1996", "noise", "turbulence", "truth") if word in told]
     assert all(set(run.columns) == {"n_rev_s", "range_m"} and run.time_s.size == 41 for run in data)
     assert (data.runs[0].columns["range_m"] != data.runs[1].columns["range_m"]).any()
     assert truth is not None and truth["model"] == model
     assert [run["truth"] for run in truth["runs"]] == ["physical", "physical"]
-    assert truth["runs"][0]["effects"]["linear_drag.c"] == 0.1
+    assert truth["runs"][0]["effects"]["linear_drag.c"] == 0.1 and truth["runs"][0]["seed"] == 1996
+    flown = {scenario["name"]: scenario["text"] for scenario in truth["scenarios"]}
+    assert "--set effects.linear_drag.c_per_s=0.1" in flown["paper-ds2-1"] and "[sonar]" in flown["paper-ds2-2"]
     assert len(truth["runs"][0]["true"]["position_m"]) == 41
     said = capsys.readouterr()
     assert "paper-ds2-1: 4 s" in said.out and "100/100" in said.err

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from synthetic import advance
 
 from vtank.errors import InputError
 from vtank.experiment import Plan, Result, plan_run, simulate_surge, surge_model
 from vtank.experiment.scenario import load_scenario, scenario_names
-from vtank.plant.surge import advance
 from vtank.plant.truth import truth_names
 
 QUIET = ("sonar.noise_m=0", "sonar.resolution_m=0", "tachometer.noise_rev_s=0")

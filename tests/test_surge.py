@@ -7,12 +7,14 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from synthetic import advance
 
 from vtank.effects import sonar_multipath, tachometer_spikes
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
-from vtank.estimate.innovations import GAINS, predict
+from vtank.estimate.innovations import Noise, innovations, no_gain
+from vtank.estimate.observed import Observed
 from vtank.plant.parameters import slot, vector
-from vtank.plant.surge import advance, surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
+from vtank.plant.surge import surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
 
 ALPHA, BETA, GAMMA, TAU = -2.5, 5e-4, -0.01, 0.7
 PLAIN = {"alpha": ALPHA, "beta": BETA, "thrust_loss.gamma": GAMMA, "thrust_lag.tau": TAU}
@@ -202,10 +204,13 @@ def recording(p, rng_seed=2):
     t = 0.1 * np.arange(600)
     rng = np.random.default_rng(rng_seed)
     n = 14.0 * np.cos(0.6 * t) + 3.0 * np.cos(1.7 * t) + rng.normal(0.0, 0.3, t.size)
-    out, zero = np.empty(t.size), np.zeros(t.size)
-    kind = np.zeros(t.size, dtype=np.int64)
-    predict(p, np.zeros(4), 1.0, t, n, zero, t, zero, kind, np.zeros((t.size, GAINS)), out)
-    return -out
+    return simulated_range(p, t, n)
+
+
+def simulated_range(p, t, n):
+    """Ranges at the input's own stamps, from rest, shape of t."""
+    run = Observed("run", "n_rev_s", t, n, t, np.zeros(t.size), np.zeros(t.size, dtype=np.int64))
+    return -innovations(run, p, np.zeros(4), Noise(), no_gain(run))
 
 
 @pytest.mark.parametrize("effect", CATALOGUE, ids=lambda effect: effect.name)
@@ -294,13 +299,10 @@ def test_a_wake_that_follows_eases_the_hull():
 
 def test_sensors_and_delays_act_the_way_they_say():
     """On a hull that goes ahead faster and faster from x = 0 at t = 0: the true range falls."""
-    t, zero = 0.1 * np.arange(50), np.zeros(50)
+    t = 0.1 * np.arange(50)
 
     def ranges(more):
-        out, p = np.empty(50), vector(PLAIN | more)
-        kind = np.zeros(50, dtype=np.int64)
-        predict(p, np.zeros(4), 1.0, t, np.full(50, 10.0), zero, t, zero, kind, np.zeros((50, GAINS)), out)
-        return -out[5:]
+        return simulated_range(vector(PLAIN | more), t, np.full(50, 10.0))[5:]
 
     true = ranges({})
     assert np.all(np.diff(true) < 0)

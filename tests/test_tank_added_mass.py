@@ -8,6 +8,7 @@ import pytest
 from bodies import (
     GRAVITY_CENTRE,
     MJCF,
+    afloat,
     awkward_model,
     awkward_vehicle,
     body_velocity,
@@ -94,14 +95,16 @@ def test_weight_and_buoyancy_act_at_their_own_centres() -> None:
 
 
 def test_mujocos_passive_forces_count() -> None:
-    """Gravity compensated by MuJoCo: force and moment of the weight vanish, and nothing accelerates."""
-    xml = MJCF.replace('name="awkward"', 'name="awkward" gravcomp="1"')
-    model = mujoco.MjModel.from_xml_string(xml.format(timestep=0.01, gravity=-9.80665, integrator="RK4"))
-    data = mujoco.MjData(model)
+    """A spring of the free joint itself, far from where it is slack: its force and moment move the whole mass."""
+    xml = MJCF.replace("<freejoint/>", '<joint type="free" stiffness="30"/>')
+    data = mujoco.MjData(afloat(xml.format(timestep=0.01, gravity=0.0)))
     prepare(data, awkward_vehicle(), without_drag())
     turned(data)
-    assert acceleration_from_rest(data) == pytest.approx(0.0, abs=1e-13)
-    assert np.linalg.norm(data.qfrc_passive) > 100.0
+    data.qpos[:3] = (2.0, -1.0, 0.5)
+    found = acceleration_from_rest(data)
+    spring = np.concatenate([rotation(data.qpos).T @ data.qfrc_passive[:3], data.qfrc_passive[3:]])
+    assert np.abs(spring).min() > 0.1
+    assert found == pytest.approx(np.linalg.solve(TOTAL, spring), rel=1e-10, abs=1e-12)
 
 
 def test_mass_edited_by_the_user_counts() -> None:

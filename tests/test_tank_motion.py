@@ -10,10 +10,10 @@ import pytest
 from bodies import GRAVITY_CENTRE, awkward_model, awkward_vehicle, body_velocity, phoenix, set_velocity, without_drag
 from scipy.linalg import eigh
 from scipy.optimize import fsolve
+from synthetic import advance
 
 from vtank.effects.catalogue import CATALOGUE
 from vtank.effects.effect import Effect
-from vtank.plant import surge
 from vtank.plant.parameters import slot
 from vtank.plant.truth import load_truth, truth_names
 from vtank.plant.vehicle import AXES, Vehicle
@@ -105,7 +105,7 @@ def assert_tank_is_surge_model(p: np.ndarray, seconds: float) -> None:
             tank.propeller_rev_s[:] = n
             tank.step(10)
             for j in range(10):
-                state = surge.advance(0.1 * k + DT * j, DT, *state, n, 0.0, p)
+                state = advance(0.1 * k + DT * j, DT, *state, n, 0.0, p)
             assert tank.qpos[0, 0] == pytest.approx(state[0], abs=1e-7)
             assert tank.qvel[0, 0] == pytest.approx(state[1], abs=1e-7)
     assert tank.qvel[0, 1:] == pytest.approx(0.0, abs=1e-15)
@@ -276,8 +276,8 @@ def test_motion_in_a_steady_stream_is_that_in_still_water_carried_along() -> Non
 def test_euler_integration_is_allowed_and_of_first_order() -> None:
     errors = []
     for timestep in (0.01, 0.005):
-        model = awkward_model(timestep, integrator="Euler")
-        assert model.opt.integrator == mujoco.mjtIntegrator.mjINT_EULER
+        model = awkward_model(timestep)
+        model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
         with Tank(model, awkward_vehicle(), without_drag(alpha=-1.0), held=ALL_BUT_SURGE) as tank:
             tank.qvel[:, 0] = 0.5
             tank.step(round(4.0 / timestep))

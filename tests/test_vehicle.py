@@ -154,8 +154,8 @@ def test_a_bad_vehicle_file_is_told_apart(tmp_path: Path, find: str, replacement
         ("5e-4", "0.0", "thrust must push"),
         ("gamma_per_rev = 0.0", "gamma_per_rev = 0.1", "thrust falls with speed"),
         ("tau_s = 0.5", "tau_s = -0.5", "tau must not be negative"),
-        ("tau_s = 0.5", "tau_ms = 500", "lumped.tau_ms: unknown key"),
-        ("n_limit_rev_s = 12.0", "n_limit_rpm = 700", "n_limit_rpm: unknown key"),
+        ("tau_s = 0.5", "tau_ms = 500", "lumped.tau_ms: wrong unit: expected 'tau_s' [s]"),
+        ("n_limit_rev_s = 12.0", "n_limit_rpm = 700", "n_limit_rpm: wrong unit: expected 'n_limit_rev_s' [rev/s]"),
         ("alpha_per_m", "a_per_ft", "lumped.beta_m_per_rev2: unknown key"),
     ],
 )

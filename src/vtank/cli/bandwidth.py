@@ -48,12 +48,16 @@ def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
     from ..experiment.scenario import load_scenario
+    from ..record.folder import refuse_loss, results_folder
+    from ..studies.bandwidth import RESULTS
 
     if args.threads < 1:
         raise InputError(f"--threads {args.threads}: expected at least 1")
     if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
         raise InputError("--amplitude: expected a number of metres above 0")
     scenario = load_scenario(args.scenario, args.set)
+    if args.out is not None:
+        refuse_loss(args.out, RESULTS)
     files: dict[str, str | bytes] = {}
     tables: list[Table] = []
     if args.only != "seas":
@@ -64,7 +68,9 @@ def run(args: argparse.Namespace) -> int:
         from ..studies.bandwidth.report import page
 
         files["bandwidth.html"] = page(_subject(args, scenario), tables, files)
-        _write(args.out, files)
+        with results_folder(args.out, RESULTS, {"scenario": scenario.name}) as folder:
+            for name, content in files.items():
+                (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
         print(f"\nwrote {', '.join(files)} in {args.out}")
     return 0
 
@@ -120,11 +126,6 @@ def _seas(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> 
 
 def _subject(args: argparse.Namespace, scenario: Scenario) -> str:
     """What the figures are about."""
-    return f"{scenario.vehicle}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
-
-
-def _write(folder: Path, files: dict[str, str | bytes]) -> None:
-    from ..record.atomic import write_bytes
-
-    for name, content in files.items():
-        write_bytes(folder / name, content if isinstance(content, bytes) else content.encode())
+    return (
+        f"{Path(scenario.vehicle).stem}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
+    )

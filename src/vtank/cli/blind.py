@@ -67,7 +67,7 @@ def _make(args: argparse.Namespace) -> int:
     for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
         if value < least:
             raise InputError(f"--{name} {value}: expected at least {least}")
-    truth_out = args.truth_out or args.out.with_name(args.out.name + "-truth")
+    truth_out = args.truth_out or _beside(args.out, "-truth")
     kinds = KINDS if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
@@ -78,9 +78,11 @@ def _make(args: argparse.Namespace) -> int:
 
 def _answer(args: argparse.Namespace) -> int:
     from ..studies.blind.answer import answer
+    from .diagnose import refuse_unwritable
     from .progress import progress
 
     out = args.out or args.folder / "answers.json"
+    refuse_unwritable(out)
     total = answer(args.folder, out, args.seed, _at_least_one(args.processes), progress)
     print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
     return 0
@@ -88,17 +90,29 @@ def _answer(args: argparse.Namespace) -> int:
 
 def _score(args: argparse.Namespace) -> int:
     from ..present.document import plain
-    from ..studies.blind.score import score, write_score
+    from ..record.folder import refuse_loss
+    from ..studies.blind.score import RESULTS, score, write_score
     from ..studies.blind.tables import tables
     from .progress import progress
 
     answers = args.answers or args.folder / "answers.json"
-    out = args.out or args.folder.with_name(args.folder.name + "-score")
+    out = args.out or _beside(args.folder, "-score")
+    refuse_loss(out, RESULTS)
     scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), progress)
     write_score(out, scored)
     print(plain(tables(scored["measures"])[0]))
     print(f"wrote {out}")
     return 0
+
+
+def _beside(folder: Path, ending: str) -> Path:
+    """The folder next to this one whose name has the ending."""
+    from ..errors import InputError
+
+    place = folder if folder.name not in ("", "..") else folder.resolve()
+    if not place.name:
+        raise InputError(f"{folder}: the root of the file system has no folder beside it; choose another")
+    return place.with_name(place.name + ending)
 
 
 def _at_least_one(processes: int) -> int:

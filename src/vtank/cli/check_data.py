@@ -26,7 +26,8 @@ def run(args: argparse.Namespace) -> int:
     data = read_dataset(args.dataset)
     origin = "no manifest"
     if data.manifest:
-        origin = f"written by vtank {data.manifest.versions.get('vtank', '?')}, seed {data.manifest.seed}"
+        seed = "" if data.manifest.seed is None else f", seed {data.manifest.seed}"
+        origin = f"written by vtank {data.manifest.versions.get('vtank', '?')}{seed}"
     print(f"{data.path}: {len(data)} run{'s' * (len(data) > 1)}, {origin}\n")
     rows = [HEADER, *(row for recording in data for row in _rows(recording))]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]

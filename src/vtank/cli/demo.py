@@ -42,36 +42,24 @@ def run(args: argparse.Namespace) -> int:
     from ..errors import InputError
     from ..present.blocks import Heading, Links
     from ..present.document import html, markdown, plain
-    from ..record.atomic import write_text
+    from ..record.folder import Kind, results_folder
 
     if args.seed < 0:
         raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
-    start, demo = time.monotonic(), Demo(args.out, args.seed)
-    for step in STEPS:
-        step(demo)
-    page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
-    write_text(demo.out / "index.html", html("vtank demo", page))
-    write_text(demo.out / "index.md", markdown(page))
+    start, kind = time.monotonic(), Kind("what vtank demo makes", "demo.json", "vtank.demo/1")
+    with results_folder(args.out, kind, {"seed": args.seed}) as folder:
+        demo = Demo(folder, args.seed)
+        for step in STEPS:
+            step(demo)
+        page = [Heading("vtank demo", 1), *demo.page, Heading("What was made"), Links(tuple(demo.links))]
+        (folder / "index.html").write_text(html("vtank demo", page), encoding="utf-8")
+        (folder / "index.md").write_text(markdown(page), encoding="utf-8")
     print("\n" + plain(*page))
-    print(f"\nMade in {time.monotonic() - start:.0f} s in {demo.out}: start at {demo.out / 'index.html'}")
+    print(f"\nMade in {time.monotonic() - start:.0f} s in {args.out}: start at {args.out / 'index.html'}")
     return 0
 
 
 # --- the steps, in order -------------------------------------------------------------------------------------------
-
-
-def check_folders(demo: Demo) -> None:
-    """InputError, before any work, where something is in the way that was not made here."""
-    from ..errors import InputError
-    from ..record.dataset import refuse_strangers
-    from ..studies.paper.folder import refuse_others
-
-    refuse_others(demo.out / "reproduction")
-    for truth in TRUTHS:
-        refuse_strangers(demo.out / "data" / truth)
-    for folder, ours in (("blind", "cases.json"), ("blind-truth", "case_0001.json")):
-        if (demo.out / folder).exists() and not (demo.out / folder / ours).exists():
-            raise InputError(f"{demo.out / folder}: holds something that vtank demo did not make; name another --out")
 
 
 def fly_experiments(demo: Demo) -> None:
@@ -89,8 +77,8 @@ def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
     from ..present.blocks import Picture
     from ..record.atomic import write_bytes
-    from ..tank.model import load_model
     from ..tank.render import picture
+    from ..tank.world import load_model
 
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "tank.png"
@@ -103,14 +91,14 @@ def picture_tank(demo: Demo) -> None:
 def identify_and_reproduce(demo: Demo) -> None:
     """Models I to III identified and compared with the truth; the paper's tables and figures; a brief study."""
     from ..present.blocks import Heading, Paragraph
+    from ..record.folder import results_folder
     from ..studies.paper.findings import summary
-    from ..studies.paper.folder import results_folder
     from ..studies.paper.overview import overview
-    from ..studies.paper.run import BRIEF, FULL, reproduce
+    from ..studies.paper.run import BRIEF, FULL, REPRODUCTION, reproduce
     from .progress import progress
 
     about = {"seed": demo.seed, "truths": list(TRUTHS), "quick": True}
-    with results_folder(demo.out / "reproduction", about) as folder:
+    with results_folder(demo.out / "reproduction", REPRODUCTION, about) as folder:
         results = reproduce(folder, demo.flights, demo.seed, BRIEF, progress)
     brief = f"From a brief study, on {BRIEF.study} seeds; vtank reproduce takes {FULL.study}."
     demo.page += [Heading("Identified and true (feet, as in the paper)"), overview(results.campaigns)]
@@ -121,26 +109,23 @@ def identify_and_reproduce(demo: Demo) -> None:
 
 def diagnose_blind_case(demo: Demo) -> None:
     """A case with a withheld effect, its diagnosis and report, and only then the truth."""
+    import io
     import json
-    import shutil
+    from contextlib import redirect_stdout
 
     from ..errors import InputError
     from ..present.blocks import Heading, Paragraph
     from . import main
 
     blind, truth = demo.out / "blind", demo.out / "blind-truth"
-    for folder in (blind, truth):
-        shutil.rmtree(folder, ignore_errors=True)
     report, found = demo.out / "diagnosis.html", demo.out / "diagnosis.json"
     make = ["blind", "make", "--trials", "1", "--seed", str(demo.seed), "--kinds", "single", "--no-separations"]
-    steps = (
-        [*make, "--out", str(blind), "--truth-out", str(truth)],
-        ["diagnose", str(blind / "case_0001"), "--report", str(report), "--json", str(found)],
-    )
+    diagnose = ["diagnose", str(blind / "case_0001"), "--report", str(report), "--json", str(found)]
     print("\nA blind case: four runs in the tank with an effect that the diagnosis is not told.\n")
-    for step in steps:
-        if main(step) != 0:
-            raise InputError(f"vtank {' '.join(step)} failed")
+    with redirect_stdout(io.StringIO()):  # it tells where it writes, a folder that gets its name at the end
+        failed = main([*make, "--out", str(blind), "--truth-out", str(truth)])
+    if failed or main(diagnose):
+        raise InputError(f"the blind case of seed {demo.seed} failed")
     sealed = json.loads((truth / "case_0001.json").read_text(encoding="utf-8"))["truth"]
     verdict = json.loads(found.read_text(encoding="utf-8"))["verdict"]
     said = ", ".join(verdict["effects"]) or verdict["kind"]
@@ -150,7 +135,6 @@ def diagnose_blind_case(demo: Demo) -> None:
 
 
 STEPS: tuple[Callable[[Demo], None], ...] = (
-    check_folders,
     diagnose_blind_case,
     fly_experiments,
     picture_tank,

@@ -100,9 +100,9 @@ def refuse_unwritable(path: Path | None) -> None:
 def observed(runs: Sequence[Run]) -> list[Observed]:
     """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
     from ..errors import InputError
-    from ..estimate.observed import observe
+    from ..estimate.observed import observe, stretches
 
-    found = [observe(run) for run in runs]
+    found = [observe(run) for run in stretches(runs)]
     first = found[0]
     for run in found:
         if run.input_name != first.input_name:
@@ -114,6 +114,8 @@ def observed(runs: Sequence[Run]) -> list[Observed]:
             raise InputError(
                 f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST_SAMPLES} to diagnose"
             )
+        if run.input.size < 2:
+            raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
     if all(float(abs(run.input).max()) == 0.0 for run in found):
         raise InputError(
             f"{first.input_name} is zero in all runs: nothing drives the vehicle, nothing can be diagnosed"

@@ -49,6 +49,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Look at the plan, print verdicts and tables, write what was asked for."""
     from ..errors import InputError
+    from ..record.folder import refuse_loss
+    from ..studies.design import PLAN, RESULTS
     from .diagnose import refuse_unwritable
 
     if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
@@ -56,10 +58,9 @@ def run(args: argparse.Namespace) -> int:
     if args.write_plan and not args.design:
         raise InputError("--write-plan needs --design, which finds the plan")
     refuse_unwritable(args.json)
-    for folder in (args.out, args.write_plan):
-        if folder and folder.exists() and not folder.is_dir():
-            raise InputError(f"{folder}: is a file, expected a folder")
-        refuse_unwritable(folder and folder / "any file")
+    for folder, kind in ((args.out, RESULTS), (args.write_plan, PLAN)):
+        if folder:
+            refuse_loss(folder, kind)
     scenarios, truth, model = _chosen(args)
     found = _found(args, scenarios, truth, model)
     _print(found)
@@ -155,7 +156,9 @@ def _write(args: argparse.Namespace, found: Findings) -> None:
     import json
 
     from ..present.document import csv_text
-    from ..record.atomic import write_bytes, write_text
+    from ..record.atomic import write_text
+    from ..record.folder import results_folder
+    from ..studies.design import RESULTS
     from ..studies.design.document import document
     from ..studies.design.figures import page
 
@@ -168,23 +171,25 @@ def _write(args: argparse.Namespace, found: Findings) -> None:
         files |= {
             "identifiability.png": png,
             "identifiability.html": found.page(png).encode(),
-            "identifiability.json": content.encode(),
         }
-        for name, data in files.items():
-            write_bytes(args.out / name, data)
-        print(f"\nwrote {', '.join(files)} in {args.out}")
+        with results_folder(args.out, RESULTS, json.loads(content)) as folder:
+            for name, data in files.items():
+                (folder / name).write_bytes(data)
+        print(f"\nwrote {', '.join(files)}, {RESULTS.marker} in {args.out}")
     if args.write_plan:
         _write_plan(args.write_plan, found)
 
 
 def _write_plan(folder: Path, found: Findings) -> None:
     """The designed runs as scenario files, and the command that flies them."""
-    from ..record.atomic import write_text
+    from ..record.folder import results_folder
+    from ..studies.design import PLAN
     from ..studies.design.design import scenario_texts
 
     assert found.design is not None
     texts = scenario_texts(found.design)
-    for name, text in texts.items():
-        write_text(folder / name, text)
+    with results_folder(folder, PLAN) as new:
+        for name, text in texts.items():
+            (new / name).write_text(text, encoding="utf-8")
     print(f"\nwrote {', '.join(texts)} in {folder}; fly them with")
     print(f"  vtank run {folder}/*.toml --out data")

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from ..record import Run
 
 MODELS: tuple[Model, ...] = ("I", "II", "III")
-MARKER = "identification.json"
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -57,16 +56,17 @@ def run(args: argparse.Namespace) -> int:
 
     from ..errors import InputError
     from ..present.document import plain
-    from ..present.identification_json import identification
+    from ..present.identification_json import IDENTIFICATION, identification
     from ..record import read_dataset
     from ..record.atomic import write_text
+    from ..record.folder import refuse_loss
 
     if (args.dataset is None) == (args.monte_carlo is None):
         raise InputError("expected a data set, or --monte-carlo N in its place")
     if args.monte_carlo is not None:
         return try_seeds(args)
     if args.out:
-        refuse_strangers(args.out)
+        refuse_loss(args.out, IDENTIFICATION)
     data = read_dataset(args.dataset)
     truth = read_known(args.truth) if args.truth else None
     found, skipped = identify_all(data.runs, MODELS if args.model == "all" else (args.model,), args)
@@ -114,11 +114,13 @@ def identify_all(
     """The models that these runs can carry, and for the others the reason; InputError where none can."""
     from ..errors import InputError
     from ..estimate.comparison import compare
+    from ..estimate.observed import stretches
     from ..estimate.paper.settings import ESTIMATORS
     from .progress import progress
 
     estimators = () if args.method == "ml" else ESTIMATORS
     process_noise = {"auto": None, "on": True, "off": False}[args.process_noise]
+    runs = stretches(runs)
     found: list[Comparison] = []
     skipped: list[str] = []
     with progress("identifying", len(models) * (len(runs) + 1)) as advance:
@@ -160,31 +162,14 @@ def chosen_sheets(found: Sequence[Comparison], truth: Mapping[str, float] | None
     return [s for s in tables if method != "paper" or s.name.endswith(("_methods", "linear_model"))]
 
 
-def refuse_strangers(path: Path) -> None:
-    """InputError unless `path` is free, empty, or holds nothing but an earlier identification."""
-    from ..errors import InputError
-    from ..present.identification_json import SCHEMA
-    from ..record.manifest import read_json
-
-    if path.exists() and not path.is_dir():
-        raise InputError(f"{path}: is a file, expected a folder for the results")
-    present = {file.name for file in path.iterdir()} if path.exists() else set()
-    if not present:
-        return
-    if MARKER not in present:
-        raise InputError(f"{path}: not empty and not results of 'vtank identify': choose another folder")
-    known = {"identification.md", MARKER, *read_json(path / MARKER, SCHEMA).get("files", [])}
-    if present - known:
-        raise InputError(f"{path}: holds {', '.join(sorted(present - known)[:3])}, which replacing it would delete")
-
-
 def write_folder(path: Path, tables: Sequence[Table], found: Sequence[Comparison], content: str) -> None:
     """Markdown, one CSV per table, one picture per run, and the JSON; the folder appears whole or not at all."""
     import json
 
     from ..present.document import Block, Heading, Picture, csv_text, markdown
     from ..present.fit_picture import fit_picture
-    from ..record.atomic import new_folder
+    from ..present.identification_json import IDENTIFICATION
+    from ..record.folder import results_folder
 
     title = Heading(f"Identification of {json.loads(content)['dataset']}", 1)
     blocks: list[Block] = [title, *tables, Heading("Measured and simulated")]
@@ -193,8 +178,6 @@ def write_folder(path: Path, tables: Sequence[Table], found: Sequence[Comparison
         files[f"{seen.name}.png"] = fit_picture(found, i)
         blocks.append(Picture(f"{seen.name}.png", f"{seen.name}: free run of every model"))
     files["identification.md"] = markdown(blocks).encode()
-    with new_folder(path) as folder:
+    with results_folder(path, IDENTIFICATION, json.loads(content)) as folder:
         for name, data in files.items():
             (folder / name).write_bytes(data)
-        everything = json.loads(content) | {"files": sorted(files)}
-        (folder / MARKER).write_text(json.dumps(everything, indent=2) + "\n", encoding="utf-8")

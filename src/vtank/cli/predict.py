@@ -17,16 +17,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print root mean square gaps as JSON."""
-    import json
-
     from ..diagnose.model_file import predict_gaps, read_model
-    from ..estimate.observed import observe
+    from ..estimate.observed import observe, stretches
     from ..record.atomic import write_text
+    from ..record.documents import json_text
     from ..record.reader import read_run
     from .diagnose import refuse_unwritable
 
     refuse_unwritable(args.json)
-    text = json.dumps(predict_gaps(read_model(args.model), observe(read_run(args.run))), indent=2) + "\n"
+    runs = [observe(run) for run in stretches([read_run(args.run)])]
+    text = json_text(predict_gaps(read_model(args.model), *runs))
     print(text, end="")
     if args.json:
         write_text(args.json, text)

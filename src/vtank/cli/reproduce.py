@@ -37,15 +37,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
     from ..errors import InputError
-    from ..studies.paper.folder import results_folder
-    from ..studies.paper.run import FULL, QUICK, reproduce, write_flights
+    from ..record.folder import results_folder
+    from ..record.manifest import current_versions
+    from ..studies.paper.run import FULL, QUICK, REPRODUCTION, reproduce, write_flights
     from .progress import progress
 
     if args.seed < 0:
         raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
     truths = TRUTHS if args.truth == "all" else (args.truth,)
-    about = {"seed": args.seed, "truths": list(truths), "quick": args.quick}
-    with results_folder(args.out, about) as folder:
+    about = {"seed": args.seed, "truths": list(truths), "quick": args.quick, "versions": current_versions()}
+    with results_folder(args.out, REPRODUCTION, about) as folder:
         flights = fly(truths, args.seed)
         write_flights(folder / "data", flights)
         results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)

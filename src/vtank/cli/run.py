@@ -33,7 +33,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate and write."""
     from ..errors import InputError
-    from ..record import Manifest, write_dataset
+    from ..experiment.written import provenance
+    from ..record import write_dataset
     from ..record.dataset import refuse_strangers
 
     if args.threads < 1:
@@ -45,9 +46,8 @@ def run(args: argparse.Namespace) -> int:
     results = simulate(plans, args.model, args.threads)
     for result in results:
         result.check_clearance()
-    manifest = Manifest({plan.name: scenario_text(plan, args.set) for plan in plans}, plans[0].seed)
-    truth = {"model": args.model, "settings": args.set, "runs": [result.truth() for result in results]}
-    write_dataset(args.out, [result.run for result in results], manifest, truth)
+    documents = provenance(results, args.model, args.set)
+    write_dataset(args.out, [result.run for result in results], *documents)
     for result in results:
         print(_line(result))
     print(f"wrote {args.out}")
@@ -66,15 +66,6 @@ def plan_all(
     names = _names([scenario.name for scenario in loaded])
     pairs = zip(loaded, names, strict=True)
     return [plan_run(scenario, i, seed, truth, name) for i, (scenario, name) in enumerate(pairs)]
-
-
-def scenario_text(plan: Plan, settings: Sequence[str]) -> str:
-    """The scenario's file, and as comments what was changed on the command line."""
-    changes = [f"# --set {setting}" for setting in settings]
-    if plan.truth.name != plan.scenario.truth:
-        changes.append(f"# --truth {plan.truth.name}")
-    text = plan.scenario.path.read_text(encoding="utf-8")
-    return text + "".join(f"\n{change}" for change in changes)
 
 
 def simulate(plans: Sequence[Plan], model: str, threads: int) -> list[Result]:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.catalogue import CATALOGUE
 from ..estimate.observed import Observed
-from ..plant.parameters import PLAIN, slot, vector
+from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
 from .foreign import grow, nominal_of, thinned
 from .selection import Selection, prepare, select
@@ -35,6 +36,21 @@ class Diagnosis:
     verdict: Verdict
     seed: int
 
+    def __repr__(self) -> str:
+        """The verdict, its probability and the runs."""
+        v, runs = self.verdict, ", ".join(run.name for run in self.selection.setting.runs)
+        return f"Diagnosis({': '.join(filter(None, (v.kind, ', '.join(v.effects))))}, {v.probability:.2f}; {runs})"
+
+    def failures(self) -> list[str]:
+        """Fits that failed, in plain sentences."""
+        selection, fit = self.selection, self.verdict.fit
+        fits = (selection.nominal, selection.refit, *selection.named)
+        lost = [f.hypothesis.name for f in fits if f.log_evidence == -np.inf]
+        out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
+        if not fit.optimum.converged:
+            out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
+        return out
+
     def document(self) -> dict[str, Any]:
         """The diagnosis as plain data, schema vtank.diagnosis/1."""
         v = self.verdict
@@ -50,11 +66,10 @@ class Diagnosis:
             "probabilities": self.probabilities,
             "estimates": estimates(v),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
-            "tied": [[e.name, *(n for n in e.confused_with if BY_NAME[n].standing == "tied")]
-                     for e in CATALOGUE if e.standing == "tied"][:1],
+            "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],
             "baselines": baselines(self.selection),
             "seed": self.seed,
-        }  # fmt: skip
+        }
 
 
 def diagnose(
@@ -77,7 +92,10 @@ def diagnose(
         nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
         selection = select(prepare(runs, nominal), names, say)
     chances = probabilities(selection)
-    return Diagnosis(selection, chances, decide(selection, chances), seed)
+    found = Diagnosis(selection, chances, decide(selection, chances), seed)
+    for text in found.failures():
+        warnings.warn(text, stacklevel=2)
+    return found
 
 
 def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
@@ -86,8 +104,7 @@ def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
     covariance = fit.covariance()
     for effect in fit.hypothesis.effects:
         entry: dict[str, Any] = {}
-        for q in effect.parameters:
-            name = f"{effect.name}.{q.name}"
+        for name, q in zip(effect.slots(), effect.parameters, strict=True):
             if name in fit.problem.free:
                 i = fit.problem.free.index(name)
                 value, sd = float(fit.optimum.theta[i]), float(np.sqrt(covariance[i, i]))
@@ -108,11 +125,3 @@ def own_parameters(selection: Selection, verdict: Verdict) -> dict[str, dict[str
         name: {**{key: float(p[slot(name)]) for key, p in vectors.items()}, "unit": unit_of(name)}
         for name in selection.refit.problem.free
     }
-
-
-def unit_of(name: str) -> str:
-    """Unit of a slot of the parameter vector."""
-    if name in PLAIN:
-        return PLAIN[name][0]
-    effect, parameter = name.split(".")
-    return next(q.unit for q in BY_NAME[effect].parameters if q.name == parameter)

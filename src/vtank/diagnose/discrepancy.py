@@ -19,6 +19,8 @@ from ..estimate.observed import SPEED
 from ..estimate.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
+from .holdout import held
+from .hypothesis import largest_input
 from .score import Linearised, linearise
 
 WANDERS = 12  # frequencies from 0.05 to 1.5 rad/s at which the thrust gain may wander; a choice
@@ -27,6 +29,7 @@ EVENED = 21  # samples over which speed is averaged, twice, before its rate is t
 # simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
 UNHEARD = -50.0  # log evidence of a family that cannot be weighed, since the model runs away when pushed: next to none
+BEYOND = 1e12  # [-] change of an innovation, in deviations, that only a model running away shows
 SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
 
 
@@ -50,7 +53,7 @@ class Discrepancy:
 def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     """Gain of every family of unnamed discrepancies on top of a fitted hypothesis."""
     problem, theta, near = named.problem, named.optimum.theta, linearise(named)
-    tracks = problem.track(theta, simulated(problem, theta))
+    tracks = simulated_tracks(problem, theta)
     shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
     lines = [_force_lines(setting, k) for k in range(len(tracks))]
     beats = [_thrust_lines(setting, k) for k in range(len(tracks))]
@@ -72,11 +75,19 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     """Pure simulation at theta: functions of the filtered state would carry the sonar's noise and explain it."""
-    return problem.with_noise(problem.noise.calm()).filter(theta)
+    found = problem.with_noise(problem.noise.calm()).filter(theta)
+    return [replace(f, innovation=held(f.innovation)) for f in found]
+
+
+def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
+    """States at the measurements in the same simulation, shapes (M, 5)."""
+    return [held(track) for track in problem.track(theta, simulated(problem, theta))]
 
 
 def _evidence(near: Linearised, columns: np.ndarray) -> tuple[float, np.ndarray]:
     """Log Bayes factor of Gaussian coefficients on `columns` (sum M, K) against none, and the best coefficients."""
+    if not np.all(np.abs(columns) < BEYOND):
+        return UNHEARD, np.zeros(columns.shape[1])
     rest = near.remaining(columns)
     A, b = columns.T @ rest, -rest.T @ near.residual
     kept = np.diag(A) > TAKEN_UP * np.sum(columns**2, axis=0)
@@ -97,23 +108,10 @@ def _forced(named: Fitted, basis: list[np.ndarray], shared: bool) -> np.ndarray:
     """Change of all innovations, shape (sum M, K), per unit of each force function; one set per run unless shared."""
     problem, theta = named.problem, named.optimum.theta
     blocks = []
-    for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
-        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
-        columns = np.empty((e.size, basis[k].shape[1]))
-        for i in range(basis[k].shape[1]):
-            pushed = _single(problem, k, 1e-4 * basis[k][:, i])
-            pushed._predict(k, *problem.model(theta, k), f.gain, e)
-            columns[:, i] = (e - f.innovation) / (1e-4 * sd)
-        assert run.time_s.size == e.size
-        blocks.append(columns)
+    for k, f in enumerate(named.filtered):
+        base = (f.innovation / np.sqrt(f.variance))[:, None]
+        blocks.append((problem.varied(theta, f, k, forcing=1e-4 * basis[k]) - base) / 1e-4)
     return np.vstack(blocks) if shared else _block_diagonal(blocks)
-
-
-def _single(problem: Problem, k: int, push: np.ndarray) -> Problem:
-    """The problem with a known acceleration on one run alone."""
-    zero = [np.zeros(run.input.size) for run in problem.runs]
-    zero[k] = push
-    return replace(problem, forcing=tuple(zero))
 
 
 def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
@@ -121,14 +119,8 @@ def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
     problem, theta = named.problem, named.optimum.theta
     blocks = []
     for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
-        sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
-        columns = np.empty((e.size, basis[k].shape[1]))
-        for i in range(basis[k].shape[1]):
-            runs = list(problem.runs)
-            runs[k] = replace(run, value=run.value - basis[k][:, i] * 1e-3)
-            replace(problem, runs=tuple(runs))._predict(k, *problem.model(theta, k), f.gain, e)
-            columns[:, i] = (e - f.innovation) / (1e-3 * sd)
-        blocks.append(columns)
+        base = (f.innovation / np.sqrt(f.variance))[:, None]
+        blocks.append((problem.varied(theta, f, k, value=run.value[:, None] - 1e-3 * basis[k]) - base) / 1e-3)
     return np.vstack(blocks)
 
 
@@ -147,7 +139,7 @@ def _force_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
     t = run.input_time_s
     x, u, z = (np.interp(t, run.time_s, track[:, i]) for i in (0, 1, 2))
     a = _rate(t, u)
-    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    n = run.input / largest_input(setting.runs)
     slow, late = _smooth(t, u, 4.0), _smooth(t, u, 15.0)
     s, v = t / 60.0, u / 0.3  # [-] time and speed over typical sizes
     columns = [np.ones_like(t), v, v * np.abs(v), v**3, np.tanh(u / 0.02), v**2, x, x * v * np.abs(v), x * x,
@@ -195,7 +187,7 @@ def _force_lines(setting: Setting, k: int) -> np.ndarray:
 def _thrust_lines(setting: Setting, k: int) -> np.ndarray:
     """Thrust times sines and cosines on a coarse grid, shape (I, K): a thrust gain that wanders."""
     run = setting.runs[k]
-    n = run.input / max(float(np.max(np.abs(r.input))) for r in setting.runs)
+    n = run.input / largest_input(setting.runs)
     phases = np.outer(run.input_time_s - run.input_time_s[0], np.logspace(np.log10(0.05), np.log10(1.5), WANDERS))
     return 1e-2 * (n * np.abs(n))[:, None] * np.hstack([np.sin(phases), np.cos(phases)])
 
@@ -221,7 +213,7 @@ def _combine(basis: list[np.ndarray], coefficients: np.ndarray, shared: bool) ->
 def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
     """Lone readings of the input, each wrong by some share of what it lies off; nothing beside named spikes."""
     gain, problem = 0.0, named.problem
-    if "tachometer_spikes" not in named.hypothesis.name and any(np.any(run.lone) for run in problem.runs):
+    if "n_rev_s" not in named.hypothesis.outliers and any(np.any(run.lone) for run in problem.runs):
         runs = tuple(replace(run, input=run.input - run.lone) for run in problem.runs)
         change = replace(problem, runs=runs).residuals(named.optimum.theta, named.filtered) - near.residual
         gain = _evidence(near, change[:, None])[0]
@@ -231,5 +223,5 @@ def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
 def _outliers(setting: Setting, named: Fitted) -> Discrepancy:
     """Lone ranges of any size and sign, where the named explanation has none."""
     count, total = sum(int(f.sum()) for f in setting.flags), sum(f.size for f in setting.flags)
-    gain = 0.0 if "sonar_multipath" in named.hypothesis.name else outliers.rate_evidence(count, total)
+    gain = 0.0 if "range_m" in named.hypothesis.outliers else outliers.rate_evidence(count, total)
     return Discrepancy("sensor", "lone ranges", gain)

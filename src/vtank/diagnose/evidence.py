@@ -17,15 +17,18 @@ from scipy.special import log_ndtr
 
 from ..effects.effect import Parameter
 from ..estimate.observed import Observed
+from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
-from ..plant.parameters import slot, vector
+from ..plant.parameters import INPUT_OFFSET, LAG, indices, slot, vector
 from . import outliers
-from .hypothesis import FOREIGN_SPREAD, NUISANCE_SPREAD, OFFSET, Hypothesis, nuisance, starting_values, stretch, typical
-from .optimum import Optimum, Prior, climb
+from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
+NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
+LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -70,7 +73,7 @@ class Fitted:
         prior: priors and bounds of all unknowns.
         optimum: where the fit ended.
         filtered: innovations at the optimum.
-        log_likelihood: of the innovations and of the outliers.
+        log_likelihood: of the innovations and of the outliers; -inf where the model runs away.
         log_evidence: the same with parameters integrated out.
         extra: estimates that are not slots of the optimiser (outlier effects), by slot name.
     """
@@ -113,7 +116,7 @@ def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Probl
     per_run: list[str] = []
     base = vector({k: float(v) for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
     for name, parameter in hypothesis.parameters():
-        if not _fixed(parameter, name):
+        if not parameter.counted:
             (per_run if parameter.per_run else free).append(name)
     problem = Problem(setting.runs, base, tuple(free), tuple(per_run), setting.noise, setting.weight)
     theta = problem.initial()
@@ -126,28 +129,25 @@ def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Probl
     return problem, theta
 
 
-def _fixed(parameter: Parameter, name: str) -> bool:
-    """Outlier effects are judged by the flags, not by the optimiser."""
-    return name.startswith("sonar_multipath.") or name == "tachometer_spikes.p"
-
-
 def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: np.ndarray) -> Prior:
     """Priors in gap units and bounds for all unknowns of a problem."""
     mean, sd = np.zeros(problem.size), np.ones(problem.size)
     low, high = np.full(problem.size, -np.inf), np.full(problem.size, np.inf)
     known = dict(hypothesis.parameters())
+    top = largest_input(problem.runs)
     for i, name in enumerate(problem.free):
         if name in known:
             mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
-            low[i], high[i] = np.array(known[name].bounds) * stretch(known[name], setting.runs)
-            if not np.isfinite(known[name].null):  # a limit no run reaches is no effect
-                high[i] = VISIBLE_LIMIT * max(float(np.max(np.abs(run.input))) for run in problem.runs)
-        elif name == OFFSET:
-            sd[i] = OFFSET_SPREAD * max(float(np.max(np.abs(run.input))) for run in problem.runs)
+            factor = stretch(known[name], setting.runs)
+            low[i], high[i] = (bound * factor for bound in known[name].bounds)
+            if known[name].limit:  # a limit no run reaches is no effect
+                high[i] = VISIBLE_LIMIT * top
+        elif name == INPUT_OFFSET:
+            sd[i] = OFFSET_SPREAD * top
         else:
             nominal = setting.nominal[slot(name)]
             mean[i], sd[i] = nominal, (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
-            if name == "thrust_lag.tau":
+            if name == LAG:
                 low[i] = 1e-3
     for k in range(len(problem.runs)):
         own = problem.own_slice(k)
@@ -168,13 +168,13 @@ def _effect_prior(
     How far a size moves the output is tried where the fit begins, but not closer to the null than at a moderate value:
     many effects level off, and one that another fit had switched off must not be thought of as immense.
     """
-    if name == "tachometer_spikes.size":  # the lone readings themselves say it, before any range is asked
+    if parameter.seen:  # the lone readings themselves say it, before any range is asked
         seen = float(np.median(outliers.spike_sizes(problem.runs)))
         return seen, SPIKE_SPREAD * seen
     if parameter.shape:
         return parameter.null, (parameter.bounds[1] - parameter.bounds[0]) / np.sqrt(12.0)
-    if not np.isfinite(parameter.null):
-        top = max(float(np.max(np.abs(run.input))) for run in problem.runs)
+    if parameter.limit:
+        top = largest_input(problem.runs)
         return 0.7 * top, 0.3 * top
     off, on, moderate = theta.copy(), theta.copy(), typical(parameter, problem.runs)
     off[i] = parameter.null
@@ -199,14 +199,20 @@ def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] |
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
-        optimum = climb(problem, theta, prior, problem.filter(np.clip(theta, prior.low, prior.high)))
+        optimum = climb(problem, theta, prior, _filtered(problem, np.clip(theta, prior.low, prior.high)))
         if best is None or optimum.cost < best[2].cost:
             best = problem, prior, optimum
     assert best is not None
     problem, prior, optimum = best
     if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
-        optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), steps=4)
+        optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
+
+
+def _filtered(problem: Problem, theta: np.ndarray) -> list[Filtered]:
+    """The filter at theta; a measurement whose variance is lost to rounding counts for nothing."""
+    found = problem.filter(theta)
+    return [replace(f, variance=np.where(f.variance > 0.0, f.variance, LOST)) for f in found]
 
 
 def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
@@ -214,26 +220,26 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
     starts: list[Start] = [{}]
     for effect in hypothesis.effects:
         starts = [{**a, **b} for a in starts for b in starting_values(effect, setting.runs)]
-    if "tachometer_spikes" in hypothesis.name:
-        starts = [{**s, "tachometer_spikes.size": size} for s in starts for size in outliers.spike_sizes(setting.runs)]
+    for name in (name for name, parameter in hypothesis.parameters() if parameter.seen):
+        starts = [{**start, name: size} for start in starts for size in outliers.spike_sizes(setting.runs)]
     return starts
 
 
 def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
     """Likelihood and evidence at an optimum."""
-    filtered = problem.filter(optimum.theta)
+    filtered = _filtered(problem, optimum.theta)
+    if not all(np.isfinite(f.innovation).all() and np.all(f.variance < LOST) for f in filtered):
+        return Fitted(hypothesis, problem, prior, optimum, filtered, -np.inf, -np.inf, {})
     extra: dict[str, float] = {}
     likelihood = problem.log_likelihood(filtered)
-    if "sonar_multipath" in hypothesis.name:
-        gain, p, path = outliers.multipath(filtered, setting.flags)
+    for effect in (effect for effect in hypothesis.effects if effect.outliers):
+        p = problem.model(optimum.theta, 0)[0][list(indices(effect))]
+        gain, counted = outliers.judged(effect, p, setting.runs, filtered, setting.flags)
         likelihood += gain
-        extra |= {"sonar_multipath.p": p, "sonar_multipath.extra": path}
-    if "tachometer_spikes" in hypothesis.name:
-        size = float(optimum.theta[problem.free.index("tachometer_spikes.size")])
-        gain, p = outliers.spikes(setting.runs, size)
-        likelihood += gain
-        extra |= {"tachometer_spikes.p": p}
+        extra |= counted
     evidence = likelihood + _occam(prior, optimum)
+    if not np.isfinite(evidence):
+        likelihood = evidence = -np.inf
     return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
 
 
@@ -245,7 +251,10 @@ def _occam(prior: Prior, optimum: Optimum) -> float:
     at_low = (optimum.theta <= prior.low + 1e-12) & (optimum.gradient > 0)
     at_high = (optimum.theta >= prior.high - 1e-12) & (optimum.gradient < 0)
     variance = np.diag(np.linalg.inv(optimum.information))
-    for i in np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high)):
+    bounded = np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high))
+    if sign <= 0.0 or np.any(variance[bounded] <= 0.0):  # lost to rounding: nothing is known about how wide it is
+        return -np.inf
+    for i in bounded:
         pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
         virtual, sd = optimum.theta[i] - pull, np.sqrt(variance[i])
         total += 0.5 * pull**2 / variance[i]

@@ -14,17 +14,19 @@ from typing import Any
 
 import numpy as np
 
+from ..effects.catalogue import PARAMETERS
 from ..errors import InputError
-from ..estimate.innovations import GAINS, predict
+from ..estimate.innovations import Noise, innovations, no_gain
 from ..estimate.observed import SPEED, Observed, observe
 from ..experiment.clearance import check_command
 from ..experiment.plan import Plan
 from ..experiment.scenario import Scenario, read_scenario
 from ..experiment.surge_model import simulate_surge
-from ..plant.parameters import slot, vector
+from ..plant.parameters import LUMPED, slot, vector
 from ..plant.surge import STANDOFF
 from ..plant.truth import Truth
-from ..record.section import Section
+from ..record.table import Table
+from .hypothesis import largest_input
 
 MINUTES = 2.0  # [min] length of every new run, the paper's order
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.35, 0.5, 0.7, 1.0, 1.4)
@@ -32,7 +34,7 @@ LARGEST_M = 0.5  # [m] amplitude of a sinusoid that leaves room in a tank of 6 m
 SMALL = 0.4  # small amplitude over the large one; a choice
 SPEED_SD = 0.01  # [m/s] noise of a speed sensor that could be added: a Doppler log's, a guess
 NEAR_M, FAR_M = 1.4, 3.048  # [m] start distances from the wall: near it, and the paper's
-RANDOM_SLOTS = ("sonar_multipath.p", "tachometer_spikes.p")
+COUNTED = [slot(name) for name, q in PARAMETERS.items() if q.counted and not q.shape]  # how often there are outliers
 
 
 @dataclass(frozen=True)
@@ -72,9 +74,9 @@ def shortened(experiment: Experiment, minutes: float) -> Experiment:
 
 def library(p: np.ndarray, runs: Sequence[Observed]) -> list[Experiment]:
     """All experiments that the tank has room for, as a hull with parameter vector p (P,) would record them."""
-    top = max(float(np.max(np.abs(run.input))) for run in runs)
+    top = largest_input(runs)
     p = p.copy()
-    p[[slot(name) for name in RANDOM_SLOTS]] = 0.0
+    p[COUNTED] = 0.0
     if runs[0].input_name == "n_rev_s":
         found = [_in_tank(words, table, p, top, runs[0]) for words, table in (*_closed(p, top), *_open(top, " rev/s"))]
         new = [experiment for experiment in found if experiment is not None]
@@ -134,7 +136,7 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
     """The experiment flown by the pilot without noise; None where the tank has no room for it."""
     table = {"duration_s": 60.0 * MINUTES, "standoff_m": FAR_M, **table}
     try:
-        scenario: Scenario = read_scenario(Section(Path("next-experiment.toml"), "", table))
+        scenario: Scenario = read_scenario(Table(Path("next-experiment.toml"), "", table))
         check_command(scenario)
         p = p.copy()
         p[STANDOFF] = scenario.standoff_m
@@ -147,14 +149,14 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
 
 
 def _truth(p: np.ndarray, top: float) -> Truth:
-    alpha, beta, gamma, tau = (float(p[slot(n)]) for n in ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"))
+    alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
     return Truth("winner", alpha, beta, gamma, tau, top, "")
 
 
 def _driven(words: str, table: dict[str, Any], p: np.ndarray, like: Observed) -> Experiment:
     """The open-loop experiment in the unit of the recordings' input."""
     time = np.arange(0.0, 60.0 * MINUTES + 0.05, 0.1)
-    scenario = read_scenario(Section(Path("next-experiment.toml"), "", {"duration_s": 60.0 * MINUTES, **table}))
+    scenario = read_scenario(Table(Path("next-experiment.toml"), "", {"duration_s": 60.0 * MINUTES, **table}))
     value = scenario.excitation.command(time, scenario.duration_s)[0]
     run = Observed(words, like.input_name, time, value, time, np.zeros(time.size), np.zeros(time.size, dtype=np.int64))
     return Experiment(words, {}, MINUTES, recorded(with_channels(run, like.first), p))
@@ -179,8 +181,6 @@ def recorded(run: Observed, p: np.ndarray, standoff: float | None = None) -> Obs
 
     standoff: distance from the sonar to the wall at the start [m], by default that in p.
     """
-    size = run.time_s.size
-    out, p = np.empty(size), p if standoff is None else vector({"standoff": standoff}, p)
-    predict(p, np.zeros(4), 1.0, run.input_time_s, run.input, run.lone, run.time_s, np.zeros(size), run.kind,
-            np.zeros((size, GAINS)), out)  # fmt: skip
+    p = p if standoff is None else vector({"standoff": standoff}, p)
+    out = innovations(run, p, np.zeros(4), Noise(), no_gain(run), np.zeros(run.time_s.size))
     return replace(run, value=-out)

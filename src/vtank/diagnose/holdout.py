@@ -10,15 +10,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME
-from ..estimate.innovations import GAINS, kalman, predict
+from ..effects.catalogue import CATALOGUE, PARAMETERS
+from ..estimate.innovations import filtered, innovations, no_gain
 from ..estimate.observed import RANGE, SPEED, Observed
 from ..estimate.problem import FLAGGED, Filtered, Noise
 from ..plant.parameters import slot
-from ..plant.surge import SEICHE_PHASE, SEICHE_U, STANDOFF, TAU
+from ..plant.surge import STANDOFF, TAU
 from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
 from .lone_speeds import with_lone_speeds
@@ -41,27 +42,25 @@ class Model:
 
     @cached_property
     def grid(self) -> np.ndarray:
-        """Parameter vectors over the values of the run's own parameter, shape (G, P); one where it has none."""
-        if not self.per_run:
-            return self.p[None, :]
-        effect, name = self.per_run[0].split(".")
-        low, high = next(q.bounds for q in BY_NAME[effect].parameters if q.name == name)
-        if effect == "seiche":
-            low, high = -np.pi, np.pi
-        grid = np.tile(self.p, (GRID, 1))
-        grid[:, slot(self.per_run[0])] = low + (high - low) * (np.arange(GRID) + 0.5) / GRID
+        """Parameter vectors over the values of the run's own parameters, shape (G, P); one where it has none."""
+        ranges = [(-np.pi, np.pi) if PARAMETERS[s].angle else PARAMETERS[s].bounds for s in self.per_run]
+        values = [low + (high - low) * (np.arange(GRID) + 0.5) / GRID for low, high in ranges]
+        points = np.array(list(product(*values)))
+        grid = np.tile(self.p, (len(points), 1))
+        grid[:, [slot(name) for name in self.per_run]] = points
         return grid
 
     def mean(self, weight: np.ndarray) -> np.ndarray:
         """Parameter vector at the mean of the grid, shape (P,); of a wave, the mean of its two quadratures."""
-        if not self.per_run:
-            return self.p
-        p = self.p.copy()
-        if self.per_run[0].startswith("seiche."):
-            wave = complex(weight @ np.exp(1j * self.grid[:, SEICHE_PHASE]))
-            p[SEICHE_U], p[SEICHE_PHASE] = p[SEICHE_U] * abs(wave), np.angle(wave)
-        else:
-            p[slot(self.per_run[0])] = weight @ self.grid[:, slot(self.per_run[0])]
+        p, size_of = self.p.copy(), {wave[2]: wave[0] for effect in CATALOGUE if (wave := effect.wave)}
+        for name in self.per_run:
+            values = self.grid[:, slot(name)]
+            if name in size_of:
+                mean = complex(weight @ np.exp(1j * values))
+                p[slot(size_of[name])] *= abs(mean)
+                p[slot(name)] = np.angle(mean)
+            else:
+                p[slot(name)] = weight @ values
         return p
 
 
@@ -136,7 +135,7 @@ class Target:
     def window(self) -> Target:
         """The start window alone."""
         m, run = self.inside, self.run
-        fed = run.input_time_s <= run.time_s[m - 1]
+        fed = run.input_time_s <= max(run.time_s[m - 1], run.input_time_s[0])
         short = replace(run, time_s=run.time_s[:m], value=run.value[:m], kind=run.kind[:m],
                         input_time_s=run.input_time_s[fed], input=run.input[fed], lone=run.lone[fed])  # fmt: skip
         return Target(short, self.weight[:m], self.noise)
@@ -157,12 +156,10 @@ class Target:
 
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Variances of the innovations, shape (M,), and gains, shape (M, 6), for measurements of given variance."""
-        run, size, p = self.run, self.run.time_s.size, self.here(p)
-        e, S, gain = np.empty(size), np.empty(size), np.zeros((size, GAINS))
-        kalman(p, *self.begin(p), self.noise.sigma, self.noise.correlation_time, run.input_time_s, run.input, run.lone,
-               run.time_s, run.value, run.kind, variance, e, S, gain, None, self.noise.colour_sigma,
-               self.noise.colour_time)  # fmt: skip
-        return S, gain
+        p = self.here(p)
+        start, sd = self.begin(p)
+        found = filtered(self.run, p, start, self.noise, variance, sd)
+        return found.variance, found.gain
 
     def errors(
         self,
@@ -176,13 +173,9 @@ class Target:
 
         forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
         """
-        run, out, p = self.run, np.empty(self.run.time_s.size), self.here(p)
+        p = self.here(p)
         start = self.begin(p)[0] if start is None else start
-        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, value,
-                run.kind, gain, out, forcing, None, self.noise.colour_time)  # fmt: skip
-        if np.all(np.abs(out) < DIVERGED):
-            return out
-        return np.clip(np.nan_to_num(out, nan=DIVERGED), -DIVERGED, DIVERGED)
+        return held(innovations(self.run, p, start, self.noise, gain, value, forcing))
 
 
 def target_of(run: Observed, noise: Noise) -> Target:
@@ -221,7 +214,7 @@ class Prediction:
         target, model = self.target, model or self.model
         value = target.run.value if value is None else value
         weight = self._weigh(model, value)
-        gain = np.zeros((value.size, GAINS))
+        gain = no_gain(target.run)
         gain[: target.inside] = self.gains[int(np.argmax(weight))]
         return target.errors(model.mean(weight), gain, value, forcing)[target.scored]
 
@@ -247,6 +240,11 @@ class Prediction:
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
         noise = (target.variance + target.coloured)[target.scored]
         return noise, np.maximum(S - REMOTE - target.coloured, 0.0)[target.scored]
+
+
+def held(values: np.ndarray) -> np.ndarray:
+    """Errors or motions of a simulation, held at DIVERGED where it has run away."""
+    return np.asarray(np.clip(np.nan_to_num(values, nan=DIVERGED), -DIVERGED, DIVERGED))
 
 
 def rms(parts: Sequence[np.ndarray]) -> float:

@@ -4,27 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
-from ..effects.effect import Effect, Parameter
+from ..effects.catalogue import BY_NAME, CATALOGUE, PARAMETERS
+from ..effects.effect import Effect, Need, Parameter
 from ..estimate.observed import RANGE, Observed
-from ..plant.parameters import slot
+from ..plant.parameters import INPUT_OFFSET, LAG, LOSS, slot, switched_on
 from ..plant.surge import LINEAR_INPUT
 
-NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
-FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
-OFFSET = "tachometer_bias.b"  # of the input, a force where that was measured
-PROPELLERS = (
-    "thrust_deadband",
-    "thrust_asymmetry",
-    "thrust_loss",
-    "thrust_saturation",
-    "supply_sag",
-    "tachometer_spikes",
-    "tachometer_bias",
-)
 TOP_REV_S = 15.0  # [rev/s] largest propeller speed that bounds in rev/s are meant for, the paper's
 
 
@@ -49,7 +38,12 @@ class Hypothesis:
 
     def parameters(self) -> list[tuple[str, Parameter]]:
         """Slots and parameters of its effects."""
-        return [(f"{e.name}.{q.name}", q) for e in self.effects for q in e.parameters]
+        return [(name, PARAMETERS[name]) for effect in self.effects for name in effect.slots()]
+
+    @property
+    def outliers(self) -> set[str]:
+        """Sensors whose readings its effects make outliers of, which no smooth effect imitates."""
+        return {effect.place for effect in self.effects if effect.outliers}
 
 
 def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
@@ -57,35 +51,38 @@ def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
 
     A measured force has an offset besides (that of its transducer or amplifier).
     """
-    own = ["alpha", "beta", *([OFFSET] if nominal[LINEAR_INPUT] else [])]
-    own += [name for name in ("thrust_loss.gamma", "thrust_lag.tau") if nominal[slot(name)] != 0.0]
+    own = ["alpha", "beta", *([INPUT_OFFSET] if nominal[LINEAR_INPUT] else [])]
+    own += [name for name in (LOSS, LAG) if nominal[slot(name)] != 0.0]
     return tuple(own)
 
 
 def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[str] | None = None) -> list[Effect]:
     """Effects of the catalogue that could matter here and can be seen at all.
 
-    Left out are effects the nominal already has, those absorbed by refitted parameters, the second of two tied
-    ones, sonar effects where there is no sonar, and those of propellers where the thrust itself was measured.
+    Left out are effects the nominal already has, those absorbed by refitted parameters, the second of two that are the
+    same, and those that need something that was not recorded.
     """
-    found = []
-    for effect in CATALOGUE if names is None else [BY_NAME[name] for name in names]:
-        has = any(nominal[slot(s)] != q.null for s, q in Hypothesis((effect,)).parameters() if not q.shape)
-        blind = effect.name.startswith(("sonar_", "clock_")) and not any(np.any(r.kind == RANGE) for r in runs)
-        still = effect.name in ("wall_proximity",) and not any(np.any(r.kind == RANGE) for r in runs)
-        placeless = effect.name == "tether" and not all(r.has_position for r in runs)
-        second = effect.name == "command_delay" and any(np.any(r.kind == RANGE) for r in runs)
-        pushed = runs[0].input_name == "thrust_N" and effect.name in PROPELLERS
-        if not (has or effect.standing == "absorbed" or blind or still or placeless or second or pushed):
-            found.append(effect)
-    return found
+    there: dict[Need, bool] = {
+        "sonar": any(np.any(run.kind == RANGE) for run in runs),
+        "position": all(run.has_position for run in runs),
+        "propeller": runs[0].input_name != "thrust_N",
+    }
+    seen = {e.name for e in CATALOGUE if e.standing != "absorbed" and all(there[need] for need in e.needs)}
+    able = seen - {effect.name for effect in switched_on(nominal)}
+    chosen = CATALOGUE if names is None else [BY_NAME[name] for name in names]
+    return [effect for effect in chosen if effect.name in able and effect.same_as not in seen]
+
+
+def largest_input(runs: Sequence[Observed]) -> float:
+    """Of all runs [unit of the input]."""
+    return max(float(np.max(np.abs(run.input))) for run in runs)
 
 
 def stretch(parameter: Parameter, runs: Sequence[Observed]) -> float:
     """Factor on numbers in rev/s where the input is something else: its largest value stands for TOP_REV_S."""
     if parameter.unit != "rev/s" or runs[0].input_name == "n_rev_s":
         return 1.0
-    return max(float(np.max(np.abs(run.input))) for run in runs) / TOP_REV_S
+    return largest_input(runs) / TOP_REV_S or 1.0
 
 
 def typical(parameter: Parameter, runs: Sequence[Observed]) -> float:
@@ -100,20 +97,11 @@ def typical(parameter: Parameter, runs: Sequence[Observed]) -> float:
 
 def starting_values(effect: Effect, runs: Sequence[Observed]) -> list[dict[str, float]]:
     """First guesses of an effect's parameters, away from the null, where many have no gradient."""
-    top = max(float(np.max(np.abs(run.input))) for run in runs) or 1.0
-    grids: list[dict[str, float]] = [{}]
-    for parameter in effect.parameters:
-        if parameter.per_run:
-            values = [0.0]
-        elif effect.name == "thrust_saturation":
-            values = [0.9 * top, 0.7 * top, 0.5 * top]
-        elif effect.name == "wake_memory" and parameter.shape:
-            values = [2.0, 12.0]
-        elif effect.name == "command_delay":  # a step answers to no delay but its own
-            values = [0.05, 0.3, 0.8]
-        elif parameter.shape:
-            values = [parameter.null]
-        else:
-            values = [typical(parameter, runs)]
-        grids = [{**grid, f"{effect.name}.{parameter.name}": value} for grid in grids for value in values]
-    return grids
+    values = [_starts(parameter, runs) for parameter in effect.parameters]
+    return [dict(zip(effect.slots(), grid, strict=True)) for grid in product(*values)]
+
+
+def _starts(parameter: Parameter, runs: Sequence[Observed]) -> tuple[float, ...]:
+    if parameter.limit:
+        return tuple(share * (largest_input(runs) or 1.0) for share in parameter.starts)
+    return parameter.starts or ((parameter.null if parameter.shape else typical(parameter, runs)),)

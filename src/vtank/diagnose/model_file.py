@@ -9,29 +9,30 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import remainder, tau
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
+from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
-from ..plant.parameters import null_vector, slot, vector
+from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.atomic import write_text
-from ..record.quantity import Table, read_table
-from .holdout import START_WINDOW_S, Model, Prediction, predictor, rms, target_of, targets_of
+from ..record.table import Table, open_table
+from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
 
 SCHEMA = "vtank.model/1"
 BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
-PLAIN = {"alpha": "alpha_per_m", "thrust_loss.gamma": "gamma_per_rev", "thrust_lag.tau": "tau_s"}
+PLAIN = {"alpha": "alpha_per_m", LOSS: "gamma_per_rev", LAG: "tau_s"}
 FEWEST = 10  # measurements that a prediction is compared with at least; a choice
 SCATTER_REV_S = 0.5  # [rev/s] by which the tachometer may read past a limit; ten times its usual noise, a guess
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
@@ -113,19 +114,18 @@ def _own(p: np.ndarray, input_name: str, effects: Sequence[Effect] = ()) -> list
 
 def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
     """Tables of the effects that are not at their null values, and of those named."""
-    lines, null = [], null_vector()
+    lines = []
+    apart = [effect for effect in switched_on(model.p) if not PLAIN.keys() & set(effect.slots())]
     for effect in CATALOGUE:
-        if effect in effects or (not any(s in PLAIN for s in effect.slots()) and _on(effect, model.p, null)):
+        if effect in effects or effect in apart:
             lines += ["", f"[{prefix}effects.{effect.name}]"]
-            for q in effect.parameters:
+            for i, q in zip(indices(effect), effect.parameters, strict=True):
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                lines.append(f"{q.key} = {model.p[slot(f'{effect.name}.{q.name}')]:.12g}{own}")
+                value = float(model.p[i])
+                if q.unit == "rad" and abs(value) > q.bounds[1]:  # a fit may go round more than once
+                    value = remainder(value, tau)
+                lines.append(f"{q.key} = {value:.12g}{own}")
     return lines
-
-
-def _on(effect: Effect, p: np.ndarray, null: np.ndarray) -> bool:
-    sizes = [slot(f"{effect.name}.{q.name}") for q in effect.parameters if not q.shape]
-    return any(p[i] != null[i] for i in sizes)
 
 
 def _noise(noise: Noise, runs: Sequence[Observed]) -> list[str]:
@@ -143,7 +143,7 @@ def _texts(names: Sequence[str]) -> str:
 
 def read_model(path: Path | str) -> ModelFile:
     """The model file at `path`; InputError names file and key of what is wrong."""
-    file = read_table(Path(path))
+    file = open_table(Path(path))
     if file.text("schema", "") != SCHEMA:
         raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
     name = file.text("input")
@@ -159,37 +159,39 @@ def read_model(path: Path | str) -> ModelFile:
     )
 
 
-def predict_gaps(models: ModelFile, run: Observed) -> dict[str, Any]:
-    """How well the three simulators predict a run from its recorded input: {"unit", "rms": {...}, "floor"}.
+def predict_gaps(models: ModelFile, *runs: Observed) -> dict[str, Any]:
+    """How well the three simulators predict runs from their recorded input: {"unit", "rms": {...}, "floor"}.
 
-    floor: expected error of a model that knows everything but measurement noise and turbulence. InputError where the
-    run has another input or is too short.
+    runs: one, or the stretches of one (`observed.stretches`); floor: expected error of a model that knows everything
+    but measurement noise and turbulence. InputError where a run has another input or is too short.
     """
+    targets = [_target(models, run) for run in runs]
+    named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
+    squares = [np.sum(Prediction(models.diagnosed, target).floor_squares(), axis=0) for target in targets]
+    return {
+        "unit": "m" if runs[0].has_position else "m/s",
+        "rms": {name: rms([Prediction(model, target).errors() for target in targets]) for name, model in named.items()},
+        "floor": float(np.sqrt(np.mean(np.concatenate(squares)))),
+    }
+
+
+def _target(models: ModelFile, run: Observed) -> Target:
     if run.input_name != models.input_name:
         raise InputError(f"run '{run.name}': input {run.input_name}, but the model was found with {models.input_name}")
     target = target_of(run, models.noise)
     if np.sum(target.scored) < FEWEST:
         found = f"expected at least {FEWEST} measurements after its first {START_WINDOW_S:g} s to compare with"
         raise InputError(f"run '{run.name}': {found}; found {np.sum(target.scored)}")
-    named = {"nominal": models.nominal, "refit": models.refit, "diagnosed": models.diagnosed}
-    noise, turbulence = Prediction(models.diagnosed, target).floor_squares()
-    return {
-        "unit": "m" if run.has_position else "m/s",
-        "rms": {name: rms([Prediction(model, target).errors()]) for name, model in named.items()},
-        "floor": float(np.sqrt(np.mean(noise + turbulence))),
-    }
+    return target
 
 
 def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
     keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
     table.check_keys((*keys.values(), "effects"))
-    on = read_effects(table.table("effects") if effects is None else effects)
+    on = read_effects(table.table("effects") if effects is None else effects, input_name)
     p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
     p[LINEAR_INPUT] = float(input_name == "thrust_N")
-    per_run = tuple(
-        s for s in on if any(q.per_run for q in BY_NAME[s.split(".")[0]].parameters if s.endswith(f".{q.name}"))
-    )
-    return Model(p, per_run)
+    return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))
 
 
 def _read_noise(table: Table) -> Noise:

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.signal import lfilter
 from scipy.special import expit
 
-from ..estimate.innovations import GAINS
+from ..estimate.innovations import no_gain
 from ..estimate.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
@@ -62,7 +62,7 @@ class Cause:
         if (force := self.force[k]) is not None:
             push += force
         p = truth.grid[int(rng.integers(len(truth.grid)))]
-        quiet = self.error[k] - target.errors(p, np.zeros((size, GAINS)), np.zeros(size), push, start)
+        quiet = self.error[k] - target.errors(p, no_gain(target.run), np.zeros(size), push, start)
         return truth, quiet + noise(target, rng)
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
@@ -81,8 +81,7 @@ def cause_of(fit: Fitted, targets: Sequence[Target], unnamed: Discrepancy | None
     if fitted:
         runs = tuple(replace(r, value=r.value - e) for r, e in zip(fit.problem.runs, error, strict=True))
         forced = replace(fit.problem, runs=runs, forcing=None if force[0] is None else force)
-        before = fit.problem.residuals(theta, fit.filtered)
-        J = fit.problem.jacobian(theta, fit.filtered, before)
+        before, J = fit.problem.linearise(theta, fit.filtered)
         theta = theta - fit.covariance() @ (J.T @ (forced.residuals(theta, fit.filtered) - before))
         theta = np.clip(theta, fit.prior.low, fit.prior.high)
     model = model_of(fit)

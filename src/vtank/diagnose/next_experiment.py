@@ -25,9 +25,9 @@ from ..estimate.problem import Problem
 from ..plant.parameters import slot
 from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
-from .holdout import model_of
+from .holdout import DIVERGED, model_of
 from .selection import Selection
-from .ties import OUTLIERS, noise_free
+from .ties import noise_free
 from .verdict import Verdict
 
 RIVALS = 4  # rivals that are looked at
@@ -121,8 +121,8 @@ def _chance(chances: dict[str, float], rival: Fitted, winner: Fitted) -> float:
 
 def _outliers(rival: Fitted, winner: Fitted) -> bool:
     """Whether two hypotheses differ by lone readings only, or more: no experiment here is planned for those."""
-    different = {e.name for e in rival.hypothesis.effects} ^ {e.name for e in winner.hypothesis.effects}
-    return bool(different & set(OUTLIERS))
+    different = set(rival.hypothesis.effects) ^ set(winner.hypothesis.effects)
+    return any(effect.outliers for effect in different)
 
 
 def _repeat(setting: Setting, winner: Fitted, k: int) -> Experiment:
@@ -135,7 +135,9 @@ def _repeat(setting: Setting, winner: Fitted, k: int) -> Experiment:
 def _worth(
     setting: Setting, winner: Fitted, doubts: Sequence[tuple[Fitted, float, float]], experiment: Experiment
 ) -> Worth:
-    """Expected drop of entropy by an experiment."""
+    """Expected drop of entropy by an experiment; of one in which the winner runs away, none."""
+    if not np.all(np.abs(experiment.run.value) < DIVERGED):
+        return Worth(experiment, 0.0, {})
     if not doubts:
         return Worth(experiment, _parameter_gain(setting, winner, experiment), {})
     drop, separations = 0.0, {}
@@ -182,8 +184,7 @@ def _least_squares(problem: Problem, theta: np.ndarray, known: np.ndarray) -> fl
     """Least sum of squares of a run's residuals and of what leaving theta costs, by STEPS linearisations."""
     moved, filtered, least = np.zeros_like(theta), problem.filter(theta), np.inf
     for _ in range(STEPS):
-        r = problem.residuals(theta + moved, filtered)
-        J = problem.jacobian(theta + moved, filtered, r)
+        r, J = problem.linearise(theta + moved, filtered)
         A, b = J.T @ J + known, J.T @ r + known @ moved
         cost, step = float(r @ r + moved @ known @ moved), -np.linalg.solve(A, b)
         if cost > least:
@@ -215,9 +216,8 @@ def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
     """Separation of winner and rival by the recordings so far."""
     problem = replace(rival.problem, runs=noise_free(setting, winner).runs)
     theta = rival.optimum.theta
-    filtered = problem.filter(theta)
-    r = problem.residuals(theta, filtered)
-    b = problem.jacobian(theta, filtered, r).T @ r
+    r, J = problem.linearise(theta, problem.filter(theta))
+    b = J.T @ r
     return float(np.sqrt(max(r @ r - b @ np.linalg.solve(rival.optimum.information, b), 0.0)))
 
 

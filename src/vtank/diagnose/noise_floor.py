@@ -17,11 +17,13 @@ from scipy.optimize import minimize
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
 from ..estimate.problem import Noise, Problem
+from ..estimate.process_noise import LEAST
 from .evidence import Fitted, Setting, evaluate
 
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
+HOPELESS = 1e12  # cost of a level that makes no number of the innovations: the simulation has run away
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
 MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
@@ -34,7 +36,8 @@ Likelihood = Callable[[Noise], tuple[float, float, int]]  # squares, logarithms 
 def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
     """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar.
 
-    exact: search on with the extended Kalman filter itself, for recordings more disturbed than driven.
+    exact: search on with the extended Kalman filter itself, for recordings more disturbed than driven. So it is in any
+    case where the simulation runs away, which the filter may well follow.
     """
     linear = partial(squares_and_logs, linearised(problem, theta))
     plain, cost = min(
@@ -42,7 +45,7 @@ def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
     )
     coloured, other = min((_search(linear, problem.noise, time_s, True) for time_s in STARTS_S), key=lambda f: f[1])
     found = coloured if other < cost - COLOURED else plain
-    if not exact:
+    if not exact and min(cost, other) < HOPELESS:
         return found
     return _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)[0]
 
@@ -68,9 +71,10 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
         return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
 
     def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
-        squares, logs, count = likelihood(shape(q))
-        cost = 0.5 * (count * np.log(squares / count) + logs)
-        return squares / count, cost if np.isfinite(cost) else 1e12
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # the simulation may run away
+            squares, logs, count = likelihood(shape(q))
+            cost = 0.5 * (count * np.log(squares / count) + logs)
+        return squares / count, cost if np.isfinite(cost) else HOPELESS
 
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
@@ -84,7 +88,9 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
     }
     best = minimize(lambda q: scale_and_cost(q)[1], origin, method="Nelder-Mead", options=options).x
     (scale, cost), found = scale_and_cost(best), shape(best)
-    a, b, c = (float(v * scale) for v in found.variance)
+    if cost >= HOPELESS:
+        return noise, cost
+    a, b, c = (max(float(v * scale), LEAST) for v in found.variance)
     root = float(np.sqrt(scale))
     sigma, colour = max(found.sigma * root, LEAST_SIGMA), found.colour_sigma * root
     return replace(found, variance=(a, b, c), sigma=sigma, colour_sigma=colour), cost

@@ -14,9 +14,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..effects.sonar_multipath import EFFECT as MULTIPATH
-from ..effects.tachometer_spikes import carried
-from ..estimate.observed import SPEED, Observed
+from ..effects.effect import Effect
+from ..estimate.observed import CHANNELS, SPEED, Observed
 from ..estimate.problem import Filtered
 
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
@@ -25,7 +24,6 @@ SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the ord
 SPIKE_RANKS = (0.2, 0.5, 0.8)  # sizes tried: these quantiles of how far lone readings lie off, by square; choices
 UNSEEN_SHARE = 0.3  # size of spikes that nobody saw, over the root mean square of the input; a guess
 HIDDEN, ROUNDS = (2.5, 3.5, 5.0), 15  # deviations of hidden late pings that a fit begins at, and its rounds; choices
-(_, MOST), (LEAST_M, _) = (q.bounds for q in MULTIPATH.parameters)  # [-, m] largest share, shortest excess path
 FEWEST = 3  # flags from which an outlier effect is considered
 NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
@@ -80,10 +78,27 @@ def spike_sizes(runs: Sequence[Observed]) -> list[float]:
     return [float(away[np.searchsorted(share, rank)]) for rank in SPIKE_RANKS]
 
 
-def spikes(runs: Sequence[Observed], size: float) -> tuple[float, float]:
-    """Log evidence of having tried several sizes of spikes, and the share of readings a size takes off [-]."""
-    away = np.abs(np.concatenate([run.lone for run in runs]))
-    count = int(np.sum(carried(away, size)))
+def judged(
+    effect: Effect,
+    p: np.ndarray,
+    runs: Sequence[Observed],
+    filtered: Sequence[Filtered],
+    flags: Sequence[np.ndarray],
+) -> tuple[float, dict[str, float]]:
+    """Log evidence of an outlier effect beside the innovations, and what the outliers tell of it, by slot.
+
+    p: its fitted parameters, shape (K,); flags: per run, which measurements are lone outliers, shape (M,).
+    """
+    gain, *found = multipath(effect, filtered, flags) if effect.place in CHANNELS else spikes(effect, p, runs)
+    counted = (name for name, q in zip(effect.slots(), effect.parameters, strict=True) if q.counted)
+    return gain, dict(zip(counted, found, strict=True))
+
+
+def spikes(effect: Effect, p: np.ndarray, runs: Sequence[Observed]) -> tuple[float, float]:
+    """Log evidence of having tried several sizes of spikes, and the share of readings that parameters p repair [-]."""
+    assert effect.true_input
+    away = np.concatenate([run.lone for run in runs])
+    count = sum(effect.true_input(0.0, lone, *p) != 0.0 for lone in away[away != 0.0])
     return (-float(np.log(len(SPIKE_RANKS))), count / away.size) if count >= FEWEST else (none_seen(away.size), 0.0)
 
 
@@ -100,13 +115,14 @@ def rate_evidence(count: int, total: int) -> float:
     return float(count * np.log(p / BACKGROUND) + (total - count) * np.log1p(-p) - np.log(total))
 
 
-def multipath(filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tuple[float, float, float]:
+def multipath(effect: Effect, filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tuple[float, float, float]:
     """Log evidence of multipath against the background, its probability per ping [-] and its excess path [m].
 
     Each innovation is a mixture of a good ping and a late one, fitted by expectation and maximisation (Dempster, Laird,
     Rubin, J. Royal Statistical Society B 39, 1977). Flagged pings are compared with the background, the others with
     the Gaussian that all hypotheses grant them.
     """
+    (_, most), (least_m, _) = (q.bounds for q in effect.parameters)
     late = np.concatenate([f.innovation[flag] for f, flag in zip(filtered, flags, strict=True)])
     wide = np.concatenate([_spread(f, flag) for f, flag in zip(filtered, flags, strict=True)])
     e = np.concatenate([f.innovation[~flag] for f, flag in zip(filtered, flags, strict=True)])
@@ -121,13 +137,13 @@ def multipath(filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tupl
             near = np.exp(-0.5 * (late - extra) ** 2 / wide) / np.sqrt(2.0 * np.pi * wide)
             share, lone = p * odds / (1.0 - p + p * odds), p * near / (p * near + BACKGROUND / SPAN_M)
             count = max(float(np.sum(share) + np.sum(lone)), 1e-9)
-            p = min(count / total, MOST)
+            p = min(count / total, most)
             extra = float((share / S) @ e + (lone / wide) @ late) / float(
                 np.sum(share / S) + np.sum(lone / wide) + 1e-30
             )
         gain = np.sum(np.log(1.0 - p + p * odds)) + np.sum(np.log1p(p * near * SPAN_M / BACKGROUND))
         gain -= np.log(total) + 0.5 * np.log(max(count, 1.0)) + np.log(len(starts))
-        if count >= FEWEST and extra > LEAST_M and gain > best[0]:
+        if count >= FEWEST and extra > least_m and gain > best[0]:
             best = float(gain), p, extra
     return best
 

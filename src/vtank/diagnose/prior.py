@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 from math import comb, log
 
+from ..record.toml import parse
 from .evidence import Fitted
 
 
@@ -33,7 +33,8 @@ class Calibration:
 @cache
 def calibration() -> Calibration:
     """The calibration shipped with the package."""
-    data = tomllib.loads(resources.files(__package__).joinpath("calibration.toml").read_text(encoding="utf-8"))
+    file = resources.files(__package__).joinpath("calibration.toml")
+    data = parse(file.read_text(encoding="utf-8"), file)
     prior = {kind: float(value) for kind, value in data["prior"].items()}
     tempering, doubt, mimicry = (float(data[name]) for name in ("tempering", "doubt", "mimicry"))
     return Calibration(tempering, prior, doubt, mimicry, float(data["shrink"]["widening"]))

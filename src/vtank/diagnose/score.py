@@ -16,7 +16,7 @@ from . import outliers
 from .evidence import Fitted, Setting, Start
 from .hypothesis import starting_values
 
-SEICHE_RAD_S = np.arange(0.06, 3.0, 0.04)  # frequencies looked at; 120 s resolve about 0.05 rad/s
+SCANNED_RAD_S = np.arange(0.06, 3.0, 0.04)  # frequencies looked at; 120 s resolve about 0.05 rad/s
 PROBE_M_S = 1e-3  # amplitude of the probing wave, small enough to be linear
 TRIES = 2  # frequencies handed to the optimiser
 
@@ -57,21 +57,19 @@ class Linearised:
 def linearise(fit: Fitted) -> Linearised:
     """Residuals and derivatives of a fit at its optimum."""
     theta = fit.optimum.theta
-    r = fit.problem.residuals(theta, fit.filtered)
-    return Linearised(fit, r, fit.problem.jacobian(theta, fit.filtered, r))
+    return Linearised(fit, *fit.problem.linearise(theta, fit.filtered))
 
 
 def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
     """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
-    name = second.hypothesis.name
-    if name == "sonar_multipath":
-        return outliers.multipath(near.fit.filtered, setting.flags)[0]
-    if name == "tachometer_spikes":
+    (effect,), best = second.hypothesis.effects, 0.0
+    if all(q.counted for q in effect.parameters):
+        return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered, setting.flags)[0]
+    if effect.outliers:
         return max(second.log_evidence - refit, 0.0)
-    best = 0.0
-    own = {k: v for k, v in second.start().items() if k.startswith(f"{name}.")}
+    own = {k: v for k, v in second.start().items() if k in effect.slots()}
     starts: list[Start] = [own]
-    starts += [{**values} for values in starting_values(second.hypothesis.effects[0], setting.runs)]
+    starts += [{**values} for values in starting_values(effect, setting.runs)]
     for start in starts:
         columns = _shift(near.fit, start) - near.residual
         best = max(best, near.explain(columns[:, None])[0])
@@ -82,32 +80,31 @@ def _shift(fit: Fitted, start: Start) -> np.ndarray:
     """Residuals of the fit with an effect added at the given values."""
     problem, parts = fit.problem, []
     for k, f in enumerate(fit.filtered):
-        p, state = problem.model(fit.optimum.theta, k)
+        p, _ = problem.model(fit.optimum.theta, k)
         p = vector({name: float(np.broadcast_to(v, len(problem.runs))[k]) for name, v in start.items()}, p)
-        e = np.empty(f.innovation.size)
-        problem._predict(k, p, state, f.gain, e)
-        parts.append(e / np.sqrt(f.variance))
-    return np.nan_to_num(np.concatenate(parts), posinf=1e6, neginf=-1e6)
+        parts.append(problem.varied(fit.optimum.theta, f, k, p=p))
+    return np.concatenate(parts)
 
 
-def scan(setting: Setting, refit: Fitted) -> list[Start]:
-    """First guesses of a seiche: the frequencies at which a wave explains most, with amplitude and phases."""
+def scan(setting: Setting, refit: Fitted, wave: tuple[str, str, str]) -> list[Start]:
+    """First guesses of a wave's amplitude, frequency and phases, by slot: the frequencies at which it explains most."""
     near, count = linearise(refit), len(setting.runs)
+    _, pace, _ = wave
     rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
     found = []
-    for frequency in SEICHE_RAD_S:
+    for frequency in SCANNED_RAD_S:
         columns = np.zeros((rows[-1], 2 * count))
         for i, phase in enumerate((0.0, 0.5 * np.pi)):
-            wave = {"seiche.amplitude": PROBE_M_S, "seiche.frequency": frequency, "seiche.phase": phase}
-            change = (_shift(refit, wave) - near.residual) / PROBE_M_S
+            probe: Start = dict(zip(wave, (PROBE_M_S, float(frequency), phase), strict=True))
+            change = (_shift(refit, probe) - near.residual) / PROBE_M_S
             for k in range(count):
                 columns[rows[k] : rows[k + 1], 2 * k + i] = change[rows[k] : rows[k + 1]]
         gain, c = near.explain(columns)
         found.append((gain, frequency, c.reshape(count, 2)))
     out: list[Start] = []
     for _, frequency, c in sorted(found, key=lambda f: -f[0]):
-        if all(abs(frequency - other["seiche.frequency"]) > 0.1 for other in out) and len(out) < TRIES:
+        if all(abs(frequency - other[pace]) > 0.1 for other in out) and len(out) < TRIES:
             amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))
             phase = np.arctan2(c[:, 1], c[:, 0])
-            out.append({"seiche.amplitude": amplitude, "seiche.frequency": float(frequency), "seiche.phase": phase})
+            out.append(dict(zip(wave, (amplitude, float(frequency), phase), strict=True)))
     return out

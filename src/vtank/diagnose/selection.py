@@ -9,6 +9,7 @@ from functools import partial
 
 import numpy as np
 
+from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
 from . import outliers
@@ -46,6 +47,11 @@ class Selection:
     refit: Fitted
     named: tuple[Fitted, ...]
     unnamed: tuple[Discrepancy, ...]
+
+    def __repr__(self) -> str:
+        """How many hypotheses, the best of them, and the runs."""
+        runs = ", ".join(run.name for run in self.setting.runs)
+        return f"Selection(best of {len(self.named) + 2} hypotheses: {self.best.hypothesis.name}; {runs})"
 
     @property
     def singles(self) -> int:
@@ -95,6 +101,12 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
     say("what has no name")
     found = Selection(setting, nominal, refit, named, ())
+    if found.best.log_evidence == -np.inf:
+        listed = ", ".join(run.name for run in setting.runs)
+        raise InputError(
+            f"run {listed}: no simulator follows these recordings, whatever its drag and thrust; "
+            "expected numbers that a vehicle driven by its input could reach, in SI units"
+        )
     return replace(found, unnamed=tuple(unnamed(setting, found.best)))
 
 
@@ -102,7 +114,8 @@ def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start
     """First guesses of a hypothesis beside the refit's parameters and initial states."""
     if not hypothesis.refit:
         return [{STATES: refit.start()[STATES]}]
-    own = scan(setting, refit) if hypothesis.name == "seiche" else first_guesses(setting, hypothesis)
+    wave = hypothesis.effects[0].wave if len(hypothesis.effects) == 1 else None
+    own = scan(setting, refit, wave) if wave else first_guesses(setting, hypothesis)
     return [{**refit.start(), **start} for start in own]
 
 

@@ -68,6 +68,8 @@ def blocks(setting: Setting) -> Setting:
     pieces, rows = [], []
     for k in range(count):
         inside = (run.time_s >= edges[k]) & ((run.time_s < edges[k + 1]) | (k == count - 1))
+        if not inside.any():
+            continue  # nothing was measured for so long
         first = max(int(np.searchsorted(run.input_time_s, edges[k], "right")) - 1, 0)
         fed = slice(first, int(np.searchsorted(run.input_time_s, edges[k + 1], "right")))
         rows.append(inside)

@@ -17,7 +17,6 @@ from .selection import Selection
 
 SEPARABLE = 3.0  # [-] separation from which two effects are told apart: one deviation in ten thousand by chance
 HOPELESS = 6.0  # log evidence behind the winner at which the data themselves have told a rival apart: odds of 1 in 400
-OUTLIERS = ("sonar_multipath", "tachometer_spikes")  # seen as lone readings, which no smooth effect imitates
 
 
 def noise_free(setting: Setting, fit: Fitted) -> Setting:
@@ -41,12 +40,12 @@ def separation(setting: Setting, winner: Fitted, rival: Fitted) -> float:
 def tied_class(selection: Selection, winner: Fitted) -> tuple[str, ...]:
     """Names of the effects that cannot be told from the winner, the winner first."""
     names = [effect.name for effect in winner.hypothesis.effects]
-    if len(names) > 1 or names[0] in OUTLIERS:
+    if len(names) > 1 or winner.hypothesis.outliers:
         return tuple(names)
     for rival in selection.named:
         name = rival.hypothesis.name
         close = rival.log_evidence > winner.log_evidence - HOPELESS
-        if len(rival.hypothesis.effects) == 1 and name not in names and name not in OUTLIERS and close:
+        if len(rival.hypothesis.effects) == 1 and name not in names and not rival.hypothesis.outliers and close:
             if separation(selection.setting, winner, rival) < SEPARABLE:
                 names.append(name)
     names += [n for n in BY_NAME[names[0]].confused_with if BY_NAME[n].standing == "tied" and n not in names

@@ -9,7 +9,7 @@ import numpy as np
 from .evidence import Fitted
 from .prior import calibration, log_prior, weight
 from .selection import Selection
-from .ties import OUTLIERS, SEPARABLE, separation, tied_class
+from .ties import SEPARABLE, separation, tied_class
 
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
@@ -38,14 +38,13 @@ class Verdict:
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
     """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
     fits = [selection.nominal, selection.refit, *selection.named]
+    before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
+    before["unknown"] = calibration().prior["unknown"]
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
     logits["unknown"] = logits[selection.best.hypothesis.name] + np.logaddexp(*unknown_odds(selection))
     top = max(logits.values())
-    weights = {name: float(np.exp(value - top)) for name, value in logits.items()}
-    total, doubt = sum(weights.values()), calibration().doubt
-    before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
-    before["unknown"] = calibration().prior["unknown"]
-    whole = sum(before.values())
+    weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
+    total, doubt, whole = sum(weights.values()), calibration().doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
 
@@ -79,8 +78,8 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     if len(effects) == 1:
         probability = sum(chances.get(name, 0.0) for name in rivals)
     kind = "effect" if len(effects) == 1 else "effects"
-    seen = any(effect.name in OUTLIERS for effect in effects)
-    if probability < NAMED or not (seen or separation(selection.setting, fit, selection.refit) >= SEPARABLE):
+    seen = fit.hypothesis.outliers or separation(selection.setting, fit, selection.refit) >= SEPARABLE
+    if probability < NAMED or not seen:
         kind = "undecided"
     channel = effects[0].channel
     return Verdict(kind, tuple(e.name for e in effects), rivals, channel, probability, fit)

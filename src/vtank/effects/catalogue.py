@@ -1,56 +1,29 @@
-"""All effects, in the fixed order of the parameter vector."""
+"""All effects of this folder, in the fixed order of the parameter vector."""
 
 from __future__ import annotations
 
-from . import (
-    ambient_current,
-    clock_skew,
-    command_delay,
-    coulomb_friction,
-    drag_asymmetry,
-    linear_drag,
-    seiche,
-    sonar_latency,
-    sonar_multipath,
-    sonar_offset,
-    sonar_scale,
-    supply_sag,
-    tachometer_bias,
-    tachometer_spikes,
-    tether,
-    thrust_asymmetry,
-    thrust_deadband,
-    thrust_lag,
-    thrust_loss,
-    thrust_saturation,
-    wake_memory,
-    wall_proximity,
-)
-from .effect import Effect
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import get_args
 
-CATALOGUE: tuple[Effect, ...] = (
-    linear_drag.EFFECT,
-    coulomb_friction.EFFECT,
-    ambient_current.EFFECT,
-    seiche.EFFECT,
-    wall_proximity.EFFECT,
-    tether.EFFECT,
-    drag_asymmetry.EFFECT,
-    wake_memory.EFFECT,
-    thrust_deadband.EFFECT,
-    thrust_asymmetry.EFFECT,
-    thrust_loss.EFFECT,
-    thrust_lag.EFFECT,
-    thrust_saturation.EFFECT,
-    supply_sag.EFFECT,
-    command_delay.EFFECT,
-    sonar_latency.EFFECT,
-    sonar_multipath.EFFECT,
-    sonar_scale.EFFECT,
-    sonar_offset.EFFECT,
-    tachometer_bias.EFFECT,
-    tachometer_spikes.EFFECT,
-    clock_skew.EFFECT,
-)
+from . import __path__ as folder
+from .effect import Channel, Effect, Parameter
 
+
+def _found() -> Iterator[Effect]:
+    for module in iter_modules(folder):
+        effect = getattr(import_module(f"{__package__}.{module.name}"), "EFFECT", None)
+        if effect is not None:
+            yield effect
+
+
+CATALOGUE: tuple[Effect, ...] = tuple(
+    sorted(_found(), key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name))
+)
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
+
+# Every entry of the parameter vector that belongs to an effect, `effect.parameter`, in its order
+PARAMETERS: dict[str, Parameter] = {
+    slot: parameter for effect in CATALOGUE for slot, parameter in zip(effect.slots(), effect.parameters, strict=True)
+}

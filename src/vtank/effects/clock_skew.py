@@ -15,9 +15,13 @@ def echo_time(t: float, s: float) -> float:
 EFFECT = Effect(
     name="clock_skew",
     channel="sensor",
+    place="range_m",
     sentence="Two computers stamp the sonar and the tachometer, and their clocks drift apart during the run.",
     law="range(t) is the distance at t (1 + s)",
     parameters=(Parameter("s", "-", "relative drift of the sonar's clock", 0.0, (-0.02, 0.02), 0.002),),
     source="linear clock drift",
+    order=7,
     confused_with=("sonar_latency", "supply_sag"),
+    needs=("sonar",),
+    instant=echo_time,
 )

@@ -19,9 +19,11 @@ def acceleration(u: float, f: float) -> float:
 EFFECT = Effect(
     name="coulomb_friction",
     channel="hydrodynamics",
+    place="surge",
     sentence="A guide or tether that rubs resists with a constant force, whatever the speed.",
     law="du/dt += -f sign(u), turned round smoothly within 5 mm/s",
     parameters=(Parameter("f", "m/s2", "friction force per unit of moving mass", 0.0, (0.0, 2.0), 0.01),),
     source="Coulomb's law; smooth reversal after Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
+    order=2,
     confused_with=("linear_drag", "thrust_deadband"),
 )

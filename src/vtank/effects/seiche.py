@@ -27,6 +27,7 @@ def acceleration(t: float, amplitude: float, frequency: float, phase: float) -> 
 EFFECT = Effect(
     name="seiche",
     channel="hydrodynamics",
+    place="surge",
     sentence="A standing wave left in the tank carries the hull to and fro with the water.",
     law="u_r = u - U_w, du/dt += dU_w/dt, U_w = amplitude sin(frequency t + phase)",
     parameters=(
@@ -35,5 +36,7 @@ EFFECT = Effect(
         Parameter("phase", "rad", "phase at the start of the run", 0.0, (-7.0, 7.0), 2.0, per_run=True, shape=True),
     ),
     source="Lamb, Hydrodynamics (1932), standing waves in a basin; Morison equation for the force on a fixed volume",
+    order=4,
     confused_with=("ambient_current", "tether"),
+    depends_on=("time",),
 )

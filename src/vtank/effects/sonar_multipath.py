@@ -15,12 +15,15 @@ def reading(range_m: float, p: float, extra: float, uniform: float) -> float:
 EFFECT = Effect(
     name="sonar_multipath",
     channel="sensor",
+    place="range_m",
     sentence="Now and then an echo by way of surface or floor is taken for the wall, and reads long.",
     law="range += extra with probability p, independently from ping to ping",
     parameters=(
-        Parameter("p", "-", "probability per ping", 0.0, (0.0, 0.3), 0.03),
-        Parameter("extra", "m", "excess path", 0.3, (0.02, 3.0), 0.3, shape=True),
+        Parameter("p", "-", "probability per ping", 0.0, (0.0, 0.3), 0.03, counted=True),
+        Parameter("extra", "m", "excess path", 0.3, (0.02, 3.0), 0.3, shape=True, counted=True),
     ),
     source="Urick, Principles of Underwater Sound (1983), multipath in a bounded basin",
+    order=2,
     confused_with=("tachometer_spikes",),
+    needs=("sonar",),
 )

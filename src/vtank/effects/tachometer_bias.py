@@ -13,6 +13,12 @@ def reading(n: float, b: float) -> float:
 
 
 @law
+def true_input(n_read: float, lone: float, b: float) -> float:
+    """The same for a reading that stands alone or does not."""
+    return true_speed(n_read, b)
+
+
+@law
 def true_speed(n_read: float, b: float) -> float:
     """Propeller speed [rev/s] behind a reading [rev/s]."""
     return n_read - b
@@ -21,9 +27,14 @@ def true_speed(n_read: float, b: float) -> float:
 EFFECT = Effect(
     name="tachometer_bias",
     channel="sensor",
+    place="n_rev_s",
     sentence="An offset of the tachometer's amplifier reads as propeller speed that is not there.",
     law="n_read = n + b",
     parameters=(Parameter("b", "rev/s", "offset of the reading, in the unit of the input", 0.0, (-3.0, 3.0), 0.3),),
     source="offset error of a tachogenerator",
+    order=5,
     confused_with=("ambient_current", "thrust_asymmetry"),
+    needs=("propeller",),
+    reads=reading,
+    true_input=true_input,
 )

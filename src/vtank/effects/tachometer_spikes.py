@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..compiled import law
+from ..lanes import where
 from .effect import Effect, Parameter
 
 SEEN = 0.6  # share of the size by which a reading must lie off: above one half, since most readings are good; a guess
@@ -30,20 +31,28 @@ def carried(lone, size):  # type: ignore[no-untyped-def]
 @law
 def repaired(n_read: float, lone: float, size: float) -> float:
     """Reading less the spike it carries, where it stands alone by `lone`; size = 0 repairs nothing [rev/s]."""
-    if carried(lone, size):
-        return n_read - size if lone > 0.0 else n_read + size
-    return n_read
+    return where(carried(lone, size), where(lone > 0.0, n_read - size, n_read + size), n_read)
+
+
+@law
+def true_input(n_read: float, lone: float, p: float, size: float) -> float:
+    """Propeller speed behind a reading [rev/s]: which readings carry a spike is seen, however rare they are."""
+    return repaired(n_read, lone, size)
 
 
 EFFECT = Effect(
     name="tachometer_spikes",
     channel="sensor",
+    place="n_rev_s",
     sentence="Brush noise throws single tachometer readings far off, though the propeller turned evenly.",
     law="n_read = n +- size with probability p, independently from reading to reading",
     parameters=(
-        Parameter("p", "-", "probability per reading", 0.0, (0.0, 0.3), 0.03),
-        Parameter("size", "rev/s", "size of a spike, in the unit of the input", 0.0, (0.0, 20.0), 4.0),
+        Parameter("p", "-", "probability per reading", 0.0, (0.0, 0.3), 0.03, counted=True),
+        Parameter("size", "rev/s", "size of a spike, in the unit of the input", 0.0, (0.0, 20.0), 4.0, seen=True),
     ),
     source="Marco, Martins, Healey, section VI: spikes in the tachometer readings of data set 4",
+    order=6,
     confused_with=("sonar_multipath",),
+    needs=("propeller",),
+    true_input=true_input,
 )

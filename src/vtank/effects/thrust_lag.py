@@ -21,9 +21,11 @@ def present(z: float, target: float, tau: float) -> float:
 EFFECT = Effect(
     name="thrust_lag",
     channel="actuator",
+    place="thruster",
     sentence="The slipstream has to be set in motion first, so thrust lags the propeller speed.",
     law="tau dz/dt = beta n|n| - z",
     parameters=(Parameter("tau", "s", "time constant", 0.0, (0.0, 20.0), 0.3),),
     source="Marco, Martins, Healey, eq. (5) and (15)",
+    order=4,
     confused_with=("sonar_latency", "command_delay", "wake_memory"),
 )

@@ -15,9 +15,12 @@ def acceleration(u_r: float, n_e: float, gamma: float) -> float:
 EFFECT = Effect(
     name="thrust_loss",
     channel="actuator",
+    place="thruster",
     sentence="The faster the hull already goes, the less the turning propeller pushes.",
     law="du/dt += gamma |n| u_r",
     parameters=(Parameter("gamma", "1/rev", "thrust loss per unit of moving mass, n and u", 0.0, (-2.0, 0.0), 0.02),),
     source="Marco, Martins, Healey, eq. (2), cross term; linear KT(J) curve",
+    order=3,
     confused_with=("linear_drag",),
+    needs=("propeller",),
 )

@@ -15,6 +15,7 @@ def effective_speed(n: float, n_max: float) -> float:
 EFFECT = Effect(
     name="thrust_saturation",
     channel="actuator",
+    place="thruster",
     sentence="Ventilation, current limit or supply voltage keep the thrust from growing beyond some speed.",
     law="n_e = min(max(n, -n_max), n_max)",
     parameters=(
@@ -25,8 +26,11 @@ EFFECT = Effect(
             float("inf"),
             (0.0, float("inf")),
             8.0,
+            starts=(0.9, 0.7, 0.5),
         ),
     ),
     source="bollard test of an electric catamaran, flat above 0.7 of full command (pub_usv_modeling, 2017)",
+    order=5,
     confused_with=("thrust_loss", "thrust_lag"),
+    needs=("propeller",),
 )

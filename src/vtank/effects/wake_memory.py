@@ -18,12 +18,23 @@ def rate(u: float, wake: float, k: float, T: float) -> float:
 EFFECT = Effect(
     name="wake_memory",
     channel="hydrodynamics",
+    place="surge",
     sentence="The hull drags water along and meets it again on the way back.",
     law="u_r = u - w, T dw/dt = k u - w",
     parameters=(
         Parameter("k", "-", "share of the hull's speed that the wake takes up", 0.0, (0.0, 0.9), 0.3),
-        Parameter("T", "s", "time the wake takes to follow and to die away", 5.0, (0.5, 60.0), 5.0, shape=True),
+        Parameter(
+            "T",
+            "s",
+            "time the wake takes to follow and to die away",
+            5.0,
+            (0.5, 60.0),
+            5.0,
+            shape=True,
+            starts=(2.0, 12.0),
+        ),
     ),
     source="one-state form of the history force (Sarpkaya, Wave Forces on Offshore Structures, 2010); a guess",
+    order=8,
     confused_with=("linear_drag", "thrust_lag"),
 )

@@ -23,24 +23,31 @@ def growth(gap: float) -> float:
 @law
 def inertia_factor(gap: float, mass: float) -> float:
     """Moving mass near the wall over moving mass in open water [-]."""
-    return 1.0 + mass * growth(gap)
+    return 1.0 + mass * growth(gap) if mass != 0.0 else 1.0
 
 
 @law
 def inertia_gradient(gap: float, mass: float) -> float:
     """Half the gradient of the inertia factor ahead, which multiplies u^2 in Lagrange's equation [1/m]."""
-    return 1.5 * mass * growth(gap) / max(gap, NEAREST_M)
+    return 1.5 * mass * growth(gap) / max(gap, NEAREST_M) if mass != 0.0 else 0.0
+
+
+@law
+def acceleration(force: float, gap: float, mass: float) -> float:
+    """What a force per unit of the moving mass in open water does near the wall [m/s2]."""
+    return force / inertia_factor(gap, mass) if mass != 0.0 else force
 
 
 @law
 def drag_factor(gap: float, drag: float) -> float:
     """Quadratic drag near the wall over drag in open water [-]."""
-    return 1.0 + drag * growth(gap)
+    return 1.0 + drag * growth(gap) if drag != 0.0 else 1.0
 
 
 EFFECT = Effect(
     name="wall_proximity",
     channel="hydrodynamics",
+    place="surge",
     sentence="Near the wall the water has to squeeze past the bow, so that added mass and drag grow.",
     law="(1 + mass g) du/dt + 1.5 mass g/gap u^2 = (1 + drag g) alpha u_r|u_r| + ..., g = (3 m/gap)^3",
     parameters=(
@@ -48,5 +55,8 @@ EFFECT = Effect(
         Parameter("mass", "-", "fractional growth of moving mass at 3 m", 0.0, (0.0, 1.0), 0.1),
     ),
     source="Lamb, Hydrodynamics (1932), sphere before a wall: added mass grows with (a/d)^3; drag alike: a guess",
+    order=5,
     confused_with=("tether", "drag_asymmetry"),
+    needs=("sonar",),
+    depends_on=("place",),
 )

@@ -15,7 +15,7 @@ from scipy.signal import welch
 from ..errors import InputError
 from ..record.run import Run
 from .maximum_likelihood import Estimate, identify, refit
-from .observed import CHANNELS, Observed, observe
+from .observed import CHANNELS, Observed, observe, stretches
 from .paper.estimate import PaperEstimate, identify_run
 from .paper.linear import LinearModel, fit_linear
 from .paper.regression import Array, Model
@@ -97,6 +97,7 @@ def compare(
     advance: Callable[[str], None] = lambda note: None,
 ) -> Comparison:
     """Identify one model by likelihood and by the paper's estimators; `advance` is called per run and once."""
+    recorded = stretches(recorded)
     runs = tuple(observe(run) for run in recorded)
     joint = identify(runs, model, process_noise=process_noise)
     calm = joint.problem.noise.quiet

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ..compiled import law
-from ..plant.parameters import slot, vector
+from ..plant.parameters import LAG, LOSS, slot, vector
 from ..plant.surge import TAU, settle, thrust_target
 from .observed import POSITION, RANGE, SPEED, Observed
 from .problem import Problem
@@ -22,7 +22,7 @@ LAGS_S = (0.05, 0.15, 0.4, 0.8, 1.5, 3.0, 6.0)  # [s] lags that are tried
 BINS = 200  # per run: 0.6 s for 120 s, short against the paper's periods of 9 to 31 s
 FEWEST_SAMPLES = 4  # per bin
 FINER = 5  # points per bin at which the lagged thrust is read
-SIGNS = {"alpha": -1.0, "beta": 1.0, "thrust_loss.gamma": -1.0}
+SIGNS = {"alpha": -1.0, "beta": 1.0, LOSS: -1.0}
 
 
 @dataclass(frozen=True)
@@ -73,14 +73,14 @@ def lagged_thrust(stamps: np.ndarray, reading: np.ndarray, at: np.ndarray, p: np
 def first_guesses(problem: Problem, count: int = len(LAGS_S)) -> list[np.ndarray]:
     """First guesses of theta, shape (size,) each, best first: what a regression gives at the lags that suit it best."""
     tracks = [coarse(run) for run in problem.runs]
-    lags = LAGS_S if "thrust_lag.tau" in problem.free else (float(problem.base[TAU]),)
+    lags = LAGS_S if LAG in problem.free else (float(problem.base[TAU]),)
     found = sorted((_regression(problem, tracks, lag) for lag in lags), key=lambda item: item[0])
     return [problem.initial(p) for _, p in found[:count]]
 
 
 def _regression(problem: Problem, tracks: Sequence[Coarse], lag: float) -> tuple[float, np.ndarray]:
     """Misfit and parameter vector of the least squares on a = alpha u|u| + beta w + gamma |n|u at a given lag."""
-    p = vector({"thrust_lag.tau": lag}, problem.base)
+    p = vector({LAG: lag}, problem.base)
     unit = vector({"beta": 1.0}, p)
     rows = []
     for run, c in zip(problem.runs, tracks, strict=True):

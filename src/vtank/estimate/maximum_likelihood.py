@@ -8,30 +8,31 @@ from the Fisher information of all unknowns, initial states included.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import InputError
-from ..plant.parameters import vector
+from ..plant.parameters import LAG, LOSS, LUMPED, vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
 from .first_guess import first_guesses, typical_acceleration
-from .levenberg import Descent, Prior, descend
 from .observed import POSITION, RANGE, Observed
+from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
 from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
 MODELS: dict[str, tuple[str, ...]] = {
     "I": ("alpha", "beta"),
-    "II": ("alpha", "beta", "thrust_lag.tau"),
-    "III": ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau"),
+    "II": ("alpha", "beta", LAG),
+    "III": LUMPED,
 }
 BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
     "alpha": (-np.inf, 0.0),
     "beta": (0.0, np.inf),
-    "thrust_lag.tau": (0.02, 60.0),
-    "thrust_loss.gamma": (-50.0, 5.0),
+    LAG: (0.02, 60.0),
+    LOSS: (-50.0, 5.0),
 }
 INSEPARABLE = 0.95  # |correlation| from which two parameters count as not separated, and
 LOOSE = 0.05  # relative deviation that one of them must have besides; conventions, both
@@ -41,7 +42,7 @@ WARM_UP = 2  # iterations beside the forgiving filter; a choice
 AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
 EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
-SETTLED = 0.01  # gain in the sum of squares below which the noise level and the parameters agree
+SETTLED = 0.005  # gain in log-likelihood below which the noise level and the parameters agree
 
 
 @dataclass(frozen=True)
@@ -65,6 +66,12 @@ class Estimate:
     log_likelihood: float
     converged: bool
     warnings: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Shared parameters with their deviations, SI, and the runs."""
+        found = ", ".join(f"{name} = {value:.4g} +- {self.sd[name]:.2g}" for name, value in self.values.items())
+        runs = ", ".join(run.name for run in self.problem.runs)
+        return f"Estimate({found}; {runs}{'' if self.converged else '; not converged'})"
 
     @property
     def values(self) -> dict[str, float]:
@@ -121,7 +128,7 @@ def identify(
     base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
     None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
     """
-    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5}, base)
+    base = vector({LAG: 0.0 if model == "I" else 0.5}, base)
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
     if model == "III" and base[LINEAR_INPUT]:
         raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")
@@ -129,7 +136,20 @@ def identify(
         {RANGE, POSITION} <= run.first.keys() for run in runs
     )  # then each run's stand-off matters, and is unknown
     problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
-    return fit(problem, first_guesses(problem), process_noise)
+    with _telling(problem):
+        return fit(problem, first_guesses(problem), process_noise)
+
+
+@contextmanager
+def _telling(problem: Problem) -> Iterator[None]:
+    """InputError in place of equations that have no solution."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"run {', '.join(run.name for run in problem.runs)}: the recordings do not tell the model's parameters "
+            f"apart ({error}); expected runs in which the vehicle speeds up and slows down"
+        ) from error
 
 
 def _common_input(runs: Sequence[Observed]) -> str:
@@ -149,7 +169,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
             break  # nothing is left to explain
         other = _output_error(problem, guess, prior)
         agree = abs(other.cost - end.cost) < AGREED * end.cost
-        end = min(end, other, key=lambda descent: descent.cost)
+        end = min(end, other, key=lambda optimum: optimum.cost)
         if agree:
             break  # the rest is not for want of a better start
     calm, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
@@ -164,15 +184,16 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
     prior, before = beforehand(problem, guess), np.inf
-    for _ in range(5):
-        end = descend(problem, guess, problem.filter(guess), prior)
-        if problem.noise.quiet or before - end.cost < SETTLED:
-            break
-        guess, before = end.theta, end.cost
-    return _estimate(problem, end, prior)
+    with _telling(problem):
+        for _ in range(5):
+            end = descend(problem, guess, prior, problem.filter(guess))
+            if problem.noise.quiet or before - end.cost < SETTLED:
+                break
+            guess, before = end.theta, end.cost
+        return _estimate(problem, end, prior)
 
 
-def _likelihood(problem: Problem, end: Descent) -> float:
+def _likelihood(problem: Problem, end: Optimum) -> float:
     return problem.log_likelihood(problem.filter(end.theta))
 
 
@@ -203,41 +224,45 @@ def _forgiving(problem: Problem) -> Problem:
     return problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
 
 
-def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Descent:
+def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Optimum:
     """Optimum of pure simulation from one guess."""
     forgiving, quiet = _forgiving(problem), problem.with_noise(problem.noise.calm())
-    warm = descend(forgiving, guess, forgiving.filter(guess), prior, WARM_UP)
-    return descend(quiet, warm.theta, quiet.filter(warm.theta), prior)
+    warm = descend(forgiving, guess, prior, forgiving.filter(guess), WARM_UP)
+    return descend(quiet, warm.theta, prior, quiet.filter(warm.theta))
 
 
-def _weighted(problem: Problem, end: Descent, prior: Prior) -> tuple[Problem, Descent]:
+def _weighted(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Optimum]:
     """The problem with the noise of each channel as it was found, and its optimum."""
     channels = set().union(*(run.first for run in problem.runs))
     for round in range(len(channels)):  # with a single channel its weight does not matter
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
         if round + 1 < len(channels):
-            end = descend(problem, end.theta, problem.filter(end.theta), prior)
+            end = descend(problem, end.theta, prior, problem.filter(end.theta))
     return problem, end
 
 
-def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Descent]:
+def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
     """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
     problem = _forgiving(problem)
-    end = descend(problem, guess, problem.filter(guess), prior)
+    end = descend(problem, guess, prior, problem.filter(guess))
     for rough in (*[True] * 3, *[False] * 17):
-        problem = problem.with_noise(noise_level(problem, end.theta, hold_memory=rough))
+        with np.errstate(over="ignore", invalid="ignore"):
+            noise = noise_level(problem, end.theta, hold_memory=rough)
+        if not np.isfinite([*noise.variance, noise.sigma]).all():
+            break  # the simulation runs away: it says nothing about the noise
+        problem = problem.with_noise(noise)
         filtered = problem.filter(end.theta)
-        before = descend(problem, end.theta, filtered, prior, 0)
-        end = descend(problem, end.theta, filtered, prior)
+        before = descend(problem, end.theta, prior, filtered, 0)
+        end = descend(problem, end.theta, prior, filtered)
         if end.converged and not rough and before.cost - end.cost < SETTLED:
             return problem, end
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
     return problem, replace(end, converged=False)
 
 
-def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
+def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
-    J = end.jacobian / np.sqrt(np.concatenate([f.variance for f in filtered]))[:, None]
+    J = problem.jacobian(end.theta, filtered)
     covariance = _inverse(J.T @ J + np.diag(prior.weight))
     return Estimate(
         problem,
@@ -252,7 +277,7 @@ def _estimate(problem: Problem, end: Descent, prior: Prior) -> Estimate:
 
 def _inverse(information: np.ndarray) -> np.ndarray:
     """Inverse of a Fisher information, scaled first; directions without information get a very large variance."""
-    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-200))
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     return (vectors / np.maximum(values, 1e-14)) @ vectors.T / np.outer(scale, scale)
 

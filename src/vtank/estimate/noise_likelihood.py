@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..compiled import law
-from .innovations import TOUCH_S, held_from, next_stop, output, propeller_speed, schedule, slope, step
-from .problem import Noise, Problem
-
-NUDGE = 1e-5  # [m, m/s, m/s2] step of the finite differences
+from ..lanes import WIDTH
+from .innovations import Noise, steps
+from .kernels import kernels
+from .problem import Problem
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ def linearised(problem: Problem, theta: np.ndarray) -> list[Linear]:
     """All runs of a problem along their simulations at theta."""
     out = []
     for k, run in enumerate(problem.runs):
-        p, start = problem.model(theta, k)
-        size = run.time_s.size
+        p, start = (np.repeat(part[:, None], WIDTH, axis=1) for part in problem.model(theta, k))
+        plan, size = steps(run, p[:, 0]), run.time_s.size
         error, gap, transition, row = np.empty(size), np.empty(size), np.zeros((size, 2, 3)), np.zeros((size, 3))
-        order = along(p, start, run.input_time_s, run.input, run.lone, run.time_s, run.value, run.kind,
-                      error, gap, transition, row)  # fmt: skip
+        kernels(run.plant).linearise(p, start, plan, run.record, error, gap, transition, row)
         weight = np.ones(size) if problem.weight is None else problem.weight[k]
+        order = plan.which
         out.append(Linear(error, gap, transition, row, run.kind[order], weight[order], problem.used(k)[order]))
     return out
 
@@ -69,37 +69,6 @@ def squares_and_logs(runs: Sequence[Linear], noise: Noise) -> tuple[float, float
         e, S = e[run.used], S[run.used]
         squares, logs, count = squares + float(np.sum(e * e / S)), logs + float(np.sum(np.log(S))), count + e.size
     return squares, logs, count
-
-
-@law
-def along(p, start, stamps, reading, lone, time, value, kind, error, gap, transition, row):
-    """Simulate a run with copies nudged afresh at every measurement; returns the order of the measurements."""
-    n = propeller_speed(reading, lone, p)
-    instant, order = schedule(time, kind, p)
-    s = (start[0], start[1], start[2], start[3], 0.0)
-    now, j, i = instant[order[0]], 0, 0
-    for k in order:
-        c = s
-        a = (s[0] + NUDGE, s[1], s[2], s[3], 0.0)
-        b = (s[0], s[1] + NUDGE, s[2], s[3], 0.0)
-        gap[i] = max(instant[k] - now, 0.0)
-        while now < instant[k] - TOUCH_S:
-            j = held_from(now, j, stamps, p)
-            stop = next_stop(now, instant[k], j, stamps, p)
-            s = step(now, stop, s, n[j], 0.0, 1.0, p)
-            a = step(now, stop, a, n[j], 0.0, 1.0, p)
-            b = step(now, stop, b, n[j], 0.0, 1.0, p)
-            c = step(now, stop, c, n[j], NUDGE, 1.0, p)
-            now = stop
-        for m in range(2):
-            transition[i, m, 0] = (a[m] - s[m]) / NUDGE
-            transition[i, m, 1] = (b[m] - s[m]) / NUDGE
-            transition[i, m, 2] = (c[m] - s[m]) / NUDGE
-        error[i] = value[k] - output(s[0], s[1], kind[k], p)
-        row[i, 1 if kind[k] == 2 else 0] = slope(kind[k], p)
-        row[i, 2] = 1.0 if kind[k] == 0 else 0.0
-        i += 1
-    return order
 
 
 @law

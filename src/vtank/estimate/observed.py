@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
 
+from ..channels import channels
 from ..errors import InputError
+from ..plant.plant import Plant
+from ..plant.surge import SURGE
+from ..record.manifest import DataSetWarning
 from ..record.run import Run
+from .kernels import Record, Steps
 
 RANGE, POSITION, SPEED = 0, 1, 2
-CHANNELS = {"range_m": RANGE, "position_m": POSITION, "surge_m_s": SPEED}
+CHANNELS = {row.name: kind for kind, row in enumerate(channels(SURGE))}
+PAUSE_SAMPLES, PAUSE_S = 100, 10.0  # [sampling periods, s] without a row beyond which recording had stopped; choices
+BEYOND = 1e9  # [m, m/s, N, rev/s] what no vehicle reaches, while squares of it are still numbers; a choice
+FEWEST = 50  # rows with a measurement of a stretch between pauses that is kept: five seconds at 10 Hz; a choice
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observed:
     """Input and measurements of one run, for the compiled kernels.
 
@@ -25,8 +35,9 @@ class Observed:
         input: input values, held from each stamp to the next, shape (I,).
         time_s: stamps of the measurements, ascending, shape (M,).
         value: measurements [m or m/s], shape (M,).
-        kind: channel of each, RANGE, POSITION or SPEED, shape (M,).
+        kind: channel of each, its place in the plant's table, here RANGE, POSITION or SPEED, shape (M,).
         lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
+        plant: whose inputs and measurements these are.
     """
 
     name: str
@@ -37,10 +48,30 @@ class Observed:
     value: np.ndarray
     kind: np.ndarray
     lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    plant: Plant = SURGE
 
     def __post_init__(self) -> None:
-        if self.lone.size != self.input.size:
-            object.__setattr__(self, "lone", np.zeros(self.input.size))
+        """Fill in `lone`; InputError where there is no input or no measurement: no kernel can step through nothing."""
+        if self.time_s.size == 0 or self.input.size == 0:
+            missing = "measurement" if self.time_s.size == 0 else f"value of {self.input_name}"
+            raise InputError(f"run '{self.name}': no {missing}, expected at least one")
+        if self.lone.shape != self.input.shape:
+            object.__setattr__(self, "lone", np.zeros(self.input.shape))
+
+    @cached_property
+    def record(self) -> Record:
+        """The same for the compiled kernels."""
+        stamp, reading, lone, time, value = (
+            np.ascontiguousarray(a, dtype=float)
+            for a in (self.input_time_s, self.input, self.lone, self.time_s, self.value)
+        )
+        colour = np.array([float(row.coloured) for row in channels(self.plant)])[self.kind]
+        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), colour)
+
+    @cached_property
+    def plans(self) -> dict[tuple[float, ...], Steps]:
+        """Step plans of this run, by the delays they were made for."""
+        return {}
 
     @cached_property
     def has_position(self) -> bool:
@@ -70,6 +101,39 @@ class Observed:
         return np.array([self.first.get(POSITION, x), self.first.get(SPEED, 0.0), 0.0, 0.0])
 
 
+def stretches(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """The runs, cut where recording paused: what the vehicle did meanwhile, nobody knows, and its state is new after.
+
+    A stretch is a run with a clock of its own, named after the run and its span; short ones are left out. A
+    DataSetWarning says so.
+    """
+    return tuple(part for run in runs for part in _stretches(run))
+
+
+def _stretches(run: Run) -> list[Run]:
+    step = np.diff(run.time_s)
+    ends = np.flatnonzero(step > PAUSE_S) + 1
+    ends = ends[step[ends - 1] > PAUSE_SAMPLES * np.median(step)] if ends.size else ends
+    if ends.size == 0:
+        return [run]
+    rows = np.split(np.arange(run.time_s.size), ends)
+    driven = ~np.isnan(run.columns[run.input])
+    seen = np.any([~np.isnan(run.columns[name]) for name in run.outputs], axis=0)
+    kept = [part for part in rows if driven[part].any() and seen[part].sum() >= FEWEST] or [max(rows, key=len)]
+    spans = [f"{run.time_s[part[0]]:.10g}-{run.time_s[part[-1]]:.10g}s" for part in kept]
+    warnings.warn(
+        f"run {run.name}: nothing was recorded for {step[ends - 1].max():.4g} s; taken as stretches with initial "
+        f"states of their own: {', '.join(spans)}" + f"; {len(rows) - len(kept)} short ones left out" * (kept != rows),
+        DataSetWarning,
+        stacklevel=4,
+    )
+    found = []
+    for part, span in zip(kept, spans, strict=True):
+        columns = {name: values[part] for name, values in run.columns.items()}
+        found.append(Run(f"{run.name}_{span}", run.time_s[part] - run.time_s[part[0]], columns))
+    return found
+
+
 def observe(run: Run) -> Observed:
     """Collect a run's input and measurements; InputError where it has nothing to fit."""
     input_time, values = run.samples(run.input)
@@ -79,5 +143,8 @@ def observe(run: Run) -> Observed:
     kind = np.concatenate([np.full(time.size, kind) for kind, time, _ in parts])
     time = np.concatenate([time for _, time, _ in parts])
     value = np.concatenate([value for _, _, value in parts])
+    for name in (run.input, *(name for name in CHANNELS if name in run.columns)):
+        if not (most := float(np.nanmax(np.abs(run.columns[name]), initial=0.0))) <= BEYOND:
+            raise InputError(f"run '{run.name}': {name} reaches {most:.3g}, expected at most {BEYOND:g} either way")
     order = np.argsort(time, kind="stable")
     return Observed(run.name, run.input, input_time, values, time[order], value[order], kind[order])

@@ -11,48 +11,16 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..plant.parameters import slot
+from ..plant.parameters import LAG, slot
 from ..plant.surge import STANDOFF, TAU
-from .innovations import GAINS, kalman, predict
+from .innovations import Filtered, Noise, filtered, innovations
 from .observed import Observed
+
+__all__ = ["FLAGGED", "Filtered", "Noise", "Problem"]
 
 FLAGGED = 1e8  # factor on the variance of a measurement that is left out: it neither steers the filter nor counts
 RUNAWAY = 1e6  # [-] residual, in deviations, at which a simulation counts as diverged
 RELATIVE_STEP = 1e-6  # finite-difference step over a parameter's size; the model is smooth to 1e-12
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Noise shared by all runs: variance of range, position and speed [m2, m2, m2/s2], and the disturbance.
-
-    sigma [m/s2] and correlation_time [s] are the stationary deviation and the memory of the disturbing acceleration
-    (turbulence, wake); colour_sigma [m] and colour_time [s] are those of a coloured error of the sonar beside the white
-    one. Both zero is white measurement noise, the output-error case.
-    """
-
-    variance: tuple[float, float, float] = (1e-4, 1e-4, 1e-4)
-    sigma: float = 0.0
-    correlation_time: float = 1.0
-    colour_sigma: float = 0.0
-    colour_time: float = 1.0
-
-    def calm(self) -> Noise:
-        """The same white measurement noise alone."""
-        return replace(self, sigma=0.0, colour_sigma=0.0)
-
-    @property
-    def quiet(self) -> bool:
-        """Whether the innovations are those of pure simulation: white measurement noise and nothing else."""
-        return self.sigma == 0.0 and self.colour_sigma == 0.0
-
-
-@dataclass(frozen=True)
-class Filtered:
-    """Innovations, their variances and the gains of one run, shapes (M,), (M,) and (M, 6)."""
-
-    innovation: np.ndarray
-    variance: np.ndarray
-    gain: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -62,7 +30,7 @@ class Problem:
     Attributes:
         runs: the observed runs.
         base: parameter vector for everything that is not free, shape (P,).
-        free: names of the shared free parameters, such as "alpha" or "linear_drag.c".
+        free: names of the shared free parameters, such as "alpha".
         per_run: names of the parameters that every run has for itself.
         noise: the noise level.
         weight: per run, a factor on each measurement's variance, shape (M,), for outliers; None is one everywhere.
@@ -98,7 +66,7 @@ class Problem:
     @property
     def has_lag(self) -> bool:
         """Whether the lagged thrust is a state with an initial value of its own."""
-        return "thrust_lag.tau" in self.free or self.base[TAU] > 0.0
+        return LAG in self.free or self.base[TAU] > 0.0
 
     def start_states(self, run: int) -> tuple[int, ...]:
         """Indices of the initial state (x, u, z) that are free for a run."""
@@ -141,73 +109,79 @@ class Problem:
 
     def filter(self, theta: np.ndarray) -> list[Filtered]:
         """Extended Kalman filter along every run at theta; the initial states are unknowns, so they start certain."""
-        out = []
-        for k, run in enumerate(self.runs):
-            p, start = self.model(theta, k)
-            size = run.time_s.size
-            result = Filtered(np.empty(size), np.empty(size), np.zeros((size, GAINS)))
-            if self.noise.quiet:
-                self._predict(k, p, start, result.gain, result.innovation)
-                result.variance[:] = self.noise_variance(k)
-            else:
-                kalman(p, start, np.zeros(4), self.noise.sigma, self.noise.correlation_time,
-                       run.input_time_s, run.input, run.lone, run.time_s, run.value, run.kind, self.noise_variance(k),
-                       result.innovation, result.variance, result.gain, self._push(k),
-                       self.noise.colour_sigma, self.noise.colour_time)  # fmt: skip
-            out.append(result)
-        return out
+        return [
+            filtered(run, *self.model(theta, k), self.noise, self.noise_variance(k), forcing=self.push(k))
+            for k, run in enumerate(self.runs)
+        ]
 
-    def _predict(self, k: int, p: np.ndarray, start: np.ndarray, gain: np.ndarray, out: np.ndarray) -> None:
-        run = self.runs[k]
-        predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone,
-                run.time_s, run.value, run.kind, gain, out, self._push(k), None,
-                self.noise.colour_time)  # fmt: skip
-
-    def _push(self, k: int) -> np.ndarray | None:
-        return None if self.forcing is None else self.forcing[k]
+    def push(self, run: int) -> np.ndarray | None:
+        """Known acceleration on a run [m/s2], shape (I,), or None."""
+        return None if self.forcing is None else self.forcing[run]
 
     def track(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> list[np.ndarray]:
         """States (x, u, z, wake, d) at the measurements of every run, shapes (M, 5), along the filtered innovations."""
         out = []
         for k, (run, f) in enumerate(zip(self.runs, filtered, strict=True)):
-            track = np.empty((run.time_s.size, 5))
-            p, start = self.model(theta, k)
-            predict(p, start, self.noise.correlation_time, run.input_time_s, run.input, run.lone, run.time_s, run.value,
-                    run.kind, f.gain, np.empty(run.time_s.size), self._push(k), track,
-                    self.noise.colour_time)  # fmt: skip
-            out.append(track)
+            out.append(np.empty((run.time_s.size, run.plant.size)))
+            innovations(run, *self.model(theta, k), self.noise, f.gain, forcing=self.push(k), track=out[-1])
         return out
+
+    def varied(
+        self,
+        theta: np.ndarray,
+        f: Filtered,
+        run: int,
+        *,
+        p: np.ndarray | None = None,
+        value: np.ndarray | None = None,
+        forcing: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Innovations of a run over their deviations, shape (M,) or (M, L), with something else than the problem's own.
+
+        p: parameters, shape (P,) or (P, L); value: measurements, shape (M,) or (M, L); forcing: known acceleration
+        [m/s2], shape (I,) or (I, L).
+        """
+        own, start = self.model(theta, run)
+        push = self.push(run) if forcing is None else forcing
+        e = innovations(self.runs[run], own if p is None else p, start, self.noise, f.gain, value, push)
+        return _tamed(e / (np.sqrt(f.variance) if e.ndim == 1 else np.sqrt(f.variance)[:, None]))
 
     def residuals(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
         """Innovations of all runs over their deviations, with the gains of `filtered` held, shape (sum M,)."""
-        parts = []
-        for k, f in enumerate(filtered):
-            e = np.empty(f.innovation.size)
-            self._predict(k, *self.model(theta, k), f.gain, e)
-            parts.append(_tamed(e / np.sqrt(f.variance)))
-        return np.concatenate(parts)
+        return np.concatenate([self.varied(theta, f, k) for k, f in enumerate(filtered)])
 
-    def jacobian(
-        self, theta: np.ndarray, filtered: Sequence[Filtered], residual: np.ndarray | None = None
-    ) -> np.ndarray:
-        """Derivative of `residuals` by forward differences, shape (sum M, size); a run's own unknowns touch it alone.
+    def linearise(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> tuple[np.ndarray, np.ndarray]:
+        """`residuals`, shape (sum M,), and their derivative by forward differences, shape (sum M, size).
 
-        residual: the residuals at theta where they are known already, shape (sum M,).
+        A run's own unknowns touch it alone; all are moved in one pass with the residuals themselves.
         """
-        rows = np.cumsum([0] + [f.innovation.size for f in filtered])
-        J = np.zeros((rows[-1], self.size))
+        rows, shared = np.cumsum([0] + [f.innovation.size for f in filtered]), len(self.free)
+        residual, J = np.empty(rows[-1]), np.zeros((rows[-1], self.size))
+        step = RELATIVE_STEP * np.maximum(np.abs(theta), 1e-2)
         for k, f in enumerate(filtered):
-            here = self.own_slice(k)
-            sd, e = np.sqrt(f.variance), np.empty(f.innovation.size)
-            if residual is None:
-                self._predict(k, *self.model(theta, k), f.gain, e)
-            base = _tamed(e / sd) if residual is None else residual[rows[k] : rows[k + 1]]
-            for i in [*range(len(self.free)), *range(here.start, here.stop)]:
-                nudged = theta.copy()
-                nudged[i] += (step := RELATIVE_STEP * max(abs(theta[i]), 1e-2))
-                self._predict(k, *self.model(nudged, k), f.gain, e)
-                J[rows[k] : rows[k + 1], i] = (_tamed(e / sd) - base) / step
-        return J
+            here, own = slice(rows[k], rows[k + 1]), self.own_slice(k)
+            p, start = self._nudged(theta, step, k)
+            e = innovations(self.runs[k], p, start, self.noise, f.gain, forcing=self.push(k))
+            e = _tamed(e / np.sqrt(f.variance)[:, None])
+            residual[here] = e[:, 0]
+            J[here, :shared] = (e[:, 1 : shared + 1] - e[:, :1]) / step[:shared]
+            J[here, own] = (e[:, shared + 1 :] - e[:, :1]) / step[own]
+        return residual, J
+
+    def _nudged(self, theta: np.ndarray, step: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
+        """Parameters, shape (P, 1 + K), and initial states, shape (S, 1 + K), of a run: at theta, and each moved."""
+        p, start = self.model(theta, run)
+        slots, states, own = [*self._slots, *self._own], list(self.start_states(run)), self.own_slice(run)
+        count = len(slots) + len(states)
+        P, S = np.repeat(p[:, None], 1 + count, axis=1), np.repeat(start[:, None], 1 + count, axis=1)
+        move = np.concatenate([step[: len(self.free)], step[own]])
+        P[slots, np.arange(1, len(slots) + 1)] += move[: len(slots)]
+        S[states, np.arange(len(slots) + 1, count + 1)] += move[len(slots) :]
+        return P, S
+
+    def jacobian(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
+        """Derivative of `residuals`, shape (sum M, size)."""
+        return self.linearise(theta, filtered)[1]
 
     def used(self, run: int) -> np.ndarray:
         """Which measurements of a run count, shape (M,) of bool."""

@@ -33,7 +33,7 @@ def colour(filtered: Sequence[Filtered]) -> float:
         for lag in range(min(products.size, e.size)):
             products[lag] += float(e[lag:] @ e[: e.size - lag])
     count = sum(f.innovation.size for f in filtered)
-    sums = np.cumsum(products[1:] / products[0])
+    sums = np.cumsum(products[1:] / (products[0] or 1.0))  # nothing left is white
     return max(float(sums[span - 1]) * np.sqrt(count / span) for span in SPANS)
 
 

@@ -97,15 +97,16 @@ def residual_coherence(u_m_s: Array, error: Array, step_s: float, segments: int 
     how it averaged. Under independence the coherence is about 1 / segments, not 0.
     """
     length = max(2 * u_m_s.size // (segments + 1), 8)
-    frequency_hz, value = coherence(u_m_s, error, fs=1.0 / step_s, nperseg=min(length, u_m_s.size))
-    return 2.0 * np.pi * frequency_hz, value
+    with np.errstate(invalid="ignore"):  # what does not move at all coheres with nothing
+        frequency_hz, value = coherence(u_m_s, error, fs=1.0 / step_s, nperseg=min(length, u_m_s.size))
+    return 2.0 * np.pi * frequency_hz, np.nan_to_num(value)
 
 
 def whiteness(error: Array, lags: int = 20) -> Whiteness:
     """Ljung-Box test on the residuals, shape (K,)."""
     centred = error - error.mean()
     full = np.correlate(centred, centred, mode="full")[centred.size - 1 :]
-    r = full[1 : lags + 1] / full[0]
+    r = full[1 : lags + 1] / (full[0] or 1.0)  # nothing left is white
     k = np.arange(1, r.size + 1)
     statistic = float(centred.size * (centred.size + 2) * np.sum(r**2 / (centred.size - k)))
     return Whiteness(r, statistic, float(chi2.sf(statistic, r.size)))

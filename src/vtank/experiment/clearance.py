@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
-from ..record.quantity import find_file
+from ..record.toml import find_file
 from ..resources import models_dir
 from .scenario import Scenario
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record.section import LARGEST, Section
+from ..record.table import LARGEST, Table
 
 Array = NDArray[np.float64]
 Signal = tuple[Array, Array]  # value and its rate
@@ -133,31 +133,31 @@ KINDS: dict[str, Callable[[Excitation, Array, float], Signal]] = {
 CLOSED, OPEN = ("position_sine", "station"), ("speed_sine", "force_sine", "step_coast")  # the others: either loop
 
 
-def read_excitation(section: Section) -> Excitation:
+def read_excitation(table: Table) -> Excitation:
     """The [excitation] of a scenario; InputError names file and key."""
-    kind = section.choice("kind", tuple(KINDS))
-    axis = section.choice("axis", tuple(SUFFIXES), "surge")
+    kind = table.choice("kind", tuple(KINDS))
+    axis = table.choice("axis", tuple(SUFFIXES), "surge")
     if kind == ("force_sine" if axis == "surge" else "speed_sine"):
-        raise section.error("kind", f"found {kind} along {axis}: surge has a propeller speed, every other axis a force")
-    loop, amplitudes, suffix = _amplitudes(section, kind, axis)
+        raise table.error("kind", f"found {kind} along {axis}: surge has a propeller speed, every other axis a force")
+    loop, amplitudes, suffix = _amplitudes(table, kind, axis)
     pulsed, phased = kind == "step_coast", kind not in ("multisine", "step_coast", "station")
     excitation = Excitation(
         kind=kind,
         loop=loop,
         amplitudes=amplitudes,
-        frequencies_rad_s=_frequencies(section, kind, len(amplitudes)),
-        offset=section.number("offset" + suffix, 0.0, -LARGEST, LARGEST),
-        ramp_s=section.number("ramp_s", 0.0, 0.0),
-        phase_rad=section.number("phase_rad", 0.0, -100.0, 100.0) if phased else 0.0,
-        push_s=section.positive("push_s") if pulsed else 0.0,
-        coast_s=section.number("coast_s", None, 0.0) if pulsed else 0.0,
+        frequencies_rad_s=_frequencies(table, kind, len(amplitudes)),
+        offset=table.number("offset" + suffix, 0.0, -LARGEST, LARGEST),
+        ramp_s=table.number("ramp_s", 0.0, 0.0),
+        phase_rad=table.number("phase_rad", 0.0, -100.0, 100.0) if phased else 0.0,
+        push_s=table.positive("push_s") if pulsed else 0.0,
+        coast_s=table.number("coast_s", None, 0.0) if pulsed else 0.0,
         axis=axis,
     )
-    section.close()
+    table.close()
     return excitation
 
 
-def _amplitudes(section: Section, kind: str, axis: str) -> tuple[str, tuple[float, ...], str]:
+def _amplitudes(table: Table, kind: str, axis: str) -> tuple[str, tuple[float, ...], str]:
     """Loop, amplitudes and the unit's suffix."""
     place, drive = SUFFIXES[axis]
     if kind == "station":
@@ -166,20 +166,20 @@ def _amplitudes(section: Section, kind: str, axis: str) -> tuple[str, tuple[floa
     if kind in CLOSED:
         key = word + place
     else:
-        key = word + drive if kind in OPEN else section.either(word + place, word + drive)
-    values = section.numbers(key) if kind == "multisine" else (section.number(key, None, -LARGEST, LARGEST),)
+        key = word + drive if kind in OPEN else table.either(word + place, word + drive)
+    values = table.numbers(key) if kind == "multisine" else (table.number(key, None, -LARGEST, LARGEST),)
     if key == word + place:
         return "position", values, place
     return "speed" if axis == "surge" else "force", values, drive
 
 
-def _frequencies(section: Section, kind: str, count: int) -> tuple[float, ...]:
+def _frequencies(table: Table, kind: str, count: int) -> tuple[float, ...]:
     if kind == "multisine":
-        values = section.numbers("frequencies_rad_s", low=0.0)
+        values = table.numbers("frequencies_rad_s", low=0.0)
         if len(values) != count:
             message = f"expected {count} numbers, one for each amplitude, found {len(values)}"
-            raise section.error("frequencies_rad_s", message)
+            raise table.error("frequencies_rad_s", message)
         return values
     if kind == "chirp":
-        return section.positive("from_rad_s", None, LARGEST), section.positive("to_rad_s", None, LARGEST)
-    return () if kind in ("step_coast", "station") else (section.positive("frequency_rad_s", None, LARGEST),)
+        return table.positive("from_rad_s", None, LARGEST), table.positive("to_rad_s", None, LARGEST)
+    return () if kind in ("step_coast", "station") else (table.positive("frequency_rad_s", None, LARGEST),)

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..plant.parameters import slot
+from ..effects import clock_skew, sonar_multipath, tachometer_spikes
+from ..plant.parameters import indices
 from ..waves import orbit
 from . import noise as streams
 from .clearance import vehicle_of
@@ -22,7 +23,7 @@ from .sonar_filter import steady_state
 
 Array = NDArray[np.float64]
 
-SKEW, MULTIPATH, SPIKES = slot("clock_skew.s"), slot("sonar_multipath.p"), slot("tachometer_spikes.p")
+(SKEW,), (MULTIPATH, _), (SPIKES, _) = (indices(e.EFFECT) for e in (clock_skew, sonar_multipath, tachometer_spikes))
 
 # What the laws need of a scenario, one record per run; the effects' parameters stand in the vector p
 SETTING = np.dtype(

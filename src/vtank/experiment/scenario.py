@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ..effects.catalogue import BY_NAME, CATALOGUE
-from ..record.quantity import find_file
-from ..record.section import Section, meant, open_section
+from ..plant.truth import read_effects
+from ..record.table import Table, open_table
+from ..record.toml import find_file
 from ..resources import scenarios_dir
 from ..units import FOOT_M
 from ..waves import Waves
@@ -102,15 +102,15 @@ class Scenario:
     Attributes:
         name: the file's.
         description: one sentence.
-        truth: truth preset, name or path.
+        truth: truth preset, name or path; a path in the file starts beside the file.
         duration_s, period_s: length of the record and of a tick [s].
         standoff_m: distance from sonar to wall at the start [m].
         depth_m: of the hull's centre [m].
         n_limit_rev_s: largest commanded propeller speed either way, None for the truth's [rev/s].
         hold: "thrusters" holds the other axes with their thrusters, "rigid" holds them exactly.
         seed: of all noise.
-        vehicle: vehicle file, name or path.
-        walls: MJCF of the walls around it, name in models/ or path.
+        vehicle: vehicle file, name or path, as `truth`.
+        walls: MJCF of the walls around it, name in models/ or path, as `truth`.
         effects: slot of the parameter vector -> value, of the effects that are switched on.
     """
 
@@ -153,36 +153,35 @@ def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Sce
     InputError names file, line and key of whatever is unknown, of the wrong type or unit, out of bounds or unsafe.
     """
     path = find_file(name_or_path, scenarios_dir(), "scenario")
-    return read_scenario(open_section(path, tuple(settings)))
+    return read_scenario(open_table(path, tuple(settings)))
 
 
-def read_scenario(section: Section) -> Scenario:
+def read_scenario(table: Table) -> Scenario:
     """The scenario in a whole file that is open already; InputError as `load_scenario`."""
     scenario = Scenario(
-        name=section.path.stem,
-        path=section.path,
-        description=section.text("description", ""),
-        truth=section.text("truth", "paper-ii"),
-        duration_s=section.positive("duration_s", 120.0, 86400.0),
-        period_s=_period(section),
-        standoff_m=section.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
-        depth_m=section.number("depth_m", 3.0 * FOOT_M, SHALLOWEST_M, 1000.0),
-        n_limit_rev_s=section.positive("n_limit_rev_s") if "n_limit_rev_s" in section.entries else None,
-        hold=section.choice("hold", ("thrusters", "rigid"), "thrusters"),
-        seed=section.integer("seed", 0),
-        excitation=read_excitation(section.section("excitation")),
-        sonar=_sonar(section.section("sonar"), _period(section)),
-        tachometer=_tachometer(section.section("tachometer"), _period(section)),
-        turbulence=_turbulence(section.section("turbulence")),
-        filter=_filter(section.section("filter")),
-        control=_control(section.section("control")),
-        effects=_effects(section.section("effects")),
-        vehicle=section.text("vehicle", "phoenix"),
-        walls=section.text("walls", "basin"),
-        waves=read_waves(section.section("waves"), section.number("depth_m", 3.0 * FOOT_M)),
+        name=table.path.stem,
+        path=table.path,
+        description=table.text("description", ""),
+        truth=table.file("truth", "paper-ii"),
+        duration_s=table.positive("duration_s", 120.0, 86400.0),
+        period_s=_period(table),
+        standoff_m=table.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
+        depth_m=table.number("depth_m", 3.0 * FOOT_M, SHALLOWEST_M, 1000.0),
+        n_limit_rev_s=table.positive("n_limit_rev_s") if table.has("n_limit_rev_s") else None,
+        hold=table.choice("hold", ("thrusters", "rigid"), "thrusters"),
+        seed=table.integer("seed", 0),
+        excitation=read_excitation(table.table("excitation")),
+        sonar=_sonar(table.table("sonar"), _period(table)),
+        tachometer=_tachometer(table.table("tachometer"), _period(table)),
+        turbulence=_turbulence(table.table("turbulence")),
+        filter=_filter(table.table("filter")),
+        control=_control(table.table("control")),
+        effects=read_effects(table.table("effects")),
+        vehicle=table.file("vehicle", "phoenix"),
+        walls=table.file("walls", "basin", ".xml"),
+        waves=read_waves(table.table("waves"), table.number("depth_m", 3.0 * FOOT_M)),
     )
-    section.known.add("n_limit_rev_s")
-    section.close()
+    table.close()
     return scenario
 
 
@@ -191,85 +190,71 @@ def scenario_names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in scenarios_dir().glob("*.toml")))
 
 
-def _period(section: Section) -> float:
-    period = section.positive("period_s", 0.1, 10.0)
+def _period(table: Table) -> float:
+    period = table.positive("period_s", 0.1, 10.0)
     if abs(period / STEP_S - round(period / STEP_S)) > 1e-9:
-        raise section.error("period_s", f"expected a multiple of the tank's step, {STEP_S:g} s; found {period:g}")
+        raise table.error("period_s", f"expected a multiple of the tank's step, {STEP_S:g} s; found {period:g}")
     return period
 
 
-def _sonar(section: Section, period_s: float) -> Sonar:
+def _sonar(table: Table, period_s: float) -> Sonar:
     sonar = Sonar(
-        beam=section.choice("beam", ("pencil", "sector"), "pencil"),
-        width_deg=section.number("width_deg", 0.0, 0.0, 120.0),
-        rate_hz=section.positive("rate_hz", 1.0 / period_s),
-        resolution_m=section.number("resolution_m", 0.0, 0.0, 1.0),
-        noise_m=section.number("noise_m", 0.0, 0.0, 10.0),
-        dropout=section.number("dropout", 0.0, 0.0, 1.0),
-        max_range_m=section.positive("max_range_m", INFINITE),
+        beam=table.choice("beam", ("pencil", "sector"), "pencil"),
+        width_deg=table.number("width_deg", 0.0, 0.0, 120.0),
+        rate_hz=table.positive("rate_hz", 1.0 / period_s),
+        resolution_m=table.number("resolution_m", 0.0, 0.0, 1.0),
+        noise_m=table.number("noise_m", 0.0, 0.0, 10.0),
+        dropout=table.number("dropout", 0.0, 0.0, 1.0),
+        max_range_m=table.positive("max_range_m", INFINITE, INFINITE),
     )
     ticks = 1.0 / (sonar.rate_hz * period_s)
     if abs(ticks - round(ticks)) > 1e-6 or ticks < 0.5:
         message = f"expected the tick rate, {1.0 / period_s:g} Hz, divided by a whole number; found {sonar.rate_hz:g}"
-        raise section.error("rate_hz", message)
-    section.close()
+        raise table.error("rate_hz", message)
+    table.close()
     return sonar
 
 
-def _tachometer(section: Section, period_s: float) -> Tachometer:
+def _tachometer(table: Table, period_s: float) -> Tachometer:
     tachometer = Tachometer(
-        noise_rev_s=section.number("noise_rev_s", 0.0, 0.0, 10.0),
-        governor_per_s=section.number("governor_per_s", 0.0, 0.0, 1.0 / period_s),
+        noise_rev_s=table.number("noise_rev_s", 0.0, 0.0, 10.0),
+        governor_per_s=table.number("governor_per_s", 0.0, 0.0, 1.0 / period_s),
     )
-    section.close()
+    table.close()
     return tachometer
 
 
-def _turbulence(section: Section) -> Turbulence:
+def _turbulence(table: Table) -> Turbulence:
     turbulence = Turbulence(
-        acceleration_m_s2=section.number("acceleration_m_s2", 0.0, 0.0, 10.0),
-        time_s=section.positive("time_s", 1.0),
+        acceleration_m_s2=table.number("acceleration_m_s2", 0.0, 0.0, 10.0),
+        time_s=table.positive("time_s", 1.0),
     )
-    section.close()
+    table.close()
     return turbulence
 
 
-def _filter(section: Section) -> SonarFilter:
+def _filter(table: Table) -> SonarFilter:
     values = []
     for name, unit, default in (("q", "2_per_s5", SonarFilter.q_m2_per_s5), ("r", "2", SonarFilter.r_m2)):
         feet, metres = f"{name}_ft{unit}", f"{name}_m{unit}"
-        if feet in section.entries:
-            section.either(feet, metres)
-            values.append(section.positive(feet) * FT2_M2)
+        if feet in table.entries:
+            table.either(feet, metres)
+            values.append(table.positive(feet) * FT2_M2)
         else:
-            values.append(section.positive(metres, default))
-    section.known.update(("q_ft2_per_s5", "r_ft2"))
-    section.close()
+            values.append(table.positive(metres, default))
+    table.known.update(("q_ft2_per_s5", "r_ft2"))
+    table.close()
     return SonarFilter(*values)
 
 
-def _control(section: Section) -> Control:
+def _control(table: Table) -> Control:
     control = Control(
-        position_per_s2=section.number("position_per_s2", Control.position_per_s2, 0.0, 100.0),
-        speed_per_s=section.number("speed_per_s", Control.speed_per_s, 0.0, 100.0),
-        thrust_m_per_rev2=section.positive("thrust_m_per_rev2", Control.thrust_m_per_rev2),
-        blunt_rev_s=section.number("blunt_rev_s", Control.blunt_rev_s, 0.0, 20.0),
-        hold_rad_s=section.number("hold_rad_s", Control.hold_rad_s, 0.0, 5.0),
-        hold_damping=section.number("hold_damping", Control.hold_damping, 0.0, 10.0),
+        position_per_s2=table.number("position_per_s2", Control.position_per_s2, 0.0, 100.0),
+        speed_per_s=table.number("speed_per_s", Control.speed_per_s, 0.0, 100.0),
+        thrust_m_per_rev2=table.positive("thrust_m_per_rev2", Control.thrust_m_per_rev2),
+        blunt_rev_s=table.number("blunt_rev_s", Control.blunt_rev_s, 0.0, 20.0),
+        hold_rad_s=table.number("hold_rad_s", Control.hold_rad_s, 0.0, 5.0),
+        hold_damping=table.number("hold_damping", Control.hold_damping, 0.0, 10.0),
     )
-    section.close()
+    table.close()
     return control
-
-
-def _effects(section: Section) -> dict[str, float]:
-    values = {}
-    for name in section.entries:
-        if name not in BY_NAME:
-            raise section.error(name, "unknown effect" + meant(name, tuple(effect.name for effect in CATALOGUE)))
-        table = section.section(name)
-        for parameter in BY_NAME[name].parameters:
-            if parameter.key in table.entries:
-                values[f"{name}.{parameter.name}"] = table.number(parameter.key, None, *parameter.bounds)
-            table.known.add(parameter.key)
-        table.close()
-    return values

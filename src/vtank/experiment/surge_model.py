@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..compiled import law
 from ..errors import InputError
-from ..plant.parameters import slot
-from ..plant.surge import advance
+from ..plant.surge import CURRENT, STANDOFF, SURGE
 from .flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
 from .noise import TURBULENCE
 from .plan import Plan
@@ -19,10 +18,10 @@ from .result import Result, result
 from .tick import acting_speed, stamp, switch_time, tick
 
 Array = NDArray[np.float64]
-STANDOFF, CURRENT = slot("standoff"), slot("ambient_current.U")
+advance, fades = SURGE.laws["advance"], SURGE.laws["fades"]
 STEP_S = 0.05  # [s] longest step: errors up to 4e-7 m in 120 s (tests/test_simulate_surge.py)
 CHUNK = 256  # runs prepared together, for memory; the results do not depend on it
-POSITION, SURGE = range(2)
+POSITION, SPEED = range(2)
 
 
 @law
@@ -33,19 +32,20 @@ def drive(f: Flight, i: int, k: int, steps: int, state: Array) -> None:
     p, drift, gain = f.p[i], f.p[i, CURRENT], 0.0
     if f.water.shape[2] > 0:
         gain = (f.water[i, 0, k + 1] - f.water[i, 0, k]) / h
-    x, u, z, wake = state[0], state[1], state[2], state[3]
+    s = state[0], state[1], state[2], state[3]
     for start, end in ((0.0, switch), (switch, h)):
         if end > start:
             n = acting_speed(f, i, t + 0.5 * (start + end))
             count = int(np.ceil((end - start) / h * steps))
             step = (end - start) / count
+            fade = fades(step, p)
             for j in range(count):
                 if f.water.shape[2] > 0:  # waves: the water's mean velocity over the step, and its acceleration
                     p[CURRENT] = drift + f.water[i, 0, k] + gain * (start + (j + 0.5) * step)
                 disturbance = f.noise[i, TURBULENCE, k] + gain
-                x, u, z, wake = advance(t + start + j * step, step, x, u, z, wake, n, disturbance, p)
+                s = advance(t + start + j * step, step, s, (n,), (disturbance,), fade, p)
     p[CURRENT] = drift
-    state[0], state[1], state[2], state[3] = x, u, z, wake
+    state[0], state[1], state[2], state[3] = s
 
 
 @law
@@ -54,7 +54,7 @@ def fly(f: Flight, i: int, steps: int, motion: Array) -> None:
     state = np.zeros(4)
     for k in range(motion.shape[1]):
         motion[POSITION, k] = state[0]
-        motion[SURGE, k] = state[1]
+        motion[SPEED, k] = state[1]
         f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
         f.history[i, RANGE_RATE, k] = -state[1]
         tick(f, i, k)
@@ -94,6 +94,6 @@ def _chunk(plans: Sequence[Plan], step_s: float) -> list[Result]:
         steps = int(np.ceil(plan.scenario.period_s / step_s - 1e-9))
         fly(flight, i, steps, motion)
         stamp(flight, i, plan.scenario.samples)
-        true = {"position_m": motion[POSITION], "surge_m_s": motion[SURGE]}
+        true = {"position_m": motion[POSITION], "surge_m_s": motion[SPEED]}
         results.append(result(plan, flight, i, true | ({"water_m_s": flight.water[i, 0]} if moves(plan) else {})))
     return results

@@ -13,8 +13,9 @@ from ..compiled import law
 from ..errors import InputError
 from ..plant.vehicle import AXES
 from ..tank.layout import field
-from ..tank.model import load_world, sonars
+from ..tank.model import site, sonars
 from ..tank.tank import Tank
+from ..tank.world import load_world
 from .beam import TARGETS, aim, rotation
 from .clearance import MARGIN_M, vehicle_at, vehicle_of, vehicle_path, walls_path
 from .excited import Excited, no_orders
@@ -60,22 +61,16 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
     """Numbers of the plans that are stepped together: alike in what all simulations of a batch must share."""
     groups: dict[tuple[object, ...], list[int]] = {}
     for i, plan in enumerate(plans):
-        scenario = plan.scenario
-        alike: tuple[object, ...] = (
-            ticks(plan),
-            scenario.period_s,
-            scenario.hold,
-            scenario.sonar.beam,
-            scenario.sonar.width_deg,
-        )
-        alike = (*alike, scenario.vehicle, scenario.walls, scenario.excitation.axis)
+        s = plan.scenario
+        files, axis = (s.vehicle, s.walls), s.excitation.axis
+        alike = (ticks(plan), s.period_s, s.hold, s.sonar.beam, s.sonar.width_deg, files, axis)
         groups.setdefault(alike, []).append(i)
     for group in groups.values():
         for start in range(0, len(group), CHUNK):
             yield group[start : start + CHUNK]
 
 
-world = functools.cache(lambda vehicle, walls: load_world(vehicle_at(vehicle), walls))  # by the files' whole paths
+world = functools.cache(lambda vehicle, walls, period_s: load_world(vehicle_at(vehicle), walls, period_s))  # by paths
 
 
 class Chunk:
@@ -85,7 +80,7 @@ class Chunk:
         self.plans, self.flight = plans, prepare(plans)
         scenario, axis = plans[0].scenario, plans[0].scenario.excitation.axis
         held = [other for other in AXES if other != axis] if scenario.hold == "rigid" else []
-        model = world(vehicle_path(scenario.vehicle), walls_path(scenario))
+        model = world(vehicle_path(scenario.vehicle), walls_path(scenario), scenario.period_s)
         self.tank = Tank(model, vehicle_of(scenario.vehicle), self.flight.p, nthread, held)
         self.steps = round(scenario.period_s / self.tank.model.opt.timestep)
         self.delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
@@ -104,7 +99,7 @@ class Chunk:
         tank, model = self.tank, self.tank.model
         if not (names := sonars(model)):
             raise InputError(f"{tank.vehicle.mjcf}: no sonar: expected a site whose name begins with 'sonar'")
-        self.sonar = model.site(names[SONAR[beam]]).pos.copy()
+        self.sonar = site(model, names[SONAR[beam]])
         tank.qpos[:, 2] = [-plan.scenario.depth_m for plan in self.plans]
         standoff = np.array([plan.scenario.standoff_m for plan in self.plans])
         self.shift = np.zeros(len(self.plans))

@@ -19,17 +19,15 @@ from ..effects import (
     tachometer_bias,
     tachometer_spikes,
 )
-from ..plant.parameters import slot
+from ..plant.parameters import indices
 from .flight import COMMAND, COMMAND_RATE, RANGE, RANGE_RATE, READING, SPEED, SPEED_READING
 from .noise import DROPOUT, MULTIPATH, SONAR, SPIKE, TACHOMETER
 from .sonar_filter import filter_step
 
-LATENCY, SKEW = slot("sonar_latency.d"), slot("clock_skew.s")
-MULTIPATH_P, MULTIPATH_EXTRA = slot("sonar_multipath.p"), slot("sonar_multipath.extra")
-SCALE, OFFSET = slot("sonar_scale.s"), slot("sonar_offset.o")
-BIAS = slot("tachometer_bias.b")
-SPIKE_P, SPIKE_SIZE = slot("tachometer_spikes.p"), slot("tachometer_spikes.size")
-DELAY = slot("command_delay.d")
+(LATENCY,), (SKEW,), (DELAY,) = (indices(e.EFFECT) for e in (sonar_latency, clock_skew, command_delay))
+(SCALE,), (OFFSET,), (BIAS,) = (indices(e.EFFECT) for e in (sonar_scale, sonar_offset, tachometer_bias))
+MULTIPATH_P, MULTIPATH_EXTRA = indices(sonar_multipath.EFFECT)
+SPIKE_P, SPIKE_SIZE = indices(tachometer_spikes.EFFECT)
 
 ROUNDING = 1e-9  # [ticks] instants closer than this to a tick are that tick
 

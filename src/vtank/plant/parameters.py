@@ -10,7 +10,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..effects.catalogue import CATALOGUE
+from ..effects import tachometer_bias, thrust_lag, thrust_loss
+from ..effects.catalogue import CATALOGUE, PARAMETERS
+from ..effects.effect import Dependence, Effect
 from ..errors import InputError
 
 # Plain parameters: name -> (unit, value where nothing is stated)
@@ -21,8 +23,12 @@ PLAIN: dict[str, tuple[str, float]] = {
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
 }
 
-NAMES: tuple[str, ...] = (*PLAIN, *(name for effect in CATALOGUE for name in effect.slots()))
+NAMES: tuple[str, ...] = (*PLAIN, *PARAMETERS)
 SIZE = len(NAMES)
+
+(LOSS,), (LAG,) = thrust_loss.EFFECT.slots(), thrust_lag.EFFECT.slots()
+LUMPED = ("alpha", "beta", LOSS, LAG)  # the simulator's own parameters, in the order of Model III
+(INPUT_OFFSET,) = tachometer_bias.EFFECT.slots()  # of a transducer's or an amplifier's, where a force is measured
 
 
 def slot(name: str) -> int:
@@ -33,11 +39,34 @@ def slot(name: str) -> int:
         raise InputError(f"no surge parameter '{name}'; there are: {', '.join(NAMES)}") from None
 
 
+def indices(effect: Effect) -> tuple[int, ...]:
+    """Indices of an effect's parameters in the vector, in their order."""
+    return tuple(slot(name) for name in effect.slots())
+
+
+def unit_of(name: str) -> str:
+    """Unit of a slot."""
+    return PLAIN[name][0] if name in PLAIN else PARAMETERS[name].unit
+
+
+def switched_on(p: np.ndarray) -> tuple[Effect, ...]:
+    """Effects of which a size differs from its null in the vector p, shape (SIZE,)."""
+    differs = {name for name, q in PARAMETERS.items() if not q.shape and p[slot(name)] != q.null}
+    return tuple(effect for effect in CATALOGUE if differs & set(effect.slots()))
+
+
+def depending_on(what: Dependence) -> tuple[int, ...]:
+    """Indices of the sizes of all effects whose law depends on the place, or on time."""
+    return tuple(
+        slot(name)
+        for effect in CATALOGUE if what in effect.depends_on
+        for name in effect.slots() if not PARAMETERS[name].shape
+    )  # fmt: skip
+
+
 def null_vector() -> np.ndarray:
     """Vector, shape (SIZE,), with every effect at its null value and no drag or thrust."""
-    values = [value for _, value in PLAIN.values()]
-    values += [parameter.null for effect in CATALOGUE for parameter in effect.parameters]
-    return np.array(values)
+    return np.array([value for _, value in PLAIN.values()] + [q.null for q in PARAMETERS.values()])
 
 
 def vector(values: Mapping[str, float], base: np.ndarray | None = None) -> np.ndarray:

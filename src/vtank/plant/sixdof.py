@@ -17,14 +17,12 @@ Kirchhoff's equations in Lamb, Hydrodynamics (1932), articles 121-126.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
+
+from ..compiled import term
 
 Vector = tuple[float, float, float]
 Wrench = tuple[float, float, float, float, float, float]
-
-# As compiled.law, but merged into the caller: a call would cost more than these few operations
-term = numba.njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
 
 
 @term

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 
-from ..compiled import law
+from ..compiled import term
 from ..effects import (
     coulomb_friction,
     drag_asymmetry,
@@ -34,7 +34,10 @@ from ..effects import (
     wake_memory,
     wall_proximity,
 )
-from .parameters import slot
+from ..effects.catalogue import CATALOGUE
+from .hooks import chained, shifting
+from .parameters import NAMES, null_vector, slot
+from .plant import Axis, Parameters, Plant
 
 ALPHA, BETA = slot("alpha"), slot("beta")
 LINEAR_INPUT, STANDOFF = slot("linear_input"), slot("standoff")
@@ -52,13 +55,13 @@ GAMMA, TAU = slot("thrust_loss.gamma"), slot("thrust_lag.tau")
 SAG = slot("supply_sag.r")
 
 
-@law
+@term
 def effective_speed(n, p):
     """Propeller speed that makes thrust [rev/s], after saturation and dead-band."""
     return thrust_deadband.effective_speed(thrust_saturation.effective_speed(n, p[SATURATION]), p[DEADBAND])
 
 
-@law
+@term
 def thrust_target(t, n, p):
     """Thrust per unit of moving mass [m/s2] that propeller speed n [rev/s] settles to at time t [s]."""
     n_e = effective_speed(n, p)
@@ -69,25 +72,25 @@ def thrust_target(t, n, p):
     return thrust * supply_sag.factor(t, p[SAG])
 
 
-@law
+@term
 def thrust_rate(z, target, p):
     """dz/dt [m/s3]; zero where there is no lag."""
     return thrust_lag.rate(z, target, p[TAU])
 
 
-@law
+@term
 def thrust_now(z, target, p):
     """Thrust per unit of moving mass that acts now [m/s2]: z, or the target where there is no lag."""
     return thrust_lag.present(z, target, p[TAU])
 
 
-@law
+@term
 def wake_rate(u, wake, p):
     """d wake/dt [m/s2]."""
     return wake_memory.rate(u, wake, p[WAKE_K], p[WAKE_T])
 
 
-@law
+@term
 def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
     """du/dt [m/s2]; z is the thrust that acts now (`thrust_now`), disturbance an acceleration [m/s2]."""
     u_r = u - p[CURRENT] - seiche.velocity(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE]) - wake
@@ -103,44 +106,54 @@ def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
         + disturbance
     )
     water = seiche.acceleration(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
-    return force / wall_proximity.inertia_factor(gap, p[WALL_MASS]) + water
+    return wall_proximity.acceleration(force, gap, p[WALL_MASS]) + water
 
 
-@law
+@term
 def settle(z, target, h, p):
     """Thrust per unit of moving mass [m/s2] after h [s] under a held propeller speed: exact for a first-order lag."""
     return target + (z - target) * math.exp(-h / p[TAU]) if p[TAU] > 0.0 else target
 
 
-@law
-def rates(t, x, u, z, wake, n, disturbance, p):
-    """(du, dwake)/dt at propeller speed n [rev/s] and present thrust z [m/s2]; dx/dt is u itself."""
-    return surge_acceleration(t, x, u, z, wake, n, p[STANDOFF] - x, disturbance, p), wake_rate(u, wake, p)
+@term
+def rates(t, s, n, push, p):
+    """d/dt of (x, u, z, wake) at present thrust z [m/s2]; the lag itself is solved exactly (`Plant`)."""
+    x, u, z, wake = s
+    du = surge_acceleration(t, x, u, z, wake, n[0], p[STANDOFF] - x, push[0], p)
+    return u, du, 0.0, wake_rate(u, wake, p)
 
 
-@law
-def advance(t, h, x, u, z, wake, n, disturbance, p):
-    """State (x, u, z, wake) after one step of length h [s]; n and the disturbance are held over it.
+@term
+def targets(t, n, p):
+    """Thrust that the lag settles to [m/s2]."""
+    return (thrust_target(t, n[0], p),)
 
-    Classical fourth-order Runge-Kutta for x, u and wake; the lag is solved exactly, so that a short time constant
-    costs no small steps.
-    """
-    g = 0.5 * h
-    target = thrust_target(t + g, n, p)
-    z1 = thrust_now(z, target, p)
-    z2 = settle(z1, target, g, p)
-    z3 = settle(z2, target, g, p)
-    du1, dw1 = rates(t, x, u, z1, wake, n, disturbance, p)
-    u2 = u + g * du1
-    du2, dw2 = rates(t + g, x + g * u, u2, z2, wake + g * dw1, n, disturbance, p)
-    u3 = u + g * du2
-    du3, dw3 = rates(t + g, x + g * u2, u3, z2, wake + g * dw2, n, disturbance, p)
-    u4 = u + h * du3
-    du4, dw4 = rates(t + h, x + h * u3, u4, z3, wake + h * dw3, n, disturbance, p)
-    s = h / 6.0
-    return (
-        x + s * (u + 2.0 * (u2 + u3) + u4),
-        u + s * (du1 + 2.0 * (du2 + du3) + du4),
-        z3,
-        wake + s * (dw1 + 2.0 * (dw2 + dw3) + dw4),
-    )
+
+@term
+def lags(p):
+    """Its time constant [s]."""
+    return (p[TAU],)
+
+
+behind = chained(CATALOGUE[::-1], "true_input", "lone, ")
+
+
+@term
+def inputs(reading, lone, j, p):
+    """Propeller speed [rev/s] behind recorded sample j: what the tachometer added is taken off."""
+    return (behind(reading[j], lone[j], p),)
+
+
+SURGE = Plant(
+    name="surge",
+    states=("x_m", "u_m_s", "z_m_s2", "wake_m_s"),
+    lagging=("z_m_s2",),
+    axes=(Axis(speed=1, place=0),),
+    parameters=Parameters(NAMES, null_vector()),
+    rates=rates,
+    targets=targets,
+    lags=lags,
+    inputs=inputs,
+    acts=chained(CATALOGUE[::-1], "acts"),
+    shifting=shifting(),
+)

@@ -14,10 +14,11 @@ from pathlib import Path
 import numpy as np
 
 from ..effects.catalogue import BY_NAME
-from ..record.quantity import Table, find_file, read_table
+from ..record.table import Table, open_table
+from ..record.toml import find_file
 from ..resources import models_dir
 from .lumped import Lumped, Propellers, SurgeForces, from_feet, lump, propeller_forces
-from .parameters import vector
+from .parameters import LUMPED, vector
 from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
@@ -49,15 +50,8 @@ class Truth:
 
     def vector(self) -> np.ndarray:
         """Parameter vector p of the surge equation; effects that are not switched on have their null values."""
-        return vector(
-            {
-                "alpha": self.alpha_per_m,
-                "beta": self.beta_m_per_rev2,
-                "thrust_loss.gamma": self.gamma_per_rev,
-                "thrust_lag.tau": self.tau_s,
-                **self.effects,
-            }
-        )
+        own = (self.alpha_per_m, self.beta_m_per_rev2, self.gamma_per_rev, self.tau_s)
+        return vector({**dict(zip(LUMPED, own, strict=True)), **self.effects})
 
 
 def truth_names() -> tuple[str, ...]:
@@ -68,10 +62,10 @@ def truth_names() -> tuple[str, ...]:
 def load_truth(name_or_path: str | Path) -> Truth:
     """The preset of that name in models/truths/, or of that TOML file; InputError names file and key."""
     path = find_file(name_or_path, models_dir() / "truths", "truth preset")
-    file = read_table(path).check_keys((*OWN, *PASSED_OVER))
+    file = open_table(path).check_keys((*OWN, *PASSED_OVER))
     if file.text("input", "n_rev_s") != "n_rev_s":
         raise file.error("input", 'the tank is driven by propeller speed, expected "n_rev_s"')
-    lumped = _derived(file.table("derived")) if "derived" in file.entries else _printed(file.table("lumped"))
+    lumped = _derived(file.table("derived")) if file.has("derived") else _printed(file.table("lumped"))
     _check_signs(file, lumped)
     return Truth(
         name=file.text("name"),
@@ -85,17 +79,20 @@ def load_truth(name_or_path: str | Path) -> Truth:
     )
 
 
-def read_effects(table: Table) -> dict[str, float]:
-    """Slot -> value of all effects in an [effects] table, each parameter within its bounds."""
+def read_effects(table: Table, input_name: str = "n_rev_s") -> dict[str, float]:
+    """Slot -> value of all effects in an [effects] table, each parameter within its bounds.
+
+    Of an input that is no propeller speed, what has the input's unit is not bound by rev/s.
+    """
     values = {}
     table.check_keys(BY_NAME)
     for name in table.entries:
-        own = table.table(name).check_keys([q.key for q in BY_NAME[name].parameters])
-        for q in (q for q in BY_NAME[name].parameters if q.key in own.entries):
-            value = own.number(q.key)
-            if not q.bounds[0] <= value <= q.bounds[1]:
-                raise own.error(q.key, f"expected a number from {q.bounds[0]:g} to {q.bounds[1]:g}, found {value:g}")
-            values[f"{name}.{q.name}"] = value
+        own = table.table(name)
+        for q in BY_NAME[name].parameters:
+            if own.has(q.key):
+                bounds = q.bounds if q.unit != "rev/s" or input_name == "n_rev_s" else ()
+                values[f"{name}.{q.name}"] = own.number(q.key, None, *bounds)
+        own.close()
     return values
 
 
@@ -109,7 +106,7 @@ def _printed(table: Table) -> Lumped:
 
 def _derived(table: Table) -> Lumped:
     table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
-    vehicle = load_vehicle(table.text("vehicle"))
+    vehicle = load_vehicle(table.file("vehicle"))
     propellers = Propellers(
         len(vehicle.propeller_sites), vehicle.propeller_diameter_m, table.number("kt0"), table.number("kt1")
     )

@@ -13,9 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..record.quantity import Table, find_file, read_table
+from ..record.table import Table, open_table
+from ..record.toml import find_file
 from ..resources import models_dir
 
+KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "sites", "hull")
 BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N")
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 ADDED_MASS = ("surge_kg", "sway_kg", "heave_kg", "roll_kg_m2", "pitch_kg_m2", "yaw_kg_m2")
@@ -88,32 +90,19 @@ class Vehicle:
 def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
     """The vehicle of that name in models/, or of that TOML file; InputError names file and key."""
     path = find_file(name_or_path, models_dir(), "vehicle")
-    file = read_table(path).check_keys(
-        (
-            "name",
-            "mjcf",
-            "body",
-            "added_mass",
-            "quadratic_drag",
-            "linear_drag",
-            "propeller",
-            "thruster",
-            "sites",
-            "hull",
-        )
-    )
+    file = open_table(path).check_keys(KEYS)
     body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
     places = file.table("sites")
     return Vehicle(
         name=file.text("name"),
-        mjcf=path.parent / file.text("mjcf"),
+        mjcf=Path(file.file("mjcf", ending="")),
         mass_kg=body.positive("mass_kg"),
         added_mass=_added_mass(file.table("added_mass")),
         quadratic_drag=_drag(file.table("quadratic_drag"), QUADRATIC_DRAG, None),
         linear_drag=_drag(file.table("linear_drag"), LINEAR_DRAG, 0.0),
         buoyancy_N=body.positive("buoyancy_N"),
         centre_of_buoyancy_m=np.array(body.vector("centre_of_buoyancy_m")),
-        propeller_sites=_names(propeller, "sites"),
+        propeller_sites=propeller.texts("sites"),
         propeller_diameter_m=propeller.positive("diameter_m"),
         thrusters=tuple(_thruster(table) for table in file.tables("thruster")),
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
@@ -139,13 +128,6 @@ def _drag(table: Table, keys: tuple[str, ...], default: float | None) -> np.ndar
         key = keys[int(values.argmin())]
         raise table.error(key, "drag coefficients are given as positive numbers")
     return values
-
-
-def _names(table: Table, key: str) -> tuple[str, ...]:
-    names = table.entries.get(key)
-    if not (isinstance(names, list) and names and all(isinstance(name, str) for name in names)):
-        raise table.error(key, "expected a list of site names")
-    return tuple(names)
 
 
 def _thruster(table: Table) -> Thruster:

@@ -11,11 +11,12 @@ from ..estimate.maximum_likelihood import Estimate
 from ..estimate.observed import POSITION, RANGE, SPEED
 from ..estimate.paper.estimate import PaperEstimate
 from ..estimate.residuals import ResidualStatistics
+from ..plant.parameters import LUMPED
 from ..units import FOOT_M
 from .blocks import Table
 from .numbers import number
 
-NAMES = {"alpha": "alpha", "beta": "beta", "thrust_loss.gamma": "gamma", "thrust_lag.tau": "tau"}
+NAMES = {slot: slot.split(".")[-1] for slot in LUMPED}
 UNITS = {  # of each parameter by the input that drives the runs
     "n_rev_s": {"alpha": "1/m", "beta": "m/rev2", "gamma": "1/rev", "tau": "s"},
     "command": {"alpha": "1/m", "beta": "m/s2", "gamma": "1/s", "tau": "s"},
@@ -66,7 +67,8 @@ def sentences(c: Comparison) -> Iterator[str]:
     estimate, noise = c.joint, c.joint.problem.noise
     if c.runs[0].input_name == "thrust_N":
         mass, sd = moving_mass(estimate)
-        yield f"Moving mass 1/beta: {mass:.1f} +- {sd:.1f} kg."
+        known = f"{mass:.1f} +- {sd:.1f} kg" if np.isfinite(mass) else "not determined, since no thrust was found"
+        yield f"Moving mass 1/beta: {known}."
     heard = sorted({kind for run in c.runs for kind in run.first})
     levels = ", ".join(
         f"{np.sqrt(noise.variance[kind]):.2g} {CHANNEL_UNIT[kind]} on {name}"
@@ -99,9 +101,9 @@ def plain_names(sentence: str) -> str:
 
 
 def moving_mass(estimate: Estimate) -> tuple[float, float]:
-    """Mass [kg] and its deviation where the input is a thrust."""
+    """Mass [kg] and its deviation where the input is a thrust; NaN where that moves nothing."""
     beta, sd = estimate.values["beta"], estimate.sd["beta"]
-    return 1.0 / beta, sd / beta**2
+    return (1.0 / beta, sd / beta**2) if beta**2 > 0.0 else (np.nan, np.nan)
 
 
 def residuals(c: Comparison) -> Table:

@@ -13,7 +13,10 @@ MOST_BARS = 8  # hypotheses listed by name; the rest are summed up
 UNNAMED = {
     "smooth force": "an unknown force",
     "force lines": "an unknown force with a rhythm of its own",
+    "wandering thrust": "an unknown thrust that comes and goes",
     "smooth error": "an unknown error of the sensor",
+    "lone ranges": "single ranges that are wrong",
+    "lone speeds": "single readings of the propeller that are wrong",
 }  # families of discrepancies in words
 
 

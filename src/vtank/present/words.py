@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import BY_NAME, PARAMETERS
+from ..plant.parameters import LAG, LOSS
 from .numbers import percent
 
 Document = dict[str, Any]
@@ -23,11 +24,8 @@ QUANTITY = {
     "distance_m": ("distance to the wall", "m"),
     "position_m": ("position", "m"),
 }
-OWN = {
-    "alpha": "quadratic drag",
-    "beta": "thrust gain",
-    "thrust_lag.tau": "thrust lag",
-    "thrust_loss.gamma": "thrust loss",
+OWN = {"alpha": "quadratic drag", "beta": "thrust gain"} | {
+    slot: slot.split(".")[0].replace("_", " ") for slot in (LOSS, LAG)
 }  # the simulator's own parameters in words
 PERHAPS = {
     "none": "there is no gap",
@@ -57,7 +55,7 @@ def hypothesis(name: str) -> str:
 
 def meaning(effect: str, parameter: str) -> str:
     """What a parameter of an effect is."""
-    return next(q.meaning for q in BY_NAME[effect].parameters if q.name == parameter)
+    return PARAMETERS[f"{effect}.{parameter}"].meaning
 
 
 def unit_text(document: Document, unit: str) -> str:

@@ -1,4 +1,4 @@
-"""Files and folders that appear whole or not at all."""
+"""Files that appear whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..errors import InputError
 def write_bytes(path: Path | str, data: bytes) -> None:
     """Write a file so that a failure leaves what was there before; InputError where it cannot be written."""
     path = Path(path).resolve()
-    with _cannot_write(path), _room(path) as room:
+    with cannot_write(path), room(path) as beside:
         if path.exists() and not path.is_file():  # a device or a pipe is written to, never replaced
             path.write_bytes(data)
             return
-        (room / path.name).write_bytes(data)
-        os.replace(room / path.name, path)
+        (beside / path.name).write_bytes(data)
+        os.replace(beside / path.name, path)
 
 
 def write_text(path: Path | str, text: str) -> None:
@@ -28,29 +28,8 @@ def write_text(path: Path | str, text: str) -> None:
 
 
 @contextmanager
-def new_folder(path: Path | str) -> Iterator[Path]:
-    """Yield an empty folder that becomes `path`, in place of what is there, when the block ends well.
-
-    After an exception, Ctrl-C among them, `path` is as it was. What may be replaced is the caller's to check.
-    InputError where it cannot be written.
-    """
-    path = Path(path).resolve()
-    with _cannot_write(path), _room(path) as room:
-        new, old = room / "new", room / "old"
-        new.mkdir()
-        yield new
-        try:
-            if path.exists():
-                path.rename(old)
-            new.rename(path)
-        except BaseException:
-            if old.exists() and not path.exists():
-                old.rename(path)
-            raise
-
-
-@contextmanager
-def _cannot_write(path: Path) -> Iterator[None]:
+def cannot_write(path: Path) -> Iterator[None]:
+    """What the system refuses to write is told as InputError."""
     try:
         yield
     except BrokenPipeError:
@@ -60,13 +39,13 @@ def _cannot_write(path: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _room(path: Path) -> Iterator[Path]:
+def room(path: Path) -> Iterator[Path]:
     """A temporary folder beside `path`, on the same file system; parents made for it go again after a failure."""
     missing = [parent for parent in path.parents if not parent.exists()]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as room:
-            yield Path(room)
+        with tempfile.TemporaryDirectory(prefix=f".{path.name}-", dir=path.parent) as name:
+            yield Path(name)
     except BaseException:
         for parent in missing:
             with suppress(OSError):

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ..errors import InputError
-from .atomic import new_folder
-from .manifest import FILE, Entry, Manifest, manifest_text, read_json, read_manifest, sha256, warn_of_changes
+from .documents import json_text, read_json
+from .folder import Kind, new_folder, refuse_loss
+from .manifest import FILE, SCHEMA, Entry, Manifest, manifest_text, read_manifest, sha256, warn_of_changes
 from .reader import read_run
 from .run import Run
 from .writer import DECIMALS, run_bytes
 
 TRUTH_FILE = "truth.json"
 TRUTH_SCHEMA = "vtank.truth/1"
+DATA_SET = Kind("a data set", FILE, SCHEMA, lambda marker: [TRUTH_FILE, *(run["file"] for run in marker["runs"])])
+CAMPAIGN, CAMPAIGN_RUNS, JOURNAL = "campaign.json", "data", "journal"  # in the folder of a campaign (studies/campaign)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +29,10 @@ class DataSet:
     path: Path
     runs: tuple[Run, ...]
     manifest: Manifest | None = None
+
+    def __repr__(self) -> str:
+        """Folder and runs."""
+        return f"DataSet({str(self.path)!r}, {len(self)} runs: {', '.join(run.name for run in self)})"
 
     def __iter__(self) -> Iterator[Run]:
         """The runs in order."""
@@ -40,7 +44,7 @@ class DataSet:
 
 
 def read_dataset(path: Path | str) -> DataSet:
-    """The data set in a folder, or one CSV file as a data set of one run.
+    """The data set in a folder, the runs of a campaign in the campaign's folder, or one CSV file as a data set.
 
     Never opens the truth. InputError where a run or the manifest cannot be used; DataSetWarning for a run that is
     not as the manifest says.
@@ -48,6 +52,12 @@ def read_dataset(path: Path | str) -> DataSet:
     path = Path(path)
     if not path.is_dir():
         return DataSet(path, (read_run(path),))
+    if (path / JOURNAL / CAMPAIGN).is_file():
+        raise InputError(f"{path}: a campaign that is not finished; vtank campaign goes on with it")
+    if (path / CAMPAIGN).is_file():
+        path = path / CAMPAIGN_RUNS
+        if not path.is_dir():
+            raise InputError(f"{path.parent}: a campaign without CSV runs; fly it with --format csv")
     files = sorted((f for f in _files(path) if f.lower().endswith(".csv")), key=natural_order)
     if not files:
         raise InputError(f"{path}: no runs here, expected *.csv")
@@ -71,30 +81,19 @@ def write_dataset(
     for a run that breaks the rules. The manifest's list of runs is made here.
     """
     path = Path(path)
-    refuse_strangers(path)
     names = [run.name for run in runs]
     if not names or len(set(names)) != len(names):
         raise InputError(f"{path}: expected runs with different names, found {', '.join(names) or 'none'}")
-    with new_folder(path) as folder:
+    with new_folder(path, DATA_SET) as folder:
         entries = [_write(folder, run, decimals) for run in sorted(runs, key=lambda run: natural_order(run.name))]
         (folder / FILE).write_text(manifest_text(replace(manifest, runs=tuple(entries))), encoding="utf-8")
         if truth is not None:
             (folder / TRUTH_FILE).write_text(truth_text(truth), encoding="utf-8")
 
 
-def refuse_strangers(path: Path) -> None:
+def refuse_strangers(path: Path | str) -> None:
     """InputError unless `path` is free, empty, or holds nothing but a data set that vtank wrote."""
-    if path.exists() and not path.is_dir():
-        raise InputError(f"{path}: is a file, expected a folder for the data set")
-    present = set(_files(path)) if path.exists() else set()
-    if not present:
-        return
-    if FILE not in present:
-        raise InputError(f"{path}: not empty and not a data set written by vtank: choose another folder")
-    written = {entry.file for entry in read_manifest(path / FILE).runs} | {FILE, TRUTH_FILE}
-    strangers = sorted(present - written)
-    if strangers:
-        raise InputError(f"{path}: holds {', '.join(strangers[:3])}, which replacing the data set would delete")
+    refuse_loss(path, DATA_SET)
 
 
 def read_truth(path: Path | str) -> dict[str, Any] | None:
@@ -108,7 +107,7 @@ def read_truth(path: Path | str) -> dict[str, Any] | None:
 
 def truth_text(truth: Mapping[str, Any]) -> str:
     """A truth as JSON; numpy numbers and arrays become numbers and lists."""
-    return json.dumps({"schema": TRUTH_SCHEMA, **truth}, indent=2, ensure_ascii=False, default=_plain) + "\n"
+    return json_text({"schema": TRUTH_SCHEMA, **truth})
 
 
 def natural_order(name: str) -> tuple[list[str | int], str]:
@@ -129,9 +128,3 @@ def _files(folder: Path) -> list[str]:
         return [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    raise TypeError(f"{type(value).__name__} has no place in a JSON file")

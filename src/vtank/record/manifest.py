@@ -1,22 +1,23 @@
 """The manifest of a data set: where its runs come from, and their hashes.
 
-It holds no times and no paths: the same work gives the same bytes.
+It holds no times and no paths: the same work gives the same bytes. Nor does it tell anything of the truth, which is
+withheld with truth.json: no effect, no truth preset, no noise, nor the seed with which the noise can be made again.
 """
 
 from __future__ import annotations
 
 import hashlib
-import json
 import platform
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from .. import __version__
 from ..errors import InputError
+from .documents import json_text, read_json
+from .files import read_bytes
 
 FILE = "manifest.json"
 SCHEMA = "vtank.manifest/1"
@@ -50,8 +51,8 @@ def current_versions() -> dict[str, str]:
 class Manifest:
     """Where a data set comes from.
 
-    scenarios   name -> text of the scenario's file
-    seed        the one seed of all random streams; None where nothing was drawn
+    scenarios   name -> what is known of a run before its truth: the test card, as TOML
+    seed        of older data sets; None in those written today, whose noise is part of the truth
     versions    package -> version
     runs        filled in when the data set is written
     """
@@ -71,7 +72,7 @@ def manifest_text(manifest: Manifest) -> str:
         "scenarios": [{"name": name, "text": text} for name, text in manifest.scenarios.items()],
         "runs": [vars(entry) for entry in manifest.runs],
     }
-    return json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    return json_text(content)
 
 
 def read_manifest(path: Path) -> Manifest:
@@ -86,24 +87,8 @@ def read_manifest(path: Path) -> Manifest:
         )
     except KeyError as error:
         raise InputError(f"{path}: no key {error}, expected a manifest of schema {SCHEMA}") from None
-    except (TypeError, ValueError) as error:
+    except (AttributeError, TypeError, ValueError, OverflowError) as error:
         raise InputError(f"{path}: not a manifest of schema {SCHEMA} ({error})") from None
-
-
-def read_json(path: Path, schema: str) -> dict[str, Any]:
-    """A JSON object that names its schema; InputError for anything else."""
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except UnicodeDecodeError:
-        raise InputError(f"{path}: not UTF-8 text") from None
-    except json.JSONDecodeError as error:
-        raise InputError(f"{path}, line {error.lineno}: not JSON ({error.msg})") from None
-    found = content.get("schema") if isinstance(content, dict) else None
-    if found != schema:
-        raise InputError(f"{path}: found schema {found!r}, expected {schema!r}")
-    return dict(content)
 
 
 def sha256(data: bytes) -> str:
@@ -117,7 +102,7 @@ def warn_of_changes(folder: Path, manifest: Manifest, files: list[str]) -> None:
     for file in files:
         if file not in listed:
             _warn(f"{folder / file}: not in the manifest, added since the data set was written")
-        elif sha256((folder / file).read_bytes()) != listed[file]:
+        elif sha256(read_bytes(folder / file)) != listed[file]:
             _warn(f"{folder / file}: changed since the data set was written")
     for file in listed.keys() - set(files):
         _warn(f"{folder / file}: in the manifest but not here")

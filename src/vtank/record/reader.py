@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from .files import read_text
 from .rules import content_fault, header_fault
 from .run import TIME, FloatArray, Run
 
@@ -20,7 +21,10 @@ HEADER_LINE = 1  # lines count from 1; row r of the data is line r + 2
 def read_run(path: Path | str) -> Run:
     """The run in a CSV file; InputError says where the file breaks the rules of a run."""
     path = Path(path)
-    names, lines = _header_and_lines(path, _text(path))
+    text = read_text(path)
+    if not text.strip():
+        raise InputError(f"{path}: the file is empty, expected a header and rows of numbers")
+    names, lines = _header_and_lines(path, text)
     fault = header_fault(names)
     if fault:
         raise InputError(f"{path}, line {HEADER_LINE}: {fault.message}")
@@ -32,23 +36,6 @@ def read_run(path: Path | str) -> Run:
         line = "" if fault.row is None else f", line {fault.row + 2}"
         raise InputError(f"{path}{line}: {fault.message}")
     return run
-
-
-def _text(path: Path) -> str:
-    if path.is_dir():
-        raise InputError(f"{path}: is a folder, expected a CSV file")
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x})") from None
-    if not text.strip():
-        raise InputError(f"{path}: the file is empty, expected a header and rows of numbers")
-    return text
 
 
 def _header_and_lines(path: Path, text: str) -> tuple[list[str], list[str]]:

@@ -10,8 +10,21 @@ import numpy as np
 from .run import INPUTS, OUTPUTS, TIME, FloatArray, Run
 
 SHORTEST = 10  # samples, the fewest that say anything about a motion; a choice
-FASTEST_REV_S = 200.0  # [rev/s] above, 12,000 rpm, no propeller of a vehicle turns: the readings are rpm; a choice
 SLOWEST_S = 10.0  # [s] between rows: above, no surge motion is seen, and the times are ms; a choice
+PAUSE_S = 86400.0  # [s] in a recording, a day: the longest run that a scenario may ask for too; a choice
+
+# Column -> least and greatest value that is believed, in its unit, and these in words. All are guesses, far beyond any
+# vehicle: 12,000 rpm; no distance on Earth is longer than 4e7 m; the fastest torpedo makes 100 m/s; the propellers of
+# the largest ships push with some MN; stamps that count from 1970 are 1.8e9 s today.
+BELIEVED = {
+    TIME: (-1e10, 1e10, "seconds within 1e10 either way"),
+    "n_rev_s": (-200.0, 200.0, "rev/s within 200 either way; is it rpm?"),
+    "thrust_N": (-1e8, 1e8, "newtons within 1e8 either way"),
+    "range_m": (0.0, 1e8, "a distance of 0 or more and 1e8 m at most, or an empty cell"),
+    "position_m": (-1e8, 1e8, "metres within 1e8 either way"),
+    "surge_m_s": (-200.0, 200.0, "m/s within 200 either way"),
+}
+ANYTHING = (-1e12, 1e12, "a number within 1e12 either way")  # of columns that are not read
 
 
 @dataclass(frozen=True)
@@ -81,19 +94,17 @@ def _command_faults(run: Run) -> Iterator[Fault]:
 
 
 def _unit_faults(run: Run) -> Iterator[Fault]:
-    """Values that only another unit, or a mark for a lost echo, can explain."""
-    step_s = float(np.median(np.diff(run.time_s))) if run.time_s.size > 1 else 0.0
+    """Values that only another unit, a mark for a lost echo or a broken cell can explain."""
+    steps = np.diff(run.time_s)
+    step_s = float(np.median(steps)) if steps.size else 0.0
     if step_s > SLOWEST_S:
         yield Fault(1, f"column {TIME}: rows {step_s:.4g} s apart, expected {SLOWEST_S:g} s at most; are they seconds?")
-    if "n_rev_s" in run.columns:
-        fast = np.abs(run.columns["n_rev_s"]) > FASTEST_REV_S
-        if fast.any():
-            row = int(np.argmax(fast))
-            found = f"found {run.columns['n_rev_s'][row]:.10g}"
-            yield Fault(row, f"column n_rev_s: {found}, expected rev/s within {FASTEST_REV_S:g} either way; is it rpm?")
-    if "range_m" in run.columns:
-        behind = run.columns["range_m"] < 0.0
-        if behind.any():
-            row = int(np.argmax(behind))
-            found = f"found {run.columns['range_m'][row]:.10g}"
-            yield Fault(row, f"column range_m: {found}, expected a distance of 0 or more, or an empty cell")
+    if step_s and steps.max() > PAUSE_S:
+        row, found = int(np.argmax(steps)) + 1, f"found {steps.max():.4g} s without a row"
+        yield Fault(row, f"column {TIME}: {found}, expected {PAUSE_S:g} s at most; these are two recordings")
+    for name, values in {TIME: run.time_s, **run.columns}.items():
+        low, high, expected = BELIEVED.get(name, ANYTHING)
+        outside = (values < low) | (values > high)
+        if outside.any():
+            row = int(np.argmax(outside))
+            yield Fault(row, f"column {name}: found {values[row]:.10g}, expected {expected}")

@@ -39,6 +39,11 @@ class Run:
             if self.time_s.ndim != 1 or values.shape != self.time_s.shape:
                 raise ValueError(f"{name} has shape {values.shape}, time_s {self.time_s.shape}: expected (T,) for both")
 
+    def __repr__(self) -> str:
+        """Name, rows, span and columns."""
+        span = f"{self.time_s[0]:g} to {self.time_s[-1]:g} s" if self.time_s.size else "empty"
+        return f"Run({self.name!r}, {self.time_s.size} rows, {span}: {', '.join(self.columns)})"
+
     @classmethod
     def from_channels(cls, name: str, channels: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Run:
         """A run from channels with sample times of their own: name -> (time [s], values), shape (K,) each."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .installation import forces
-from .model import load_model
 from .tank import Tank, prepare
+from .world import load_model, load_world, submerge
 
-__all__ = ["Tank", "forces", "load_model", "prepare"]
+__all__ = ["Tank", "forces", "load_model", "load_world", "prepare", "submerge"]

@@ -177,7 +177,7 @@ def control(
     known = rigid_body_forces(user, rotation, passive, bias, external)
     forces = added_mass_forces(matrix(user, AT.added_mass), nu, flow, water)
     forces = add(forces, hydrostatic(user, rotation, water))
-    forces = add(forces, drag(user[AT.linear_drag :], user[AT.quadratic_drag :], nu_r))
+    forces = add(forces, drag(user[AT.drag_linear :], user[AT.drag_quadratic :], nu_r))
     forces = add(forces, thrusters(user))
     forces = add(forces, surge(user, time, position, rotation, nu_r[0], state, rate))
     mass, r_g = user[AT.rigid_mass], triple(user, AT.centre_of_gravity_m)

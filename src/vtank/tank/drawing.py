@@ -9,12 +9,19 @@ import mujoco
 import numpy as np
 
 from ..units import FOOT_M
-from .model import TANK_GROUP, site, sonars
+from .model import HEARD, TANK_GROUP, site, sonars
 
 LAMP = np.array([-0.25, -0.45, 0.86])  # direction towards the light, world axes
 CUBE = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 SIDES = ((0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3))  # corners of CUBE, outward
 CUBE_FACES = np.array([face for a, b, c, d in SIDES for face in ((a, b, c), (a, c, d))])
+
+
+def write_png(path: str | Path, image: np.ndarray) -> None:
+    """Write an image, shape (height, width, 3), 8 bits, as a PNG file."""
+    from matplotlib.image import imsave
+
+    imsave(path, image, format="png")
 
 
 def draw_tank(path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, sonar: str = "") -> None:
@@ -48,9 +55,7 @@ def echo(model: mujoco.MjModel, data: mujoco.MjData, sonar: str = "") -> tuple[n
     site(model, sonar)  # InputError where there is none
     start, body = data.site(sonar).xpos.copy(), model.site(sonar).bodyid[0]
     direction = data.xmat[body].reshape(3, 3)[:, 0].copy()
-    groups = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-    groups[TANK_GROUP] = 1
-    distance = mujoco.mj_ray(model, data, start, direction, groups, 1, -1, np.zeros(1, dtype=np.int32))
+    distance = mujoco.mj_ray(model, data, start, direction, HEARD, 1, -1, np.zeros(1, dtype=np.int32))
     return start, start + direction * (distance if distance >= 0.0 else 5.0)
 
 

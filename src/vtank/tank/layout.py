@@ -37,8 +37,8 @@ FIELDS: dict[str, tuple[int, ...]] = {
     "rigid_mass": (6, 6),  # of the compiled model
     "added_mass": (6, 6),
     "share": (6, 6),  # of a force that reaches the rigid body: M_RB (M_RB + M_A)^-1
-    "linear_drag": (6,),
-    "quadratic_drag": (6,),
+    "drag_linear": (6,),
+    "drag_quadratic": (6,),
     "buoyancy_N": (),
     "displaced_kg": (),
     "centre_of_buoyancy_m": (3,),

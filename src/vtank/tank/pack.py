@@ -9,10 +9,11 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant import parameters, sixdof
+from ..plant.surge import TAU
 from ..plant.vehicle import AXES, Vehicle
 from ..units import G_M_S2
 from .layout import FIELDS, MAGIC, MAX_THRUSTERS, field
-from .model import STATES, check_model, rigid_mass, site, sonar_and_wall, vehicle_body
+from .model import STATES, centre_of_gravity, check_model, rigid_mass, site, sonar_and_wall, vehicle_body
 
 
 def pack(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> np.ndarray:
@@ -40,12 +41,12 @@ def pack(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequence[
         "rigid_mass": rigid,
         "added_mass": vehicle.added_mass,
         "share": rigid @ _mobility(vehicle, rigid, held),
-        "linear_drag": [0.0, *vehicle.linear_drag[1:]],
-        "quadratic_drag": [0.0, *vehicle.quadratic_drag[1:]],
+        "drag_linear": [0.0, *vehicle.linear_drag[1:]],
+        "drag_quadratic": [0.0, *vehicle.quadratic_drag[1:]],
         "buoyancy_N": vehicle.buoyancy_N,
         "displaced_kg": vehicle.buoyancy_N / G_M_S2,
         "centre_of_buoyancy_m": vehicle.centre_of_buoyancy_m,
-        "centre_of_gravity_m": model.body_ipos[body],
+        "centre_of_gravity_m": centre_of_gravity(model, body),
         "thruster_wrench": _thruster_wrenches(model, vehicle),
         "propeller_z_m": np.mean([site(model, name)[2] for name in vehicle.propeller_sites]),
         "sonar_m": sonar,
@@ -75,7 +76,7 @@ def check_parameters(model: mujoco.MjModel, p: np.ndarray) -> None:
     for name, value in zip(parameters.NAMES, p, strict=True):
         if np.isnan(value):
             raise InputError(f"the surge parameter '{name}' is NaN")
-    tau, step = p[parameters.slot("thrust_lag.tau")], model.opt.timestep
+    tau, step = p[TAU], model.opt.timestep
     if 0.0 < tau < step:
         raise InputError(f"thrust lag tau = {tau:g} s is shorter than the time step of {step:g} s; 0 means no lag")
 

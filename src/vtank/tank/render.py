@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import json
 import os
-import struct
 import subprocess
 import sys
 import tempfile
-import zlib
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from .drawing import draw_tank, echo
+from .drawing import draw_tank, echo, write_png
 
 BACKENDS = ("egl", "osmesa")
 BEAM_RGBA = (0.15, 0.85, 1.0, 1.0)
@@ -51,7 +49,7 @@ def render_png(
 ) -> None:
     """Render the tank to a PNG of width x height [pixels], with the beam of a sonar (by default the first) to its echo.
 
-    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of tank.xml: overview, side, ahead,
+    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of basin.xml: overview, side, ahead,
     chase, plan. Raises RenderUnavailable where no OpenGL library works.
     """
     job: dict[str, Any] = {"path": str(path), "camera": camera, "width": width, "height": height, "sonar": sonar}
@@ -106,18 +104,7 @@ def _render(job: dict[str, Any]) -> None:
         renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = int(under_water)
         _add_beam(renderer.scene, model, data, job["sonar"])
         image = renderer.render()
-    Path(job["path"]).write_bytes(png(image))
-
-
-def png(image: np.ndarray) -> bytes:
-    """An image, shape (height, width, 3), 8 bits, as a PNG file (RFC 2083)."""
-    height, width, _ = image.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), image.reshape(height, 3 * width)], axis=1)  # filter 0: none
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # 8 bits, true colour
-    chunks = ((b"IHDR", header), (b"IDAT", zlib.compress(rows.tobytes(), 9)), (b"IEND", b""))
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body)) for kind, body in chunks
-    )
+    write_png(job["path"], image)
 
 
 def _add_beam(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData, sonar: str) -> None:

@@ -13,15 +13,16 @@ import numpy as np
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from .installation import install, installed, uninstall
-from .layout import MAGIC, field
-from .model import STATES, TANK_GROUP, vehicle_body
+from .layout import field
+from .model import HEARD, STATES, vehicle_body
 from .pack import check_parameters, pack
 
 
 def prepare(data: mujoco.MjData, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> None:
     """Give one MjData the vehicle's hydrodynamics, to be stepped by mujoco.mj_step inside `forces()`.
 
-    Call it again after mj_resetData, which forgets them. Inputs: `layout.field(data.userdata, "propeller_rev_s")`.
+    data: of a model that load_world or submerge made. Call it again after mj_resetData, which forgets them. Inputs:
+    `layout.field(data.userdata, "propeller_rev_s")`.
     """
     data.userdata[:] = pack(data.model, vehicle, p, held)
 
@@ -70,6 +71,8 @@ class Tank:
         self.propeller_rev_s = field(self.userdata, "propeller_rev_s")
         self.disturbance_m_s2 = field(self.userdata, "disturbance_m_s2")
         self.tunnel_N = field(self.userdata, "thruster_N")[:, : len(vehicle.thrusters)]
+        self._warnings = self.batch.warning[:, :, 1]  # how often MuJoCo has warned of each kind
+        self._warnings[:] = 1  # it writes the first of each to a log file
         self._start = self.batch.state.copy()
 
     def __enter__(self) -> Self:
@@ -94,17 +97,15 @@ class Tank:
             )
 
     def _diverged(self) -> np.ndarray:
-        """Which simulations have diverged, shape (N,); MuJoCo resets them, userdata included, unless told not to."""
-        return (field(self.userdata, "magic") != MAGIC) | ~np.isfinite(self.qvel).all(axis=1)
+        """Which simulations have diverged, shape (N,), be it that a number is beyond MuJoCo's limit and left out."""
+        return (self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1)
 
     def reset(self) -> None:
-        """Put every simulation back to the start: pose, at rest, time 0, still water, inputs 0.
-
-        Parameters stay as they are, except that a diverged simulation gets back those it began with.
-        """
-        parameters, kept = self.parameters.copy(), ~self._diverged()
+        """Put every simulation back to the start: pose, at rest, time 0, still water, inputs 0; parameters stay."""
+        parameters = self.parameters.copy()
         self.batch.state[:] = self._start
-        self.parameters[kept] = parameters[kept]
+        self.parameters[:] = parameters
+        self._warnings[:] = 1
 
     def set_water(self, velocity_m_s: np.ndarray, acceleration_m_s2: np.ndarray | float = 0.0) -> None:
         """Let the water move uniformly from now on; both broadcast to (N, 3), world axes. Null: still water."""
@@ -119,7 +120,5 @@ class Tank:
             points: world axes, broadcast to (N, K, 3) [m].
             directions: unit vectors in world axes, broadcast to (N, K, 3).
         """
-        group = np.zeros(mujoco.mjNGROUP, dtype=np.uint8)
-        group[TANK_GROUP] = 1
-        distance, geom = self.batch.ray(points, directions, geomgroup=group)
+        distance, geom = self.batch.ray(points, directions, geomgroup=HEARD)
         return np.where(geom >= 0, distance, np.inf)

@@ -16,6 +16,7 @@ import numpy as np
 from ...estimate.observed import POSITION, RANGE, SPEED, Observed
 from ..discrepancy import simulated
 from ..evidence import Fitted
+from ..holdout import held
 from ..selection import Selection
 from ..verdict import Verdict
 
@@ -92,7 +93,7 @@ def _rms(values: np.ndarray) -> float:
 
 def _judged(quiet: np.ndarray, fit: Fitted, simulator: str) -> np.ndarray:
     """Lone outliers count for nobody, unless the diagnosis explains them: then they are part of the gap before."""
-    explained = "sonar_multipath" in fit.hypothesis.name
+    explained = "range_m" in fit.hypothesis.outliers
     return np.ones_like(quiet) if explained and simulator != "diagnosed" else quiet
 
 
@@ -117,6 +118,6 @@ def noise_floors(fit: Fitted) -> list[np.ndarray]:
     deaf = replace(fit.problem, noise=replace(level, variance=(UNHEARD,) * 3), weight=None)
     floors = []
     for run, f in zip(fit.problem.runs, deaf.filter(fit.optimum.theta), strict=True):
-        variance = np.maximum(f.variance - UNHEARD, 0.0) + np.array(level.variance)[run.kind]
+        variance = np.maximum(held(f.variance) - UNHEARD, 0.0) + np.array(level.variance)[run.kind]
         floors.append(np.sqrt(variance))
     return floors

@@ -20,7 +20,7 @@ from scipy.stats import norm
 
 from ...estimate.observed import RANGE, Observed
 from ...plant.surge import STANDOFF
-from ..discrepancy import simulated
+from ..discrepancy import simulated_tracks
 from ..evidence import Fitted
 from ..selection import Selection
 from ..verdict import Verdict
@@ -104,7 +104,7 @@ def motion(fit: Fitted) -> dict[str, list[np.ndarray]]:
     The filtered motion would carry the sonar's noise, and the residual with it.
     """
     problem, theta = fit.problem, fit.optimum.theta
-    tracks = problem.track(theta, simulated(problem, theta))
+    tracks = simulated_tracks(problem, theta)
     pairs = list(zip(problem.runs, tracks, strict=True))
     place = [np.interp(run.input_time_s, run.time_s, track[:, 0]) for run, track in pairs]
     speed = [np.interp(run.input_time_s, run.time_s, track[:, 1]) for run, track in pairs]
@@ -143,7 +143,7 @@ def missing_force(fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]) -
     """
     problem, theta, base = fit.problem, fit.optimum.theta, whitened(fit)
     shared = len(problem.free)
-    own = problem.jacobian(theta, fit.filtered, base)[:, shared:]
+    own = problem.jacobian(theta, fit.filtered)[:, shared:]
     centred = {name: _centring(moved[name], edges[name], k > 0) for k, name in enumerate(moved)}
     A = np.column_stack([_columns(fit, base, moved[name], edges[name]) @ centred[name] for name in moved] + [own])
     prior = np.concatenate([np.zeros(A.shape[1] - own.shape[1]), fit.prior.sd[shared:] ** -2.0])

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.innovations import propeller_speed
 from ...estimate.problem import Filtered, Problem
+from ...plant.parameters import indices
 from ..discrepancy import Discrepancy
 from ..evidence import Fitted
 from ..selection import Selection
@@ -122,13 +122,14 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     """Measurements at which an outlier effect of the fit earns its evidence, per run, shape (M,) of bool."""
     places = [np.zeros(run.time_s.size, bool) for run in selection.setting.runs]
     for k, run in enumerate(selection.setting.runs):
-        if "sonar_multipath" in fit.hypothesis.name:
+        if "range_m" in fit.hypothesis.outliers:
             places[k] |= selection.setting.flags[k]
-        if "tachometer_spikes" in fit.hypothesis.name:
-            p, _ = fit.problem.model(fit.optimum.theta, k)
-            n, raw = (propeller_speed(run.input, lone, p) for lone in (run.lone, np.zeros_like(run.lone)))
-            spikes = run.input_time_s[n != raw]
-            places[k][np.clip(np.searchsorted(run.time_s, spikes), 0, run.time_s.size - 1)] = True
+        for effect in fit.hypothesis.effects:
+            if effect.outliers and (law := effect.true_input) is not None:
+                own = fit.problem.model(fit.optimum.theta, k)[0][list(indices(effect))]
+                pairs = zip(run.input, run.lone, strict=True)
+                spiked = np.array([law(n, lone, *own) != law(n, 0.0, *own) for n, lone in pairs])
+                places[k][np.searchsorted(run.time_s, run.input_time_s[spiked]).clip(max=run.time_s.size - 1)] = True
     return places
 
 
@@ -145,9 +146,8 @@ def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
         nudged = replace(problem, runs=tuple(replace(run, value=run.value - nudge * part) for run, part in pairs))
     else:
         nudged = replace(problem, forcing=tuple(nudge * part for part in found.fitted))
-    base = problem.residuals(theta, fit.filtered)
+    base, J = problem.linearise(theta, fit.filtered)
     change = (nudged.residuals(theta, fit.filtered) - base) / nudge
-    J = problem.jacobian(theta, fit.filtered, base)
     after = base + change - J @ np.linalg.solve(fit.optimum.information, J.T @ change)
     ends = np.cumsum([f.innovation.size for f in fit.filtered])[:-1]
     parts = zip(fit.filtered, np.split(after, ends), strict=True)

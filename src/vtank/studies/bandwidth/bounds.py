@@ -7,13 +7,12 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from ...experiment.plan import Plan
-from ...plant.parameters import slot
+from ...plant.surge import ALPHA, BETA, LINEAR_DRAG, TAU
 from ...waves import breaking_height
 from ...waves.dispersion import wave_number
 from ...waves.orbit import depth_profile
 
 Array = NDArray[np.float64]
-ALPHA, BETA, TAU, LINEAR_DRAG = (slot(name) for name in ("alpha", "beta", "thrust_lag.tau", "linear_drag.c"))
 TURN = np.linspace(0.0, 2.0 * np.pi, 721)
 
 

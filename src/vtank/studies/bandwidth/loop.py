@@ -16,11 +16,10 @@ from scipy.linalg import expm
 
 from ...experiment.plan import Plan
 from ...experiment.sonar_filter import steady_state, transition
-from ...plant.parameters import slot
+from ...plant.surge import BETA, LINEAR_DRAG, TAU
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-BETA, TAU, LINEAR_DRAG = slot("beta"), slot("thrust_lag.tau"), slot("linear_drag.c")
 
 
 @dataclass(frozen=True)

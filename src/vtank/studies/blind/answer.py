@@ -16,10 +16,13 @@ import vtank
 
 from ...effects.catalogue import CATALOGUE
 from ...errors import InputError
+from ...plant.parameters import switched_on
 from ...plant.truth import load_truth
 from ...present.numbers import jsonable
 from ...record.atomic import write_bytes
+from ...record.files import read_bytes, read_text
 from ...record.manifest import current_versions, sha256
+from .case import NOMINAL
 from .processes import processes
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
@@ -82,7 +85,7 @@ def check_data(folder: Path, entry: Entry) -> None:
         path = folder / entry.case / file
         if file not in present:
             raise InputError(f"{path}: missing; the index lists it")
-        if sha256(path.read_bytes()) != entry.runs.get(file):
+        if sha256(read_bytes(path)) != entry.runs.get(file):
             raise InputError(f"{path}: not the recording that the index lists; changed since the cases were made")
 
 
@@ -98,15 +101,16 @@ def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: 
         found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except Exception as error:  # whatever goes wrong in one case must not stop the others
-        found = refusal(f"{type(error).__name__}: {error}", entry.withheld)
+        found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal)
     return {"data": entry.data, **found}
 
 
-def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
+def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = NOMINAL) -> dict[str, Any]:
     """The answer of one who cannot answer: every effect, none, parameters and unknown are equally likely."""
-    without = {*withheld, "thrust_lag"}  # the nominal has a lag already
-    able = [effect.name for effect in CATALOGUE if effect.standing == "separable" and effect.name not in without]
-    names = ["none", "parameters", "unknown", "sonar_latency", *able]
+    known = {*withheld, *(effect.name for effect in switched_on(load_truth(nominal).vector()))}
+    chosen = [e for e in CATALOGUE if e.standing != "absorbed" and not e.same_as and e.name not in known]
+    chosen.sort(key=lambda effect: effect.standing == "separable")
+    names = ["none", "parameters", "unknown", *(effect.name for effect in chosen)]
     verdict: dict[str, Any] = {
         "kind": "undecided",
         "effects": [],
@@ -119,15 +123,15 @@ def refusal(message: str, withheld: tuple[str, ...] = ()) -> dict[str, Any]:
 
 
 def _resume(part: Path, mark: str) -> dict[str, Any]:
-    """Answers of an interrupted run of the same program on the same cases; a line cut short is left out."""
+    """Answers of an interrupted run of the same program on the same cases; a line that is none is left out."""
     done: dict[str, Any] = {}
-    for line in part.read_text(encoding="utf-8").splitlines() if part.exists() else ():
+    for line in read_text(part).splitlines() if part.exists() else ():
         try:
             content = json.loads(line)
-        except json.JSONDecodeError:
+            if content["mark"] == mark:
+                done[content["case"]] = content["answer"]
+        except (ValueError, KeyError, TypeError, RecursionError):
             continue
-        if content["mark"] == mark:
-            done[content["case"]] = content["answer"]
     if part.exists():
         kept = (json.dumps({"mark": mark, "case": case, "answer": found}) + "\n" for case, found in done.items())
         write_bytes(part, "".join(kept).encode())

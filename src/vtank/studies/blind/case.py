@@ -10,7 +10,7 @@ import numpy as np
 from ...effects.catalogue import BY_NAME, CATALOGUE
 from ...errors import InputError
 from ...experiment.plan import Plan
-from ...plant.parameters import vector
+from ...plant.parameters import switched_on, vector
 from ...plant.truth import Truth, load_truth
 from .cause import RUNS, Cause, draw_cause, log_uniform
 from .experiment import Experiment, draw_experiment
@@ -71,7 +71,7 @@ class Frequencies:
 def draw_frequencies(seed: int, kinds: Sequence[str] = KINDS, effects: Sequence[str] | None = None) -> Frequencies:
     """Dirichlet-distributed frequencies; InputError for names that do not exist."""
     _check(kinds, KINDS, "kind of case")
-    able = tuple(effect.name for effect in CATALOGUE if effect.name != "thrust_lag")  # the nominal has a lag already
+    able = tuple(effect.name for effect in CATALOGUE if effect not in switched_on(load_truth(NOMINAL).vector()))
     effects = able if effects is None else effects
     _check(effects, (*able, *OUTSIDE), "effect")
     random = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(0,)))
@@ -108,7 +108,7 @@ def draw_case(seed: int, number: int, attempt: int, frequencies: Frequencies, fa
 
 def tied(name: str) -> str:
     """The name under which an effect is scored: effects that are one and the same to a sonar share the first's."""
-    return "sonar_latency" if name == "command_delay" else name
+    return (BY_NAME[name].same_as if name in BY_NAME else "") or name
 
 
 def label(case: Case) -> str:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME
+from ...effects.catalogue import BY_NAME, PARAMETERS
 from ...effects.effect import Parameter
 from .outside import OUTSIDE
 
 RUNS, HOLDOUTS = 4, 5  # runs that are given; held back for the score: each once more, and one of another kind
-CHANCE = ("sonar_multipath", "tachometer_spikes")  # single readings: rate and size are both drawn, not solved for
 STRONGEST = 10.0  # largest size over the catalogue's typical one; a choice
 
-# Ranges of the parameters that have no influence while the size is null, drawn log-uniformly; choices
-SHAPES = {"seiche.frequency": (0.15, 1.6), "wake_memory.T": (1.5, 20.0)}
-RATE, EXTRA_M, SPIKE_REV_S = (0.003, 0.06), (0.06, 1.5), (1.0, 9.0)
+# Ranges by unit, drawn log-uniformly: of parameters that have no influence while the size is null, and of outliers,
+# whose rate and size are both drawn and not solved for; choices
+SHAPES = {"rad/s": (0.15, 1.6), "s": (1.5, 20.0)}
+CHANCE = {"-": (0.003, 0.06), "m": (0.06, 1.5), "rev/s": (1.0, 9.0)}
+ABOVE_REV_S = 20.0  # [rev/s] where a limit stands at first, which no propeller reaches
 
 
 @dataclass(frozen=True)
@@ -47,14 +49,14 @@ class Cause:
     @property
     def solved(self) -> bool:
         """Whether its size is solved for a wanted signal-to-noise ratio."""
-        return self.name not in CHANCE
+        return self.outside or not BY_NAME[self.name].outliers
 
     def slots(self, run: int) -> dict[str, float]:
         """Entries of the parameter vector in one run."""
         if self.outside:
             return {}
         scaled = {name: self.size * value for name, value in self.unit.items()}
-        if self.name == "thrust_saturation":  # the null is infinite: the limit falls from the top speed as size grows
+        if is_limit(self):  # the null is infinite: the limit falls from the top speed as size grows
             scaled = {name: value / (1.0 + self.size) for name, value in self.unit.items()}
         return scaled | self.fixed | {name: values[run] for name, values in self.per_run.items()}
 
@@ -63,36 +65,44 @@ class Cause:
         return replace(self, size=min(size, self.largest))
 
 
+def is_limit(cause: Cause) -> bool:
+    """Whether it is a limit of the propeller speed, which does nothing where it is not reached."""
+    return not cause.outside and any(p.limit for p in BY_NAME[cause.name].parameters)
+
+
 def with_limit(cause: Cause, top_rev_s: float) -> Cause:
-    """A thrust limit that falls from top_rev_s as its size grows [rev/s]; any other cause as it is."""
-    if cause.name != "thrust_saturation":
-        return cause
-    return replace(cause, unit={"thrust_saturation.n_max": top_rev_s})
+    """A limit that falls from top_rev_s as its size grows [rev/s]; any other cause as it is."""
+    return replace(cause, unit=dict.fromkeys(cause.unit, top_rev_s)) if is_limit(cause) else cause
 
 
 def draw_cause(name: str, random: np.random.Generator) -> Cause:
     """A cause with drawn direction and shape at size 1."""
     if name in OUTSIDE:
         return Cause(name, 1.0, OUTSIDE[name].largest)
-    if name == "sonar_multipath":
-        drawn = {"p": log_uniform(random, *RATE), "extra": log_uniform(random, *EXTRA_M)}
-        return Cause(name, 1.0, 1.0, fixed={f"{name}.{key}": value for key, value in drawn.items()})
-    if name == "tachometer_spikes":
-        drawn = {"p": log_uniform(random, *RATE), "size": log_uniform(random, *SPIKE_REV_S)}
-        return Cause(name, 1.0, 1.0, fixed={f"{name}.{key}": value for key, value in drawn.items()})
-    if name == "thrust_saturation":
-        return Cause(name, 0.2, 1.5, unit={f"{name}.n_max": 20.0})
     effect = BY_NAME[name]
-    sizes = [p for p in effect.parameters if not p.shape]
+    if effect.outliers:
+        return Cause(name, 1.0, 1.0, fixed=_drawn(effect.slots(), CHANCE, random))
+    if any(p.limit for p in effect.parameters):
+        return Cause(name, 0.2, 1.5, unit=dict.fromkeys(effect.slots(), ABOVE_REV_S))
+    known = {slot: PARAMETERS[slot] for slot in effect.slots()}
+    sizes = {slot: p for slot, p in known.items() if not p.shape}
     weights = np.abs(random.normal(size=len(sizes)))
     weights /= np.linalg.norm(weights)
-    unit = {f"{name}.{p.name}": float(w) * _direction(p, random) * p.scale for p, w in zip(sizes, weights, strict=True)}
-    largest = min([STRONGEST, *(_room(p, unit[f"{name}.{p.name}"]) for p in sizes)])
-    shapes = {f"{name}.{p.name}" for p in effect.parameters if p.shape and not p.per_run}
-    fixed = {slot: log_uniform(random, *SHAPES[slot]) for slot in sorted(shapes)}
-    own = [f"{name}.{p.name}" for p in effect.parameters if p.per_run]
+    pairs = zip(sizes.items(), weights, strict=True)
+    unit = {slot: float(w) * _direction(p, random) * p.scale for (slot, p), w in pairs}
+    largest = min([STRONGEST, *(_room(p, unit[slot]) for slot, p in sizes.items())])
+    fixed = _drawn(sorted(slot for slot, p in known.items() if p.shape and not p.per_run), SHAPES, random)
+    own = [slot for slot, p in known.items() if p.per_run]
     per_run = {slot: tuple(random.uniform(-np.pi, np.pi, RUNS + HOLDOUTS).tolist()) for slot in own}
     return Cause(name, 1.0, largest, unit, fixed, per_run)
+
+
+def _drawn(
+    slots: Iterable[str], ranges: Mapping[str, tuple[float, float]], random: np.random.Generator
+) -> dict[str, float]:
+    """Values within the ranges of their units, drawn in this order; typical ones of units that have no range."""
+    spans = {slot: ranges.get(PARAMETERS[slot].unit, (PARAMETERS[slot].scale,) * 2) for slot in slots}
+    return {slot: log_uniform(random, *span) for slot, span in spans.items()}
 
 
 def log_uniform(random: np.random.Generator, low: float, high: float) -> float:

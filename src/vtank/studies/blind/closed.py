@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME
+from ...effects.catalogue import PARAMETERS
 from ...plant.parameters import vector
 from ...record import read_run
 from .cause import RUNS
@@ -95,5 +95,4 @@ def _realised(models: Any, slots: Sequence[Mapping[str, float]], files: Sequence
 
 def _own(slots: Mapping[str, float]) -> tuple[str, ...]:
     """Slots that every run has for itself."""
-    named = [name.split(".") for name in slots if "." in name]
-    return tuple(f"{e}.{q.name}" for e, name in named for q in BY_NAME[e].parameters if q.name == name and q.per_run)
+    return tuple(name for name in slots if name in PARAMETERS and PARAMETERS[name].per_run)

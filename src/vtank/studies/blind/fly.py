@@ -9,19 +9,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...effects import command_delay
 from ...experiment import noise
 from ...experiment.flight import SPEED, Flight, ticks
 from ...experiment.plan import Plan
 from ...experiment.result import Result
 from ...experiment.scenario import Tachometer, Turbulence
 from ...experiment.tank_model import Chunk, chunks
-from ...plant.parameters import slot
+from ...plant.parameters import indices
 from ...record import Run
 from .cause import Cause
 from .outside import OUTSIDE, Memory, OutsideLaw, Sight
 
 Array = NDArray[np.float64]
-DELAY = slot("command_delay.d")
+(DELAY,) = indices(command_delay.EFFECT)
 DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
 
 

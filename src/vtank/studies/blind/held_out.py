@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...experiment.excitation import Excitation
+from ...experiment.flight import MULTIPATH
 from ...experiment.plan import Plan
 from ...experiment.result import Result
 from ...experiment.scenario import Scenario
@@ -29,7 +30,6 @@ Array = NDArray[np.float64]
 WATCHED_S = 10.0  # [s] of the run from which the initial state, and phases, are found
 TYPICAL_M = 0.006  # [m] sonar noise that weights those seconds; any value gives the same fit
 PHASES = (0.0, 2.1, 4.2)  # [rad] where the search for a phase begins
-MULTIPATH = slot("sonar_multipath.p")
 SEALED = ("clean_m", "spike_rev_s")  # columns: ranges without noise [m], what spikes add to a reading [rev/s]
 
 

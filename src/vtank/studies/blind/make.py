@@ -14,7 +14,7 @@ import numpy as np
 from ...errors import InputError
 from ...experiment.result import Result
 from ...record import Run
-from ...record.atomic import new_folder
+from ...record.folder import new_folder, refuse_loss
 from ...record.manifest import current_versions, sha256
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import RUNS
@@ -77,8 +77,10 @@ class Made:
 def make(order: Order, out: Path, truth_out: Path, stage: Stage = lambda label, total: lambda note: None) -> None:
     """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all."""
     for folder in (out, truth_out):
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InputError(f"{folder}: is there already; choose another folder, or remove it")
+        refuse_loss(folder)
+    cases_at, truth_at = out.resolve(), truth_out.resolve()
+    if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
+        raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
     with processes(order.threads) as work:
         made = fly_all(order, work, stage)
         said = stage("what is true", order.trials)

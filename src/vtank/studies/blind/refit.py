@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects.catalogue import BY_NAME
+from ...effects.catalogue import PARAMETERS
 from ...effects.effect import Effect, Parameter
-from ...plant.parameters import slot
+from ...plant.parameters import LAG, slot
 from .replay import Replay
 from .whitening import Whitener
 
 Array = NDArray[np.float64]
-NUISANCE = ("alpha", "beta", "thrust_lag.tau")  # the nominal's own parameters (paper-ii)
+NUISANCE = ("alpha", "beta", LAG)  # the nominal's own parameters (paper-ii)
 START_STEP = (1e-4, 1e-4, 1e-4)  # finite differences of the initial state [m, m/s, m/s2]
 ITERATIONS, SETTLED = 12, 1e-4  # relative drop of the cost at which a fit has settled; choices
 
@@ -64,12 +64,7 @@ class Fit:
 
 def parameters(effects: Sequence[Effect]) -> dict[str, Parameter]:
     """Slots of effects that a refit may free; chance events have none but a bias-free median."""
-    return {
-        f"{effect.name}.{p.name}": p
-        for effect in effects
-        for p in effect.parameters
-        if effect.name not in ("sonar_multipath", "tachometer_spikes")
-    }
+    return {slot: PARAMETERS[slot] for effect in effects if not effect.outliers for slot in effect.slots()}
 
 
 def refit(
@@ -97,17 +92,12 @@ def refit(
 
 
 def _per_run(name: str) -> bool:
-    effect, _, parameter = name.partition(".")
-    return any(q.per_run for q in BY_NAME[effect].parameters if q.name == parameter) if parameter else False
+    return name in PARAMETERS and PARAMETERS[name].per_run
 
 
 def _bounds(names: Sequence[str]) -> Array:
-    bounds = []
-    for name in names:
-        effect, _, parameter = name.partition(".")
-        known = [q.bounds for q in BY_NAME[effect].parameters if q.name == parameter] if parameter else []
-        bounds.append({"alpha": (-100.0, 0.0), "beta": (1e-8, 1.0)}.get(name) or known[0])
-    return np.array(bounds).reshape(-1, 2)
+    own = {"alpha": (-100.0, 0.0), "beta": (1e-8, 1.0)}
+    return np.array([own[name] if name in own else PARAMETERS[name].bounds for name in names]).reshape(-1, 2)
 
 
 def _first(range_m: Array) -> float:

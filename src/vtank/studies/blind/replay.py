@@ -11,20 +11,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import law
-from ...effects import tachometer_bias, tachometer_spikes
+from ...effects import clock_skew, sonar_multipath, tachometer_bias, tachometer_spikes
 from ...experiment import noise as streams
 from ...experiment.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
 from ...experiment.plan import Plan
 from ...experiment.surge_model import drive
 from ...experiment.tick import stamp, tick
-from ...plant.parameters import slot
+from ...plant.parameters import indices
+from ...plant.surge import STANDOFF
 from .cause import Cause
 from .fly import Trip, quiet
 
 Array = NDArray[np.float64]
-STANDOFF, SKEW, LAG = slot("standoff"), slot("clock_skew.s"), slot("thrust_lag.tau")
-BIAS, SPIKE_RATE, SPIKE_SIZE = slot("tachometer_bias.b"), slot("tachometer_spikes.p"), slot("tachometer_spikes.size")
-MULTIPATH = slot("sonar_multipath.p")
+(SKEW,), (BIAS,), (MULTIPATH, _) = (indices(e.EFFECT) for e in (clock_skew, tachometer_bias, sonar_multipath))
+SPIKE_RATE, SPIKE_SIZE = indices(tachometer_spikes.EFFECT)
 STEPS = 2  # steps of the surge model in a tick
 
 

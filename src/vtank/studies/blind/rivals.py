@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,16 @@ from ...effects.catalogue import CATALOGUE
 from ...effects.effect import Effect
 from ...plant.parameters import slot
 from .case import Case, tied
-from .cause import CHANCE
 from .refit import ITERATIONS, NUISANCE, Fit, Recording, parameters, refit
 
 Array = NDArray[np.float64]
 LEADERS = 2  # single effects beside which a second is looked for; a choice
 FEW = 3  # iterations of each first fit, of which only the best is finished; a choice
 NEAR = 0.1  # where a fit begins, over the effect's typical size; a choice
+# Where a fit begins, by unit, of a shape and of the size beside it, and a limit over the top speed; choices
+SHAPES = {"rad/s": (0.2, 0.4, 0.8, 1.4), "s": (2.0, 12.0)}
+SMALL = {"-": 0.05}
+LIMITS = (0.9, 0.7)
 
 
 def rivals(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
@@ -38,7 +42,7 @@ def others(case: Case) -> list[Effect]:
     """Effects of the catalogue that are not the cause, of tied ones the first."""
     causes = [tied(c.name) for c in case.causes]
     return [e for e in CATALOGUE if e.standing != "absorbed" and tied(e.name) == e.name and e.name not in causes
-            and e.name not in (*CHANCE, "thrust_lag")]  # fmt: skip
+            and not e.outliers and not set(e.slots()) & set(NUISANCE)]  # fmt: skip
 
 
 def best_pair(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
@@ -66,18 +70,18 @@ def best_fit(effects: Sequence[Effect], clean: Sequence[Recording], left: Fit) -
 
 def _starts(effect: Effect, p: Array, top_rev_s: float) -> Iterator[Array]:
     """Parameters near the null, from which the first step is linear; several where a shape decides."""
-    if effect.name == "thrust_saturation":
-        for share in (0.9, 0.7):
-            yield _set(p, {"thrust_saturation.n_max": share * top_rev_s})
-    elif effect.name == "seiche":
-        for rad_s in (0.2, 0.4, 0.8, 1.4):
-            yield _set(p, {"seiche.amplitude": 0.002, "seiche.frequency": rad_s})
-    elif effect.name == "wake_memory":
-        for time_s in (2.0, 12.0):
-            yield _set(p, {"wake_memory.k": 0.05, "wake_memory.T": time_s})
-    else:
-        signs = {q.name: 1.0 if q.bounds[1] > 0.0 else -1.0 for q in effect.parameters}
-        yield _set(p, {f"{effect.name}.{q.name}": NEAR * signs[q.name] * q.scale for q in effect.parameters})
+    shaped = any(q.shape for q in effect.parameters)
+    values: dict[str, tuple[float, ...]] = {}
+    for name, q in zip(effect.slots(), effect.parameters, strict=True):
+        if q.limit:
+            values[name] = tuple(share * top_rev_s for share in LIMITS)
+        elif q.shape and not q.per_run:
+            values[name] = SHAPES.get(q.unit, (q.null,))
+        elif not q.shape:
+            near = NEAR * q.scale if q.bounds[1] > 0.0 else -NEAR * q.scale
+            values[name] = (SMALL.get(q.unit, near) if shaped else near,)
+    for point in product(*values.values()):
+        yield _set(p, dict(zip(values, point, strict=True)))
 
 
 def _set(p: Array, values: dict[str, float]) -> Array:

@@ -14,17 +14,16 @@ import numpy as np
 from ...present.blocks import Picture
 from ...present.document import html, markdown
 from ...present.numbers import jsonable
-from ...record.atomic import write_bytes
+from ...record.folder import Kind, results_folder
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
 from .processes import processes
 from .rows import STRATA, Row, row
-from .seal import json_bytes
 from .verify import Opened, open_all
 
-SCHEMA = "vtank.blind-score/1"
+RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/1")
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
 # Measure -> kinds of verdict that count
@@ -87,17 +86,17 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
     groups, rows = scored["measures"], scored["rows"]
     pictures = draw_all(rows)
     blocks = page(groups, scored["sources"], [Picture(name, caption) for name, (caption, _) in pictures.items()])
-    summary = {"schema": SCHEMA, "sources": scored["sources"], "cases": len(rows), "measures": jsonable(groups)}
     files: dict[str, str | bytes] = {
         "score.md": markdown(blocks),
         "score.html": html(TITLE, blocks),
-        "score.json": json_bytes(summary),
         "cases.csv": cases_csv(rows),
         **{f"{name}.csv": text for name, text in measures_csv(groups).items()},
         **{name: png for name, (_, png) in pictures.items()},
     }
-    for name, content in files.items():
-        write_bytes(out / name, content.encode() if isinstance(content, str) else content)
+    about = {"sources": scored["sources"], "cases": len(rows), "measures": jsonable(groups)}
+    with results_folder(out, RESULTS, about) as folder:
+        for name, content in files.items():
+            (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)
 
 
 def measures(rows: Sequence[Row]) -> dict[str, dict[str, Summary]]:

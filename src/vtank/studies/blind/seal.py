@@ -18,7 +18,9 @@ import numpy as np
 
 from ...errors import InputError
 from ...record import Run
-from ...record.manifest import read_json, sha256
+from ...record.documents import read_json
+from ...record.files import read_bytes
+from ...record.manifest import sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"
@@ -127,9 +129,18 @@ def read_index(folder: Path) -> Index:
     path = folder / INDEX
     content = read_json(path, SCHEMA)
     try:
-        entries = tuple(
-            Entry(c["case"], dict(c["runs"]), tuple(c["withheld"]), c["commitment"]) for c in content["cases"]
-        )
-        return Index(str(content["nominal"]), entries, sha256(path.read_bytes()))
-    except (KeyError, TypeError) as error:
+        entries = tuple(_entry(case) for case in content["cases"])
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not an index of schema {SCHEMA} ({error})") from None
+    return Index(str(content.get("nominal")), entries, sha256(read_bytes(path)))
+
+
+def _entry(case: dict[str, Any]) -> Entry:
+    """A case of the index; ValueError for names that lead out of its folder or are no names."""
+    runs, withheld = dict(case["runs"]), tuple(case["withheld"])
+    for name in (case["case"], *runs):
+        if not isinstance(name, str) or Path(name).name != name:
+            raise ValueError(f"found {name!r}, expected the name of a case or of a run")
+    if not all(isinstance(text, str) for text in (*runs.values(), *withheld, case["commitment"])):
+        raise ValueError("expected hashes and names of effects as texts")
+    return Entry(case["case"], runs, withheld, case["commitment"])

@@ -10,11 +10,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...effects.catalogue import BY_NAME
 from ...errors import InputError
 from ...experiment.clearance import check_motion
 from ...experiment.plan import Plan
 from .case import Case, Frequencies, draw_case, given, held_out
-from .cause import with_limit
+from .cause import is_limit, with_limit
 from .refit import Fit, Recording, refit
 from .replay import Replay
 from .whitening import whitener
@@ -61,7 +62,7 @@ def ready_case(
 
 def _with_top(case: Case) -> Case:
     """The case with a thrust limit measured from the largest propeller speed that the case would have without it."""
-    if all(cause.name != "thrust_saturation" for cause in case.causes):
+    if not any(map(is_limit, case.causes)):
         return case
     plain = replace(case, causes=())
     top = max(float(np.max(np.abs(r.n_read))) for r in noise_free(plain, given(plain)))
@@ -71,8 +72,7 @@ def _with_top(case: Case) -> Case:
 def _size(case: Case, i: int) -> float:
     """Size of cause i by itself; InputError where it stays too small to see, or hits a wall."""
     cause, wanted = case.causes[i], case.wanted[i]
-    absorbed = cause.name in ("sonar_scale", "sonar_offset")
-    if absorbed:
+    if not cause.outside and BY_NAME[cause.name].standing == "absorbed":
         return 1.0 if cause.size < cause.largest else cause.largest
     best: tuple[float, float] | None = None
     for _ in range(TRIALS if cause.solved else 1):

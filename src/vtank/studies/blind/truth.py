@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...effects import sonar_multipath
 from ...effects.catalogue import BY_NAME
 from ...experiment import noise as streams
 from ...experiment.flight import MULTIPATH
@@ -90,7 +91,7 @@ def _held_out(case: Case, noisy: Sequence[Recording], held: Sequence[HeldOut]) -
 
 def _masked(case: Case, noisy: Recording) -> Recording:
     """The recording without the readings that multipath made long, which the oracle knows."""
-    if not any(cause.name == "sonar_multipath" for cause in case.causes):
+    if not any(cause.name == sonar_multipath.EFFECT.name for cause in case.causes):
         return noisy
     plan = noisy.replay.plan
     drawn = streams.uniform(plan.seed, plan.run, streams.MULTIPATH, plan.p[MULTIPATH], noisy.range_m.size)

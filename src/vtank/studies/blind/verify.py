@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...record.manifest import read_json, sha256
+from ...record.documents import parse_json, read_json
+from ...record.files import read_bytes, read_text
+from ...record.manifest import sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
 from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, read_index
 
@@ -29,7 +30,7 @@ def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
     faults = [*_cases(folder, index), *_seal(truth, index)]
     truths = {entry.case: _truth(truth, entry.case) for entry in index.entries}
     for entry in index.entries:
-        document, salt = truths[entry.case].get("truth", {}), str(truths[entry.case].get("salt", ""))
+        document, salt = truths[entry.case]["truth"], str(truths[entry.case].get("salt", ""))
         if commitment(salt, document) != entry.commitment:
             faults.append(f"{truth / entry.case}.json: the truth is not the one that was sealed")
         elif document.get("schema") != TRUTH_SCHEMA or document.get("data") != entry.data:
@@ -62,33 +63,34 @@ def _seal(truth: Path, index: Index) -> list[str]:
 
 def _truth(truth: Path, case: str) -> dict[str, Any]:
     path = truth / f"{case}.json"
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError:
-        raise InputError(f"{path}: not JSON") from None
+    content = parse_json(read_text(path), path)
+    if not isinstance(content, dict) or not isinstance(content.get("truth"), dict):
+        raise InputError(f"{path}: not the truth of a case")
+    return content
 
 
 def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
-    files = document["held_out_files"].items()
-    return [f for file, hash in files for f in _file(truth / "held_out" / case / file, hash, "held-out run")]
+    files = document.get("held_out_files")
+    if not isinstance(files, dict) or any(Path(file).name != file for file in files):
+        return [f"{truth / case}.json: does not list the held-out runs"]
+    return [f for file, hash in files.items() for f in _file(truth / "held_out" / case / file, hash, "held-out run")]
 
 
 def _file(path: Path, expected: str, what: str) -> list[str]:
     if not path.is_file():
         return [f"{path}: missing"]
-    return [] if sha256(path.read_bytes()) == expected else [f"{path}: the {what} was changed"]
+    return [] if sha256(read_bytes(path)) == expected else [f"{path}: the {what} was changed"]
 
 
 def _answers(path: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
     content = read_json(path, ANSWERS_SCHEMA)
     listed = path.with_suffix(".sha256")
     try:
-        lines = [line.split("  ", 1) for line in listed.read_text(encoding="utf-8").splitlines()]
-        committed = {name: hash for hash, name in lines}
-    except (OSError, ValueError):
+        committed = {name: hash for hash, name in (line.split("  ", 1) for line in read_text(listed).splitlines())}
+    except (InputError, ValueError):
         raise InputError(f"{listed}: cannot be read, expected the hashes of {path.name}") from None
+    if not isinstance(content.get("answers"), dict) or not isinstance(content.get("sources"), str):
+        raise InputError(f"{path}: not answers of schema {ANSWERS_SCHEMA}")
     faults = []
     if content.get("index") != index.sha256:
         faults.append(f"{path}: answers to other cases")
@@ -96,10 +98,17 @@ def _answers(path: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
         answer = content["answers"].get(entry.case)
         if answer is None:
             faults.append(f"{path}: no answer to {entry.case}")
+        elif not _is_answer(answer):
+            faults.append(f"{path}: the answer to {entry.case} has no verdict, or no probabilities")
         elif committed.get(entry.case) != digest(answer):
             faults.append(f"{path}: the answer to {entry.case} is not the one that was committed to")
         elif answer.get("data") != entry.data:
             faults.append(f"{path}: the answer to {entry.case} was given to other recordings")
-    if not faults and committed.get(path.name) != sha256(path.read_bytes()):
+    if not faults and committed.get(path.name) != sha256(read_bytes(path)):
         faults.append(f"{path}: changed since the answers were committed to")
     return content, faults
+
+
+def _is_answer(answer: Any) -> bool:
+    document = answer.get("document") if isinstance(answer, dict) else None
+    return isinstance(document, dict) and all(isinstance(document.get(k), dict) for k in ("verdict", "probabilities"))

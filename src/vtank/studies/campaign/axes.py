@@ -19,9 +19,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record.section import Section, line_of
+from ...record.table import Table
+from ...record.toml import line_of
 
 DRAWN = 2**16  # with a run's number the random stream of what is drawn; noise (pilot/noise.py) has streams of its own
+MOST_RUNS = 10_000_000  # of a campaign, and so of values in a range: hours at a thousand runs a second; a choice
 RANGE = ("from", "to", "count", "spacing")
 
 
@@ -67,17 +69,17 @@ LAWS: dict[str, Callable[[np.random.Generator, tuple[Any, ...]], Any]] = {
 }
 
 
-def read_grid(section: Section) -> tuple[Axis, ...]:
+def read_grid(section: Table) -> tuple[Axis, ...]:
     """The axes of [grid] in the file's order; InputError names file and key."""
     return tuple(Axis(key, _values(section, key, entry)) for key, entry in _leaves(section, section.entries, RANGE))
 
 
-def read_draws(section: Section) -> tuple[Draw, ...]:
+def read_draws(section: Table) -> tuple[Draw, ...]:
     """The draws of [draw]; InputError names file and key."""
     return tuple(_draw(section, key, entry) for key, entry in _leaves(section, section.entries, tuple(LAWS)))
 
 
-def _leaves(section: Section, entries: dict[str, Any], words: tuple[str, ...], above: str = "") -> Iterator[Any]:
+def _leaves(section: Table, entries: dict[str, Any], words: tuple[str, ...], above: str = "") -> Iterator[Any]:
     """(dotted key, entry) of all tables within, down to lists, plain values and tables of these words."""
     for name, entry in entries.items():
         section.known.add(name)
@@ -87,7 +89,7 @@ def _leaves(section: Section, entries: dict[str, Any], words: tuple[str, ...], a
             yield above + name, entry
 
 
-def _values(section: Section, key: str, entry: Any) -> tuple[Any, ...]:
+def _values(section: Table, key: str, entry: Any) -> tuple[Any, ...]:
     if isinstance(entry, list):
         if not entry:
             raise refusal(section, key, "expected at least one value in the list")
@@ -95,10 +97,12 @@ def _values(section: Section, key: str, entry: Any) -> tuple[Any, ...]:
     return _spaced(section, key, entry) if isinstance(entry, dict) else (entry,)
 
 
-def _spaced(section: Section, key: str, entry: dict[str, Any]) -> tuple[Any, ...]:
+def _spaced(section: Table, key: str, entry: dict[str, Any]) -> tuple[Any, ...]:
     """The numbers of a range; whole numbers where ends and distance are whole."""
     start, end, count = (entry.get(word, math.nan) for word in RANGE[:3])
     spacing = entry.get("spacing", "linear")
+    if isinstance(count, int) and count > MOST_RUNS:
+        raise refusal(section, key, f"expected {MOST_RUNS:,} values at most, found count = {count:.3g}")
     if not (_are_numbers(start, end) and isinstance(count, int) and count >= 2) or set(entry) - set(RANGE):
         example = "{ from = 0.1, to = 0.4, count = 4 }, with at least two values"
         raise refusal(section, key, f"expected a value, a list of values or a range such as {example}; found {entry}")
@@ -111,7 +115,7 @@ def _spaced(section: Section, key: str, entry: dict[str, Any]) -> tuple[Any, ...
     return tuple(float(value) for value in np.linspace(start, end, count))
 
 
-def _draw(section: Section, key: str, entry: Any) -> Draw:
+def _draw(section: Table, key: str, entry: Any) -> Draw:
     laws = ", ".join(LAWS)
     if not isinstance(entry, dict) or len(entry) != 1:
         raise refusal(section, key, f"expected one of {laws}, such as {{ uniform = [0.1, 0.4] }}; found {entry}")
@@ -129,7 +133,7 @@ def _draw(section: Section, key: str, entry: Any) -> Draw:
     return Draw(key, law, tuple(numbers))
 
 
-def refusal(section: Section, key: str, message: str) -> InputError:
+def refusal(section: Table, key: str, message: str) -> InputError:
     """An InputError that names file, line and key; the key may stand in a table within the section."""
     full = f"{section.name}.{key}"
     table, _, last = full.rpartition(".")

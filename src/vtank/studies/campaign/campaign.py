@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import functools
 import math
-import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +13,13 @@ from ...errors import InputError
 from ...experiment import Plan, plan_run
 from ...experiment.scenario import Scenario, read_scenario
 from ...plant.truth import Truth
-from ...record.section import Section
+from ...record.table import Table
+from ...record.toml import parse
 from .axes import Axis, Draw
 
 # Keys of [grid] and [draw] beside those of scenarios
 SCENARIO, TRUTH, SEED = "scenario", "truth", "seed"
+BESIDE = ("vehicle", "walls")  # keys of scenarios that may name a file, which lies beside the one that names it
 LUMPED = ("lumped.alpha_per_m", "lumped.beta_m_per_rev2")  # in place of the truth's; gamma and tau are effects
 
 
@@ -37,6 +38,7 @@ class Campaign:
         grid, draws: what varies.
         scenarios: scenario as named in the campaign -> text of its file.
         truths: truth preset as named in the campaign or in a scenario -> the preset.
+        files: vehicle or walls file as named in the campaign or in a scenario -> its path.
         samples: of the longest run among those tried.
         periods: of a tick, of all runs [s].
         slots: of the parameter vector that are not null in every run.
@@ -51,6 +53,7 @@ class Campaign:
     draws: tuple[Draw, ...]
     scenarios: Mapping[str, str]
     truths: Mapping[str, Truth]
+    files: Mapping[str, str] = field(default_factory=dict)
     samples: int = 0
     periods: frozenset[float] = frozenset()
     slots: frozenset[int] = frozenset()
@@ -96,7 +99,8 @@ class Campaign:
         for key, value in choice.items():
             if key not in (SCENARIO, TRUTH, SEED, *LUMPED):
                 entries = _laid_over(entries, key.split("."), value)
-        return read_scenario(Section(Path(f"{Path(name).stem}.toml"), "", entries))
+        beside = {key: self.files[entries[key]] for key in BESIDE if str(entries.get(key)) in self.files}
+        return read_scenario(Table(Path(f"{Path(name).stem}.toml"), "", entries | beside))
 
     def truth(self, choice: Mapping[str, Any]) -> Truth:
         """The truth preset of a run, with the campaign's own alpha and beta."""
@@ -108,7 +112,7 @@ class Campaign:
 
 @functools.lru_cache(maxsize=64)
 def _parsed(text: str) -> dict[str, Any]:
-    return tomllib.loads(text)
+    return parse(text, "scenario")
 
 
 def _laid_over(entries: dict[str, Any], path: list[str], value: Any) -> dict[str, Any]:

@@ -13,25 +13,28 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
+import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record.manifest import read_json
+from ...record.dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL
+from ...record.documents import parse_json, read_json
+from ...record.files import read_text
 from .campaign import Campaign
 from .chunk import Piece, versions
 
-IDENTITY = "campaign.json"
+IDENTITY = CAMPAIGN
 SCHEMA = "vtank.campaign/1"
-DATA = "data"  # folder of the CSV runs
+DATA = CAMPAIGN_RUNS  # folder of the CSV runs
 ROWS = "runs.csv"
 HDF5 = "runs.h5"
 PART = ".part"
+PAGE = re.compile(r"lock|(campaign\.json|[0-9]{6,}\.(json|npy))(\.part)?")  # names in the journal's folder
 TALLY = ("runs", "done", "failed")
-OURS = {"journal", DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
+OURS = {JOURNAL, DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
 
 
 @contextmanager
@@ -67,13 +70,13 @@ class Journal:
 
     def __init__(self, out: Path, campaign: Campaign, form: str, chunk: int) -> None:
         """Begin, or take up again with the chunks as they were. InputError for a folder that holds anything else."""
-        self.out, self.folder, self.form = out, out / "journal", form
+        self.out, self.folder, self.form = out, out / JOURNAL, form
         self.identity = identity(campaign, form)
         self.complete = _same(out / IDENTITY, self.identity)
         self.chunks: list[range] = []
         self._lock: IO[str] | None = None
         if self.complete:
-            shutil.rmtree(self.folder, ignore_errors=True)  # what a go left that was killed at the very end
+            self._remove()  # what a go left that was killed at the very end
         else:
             self._begin(len(campaign), chunk)
 
@@ -86,15 +89,18 @@ class Journal:
 
     def _begin(self, runs: int, chunk: int) -> None:
         present = {path.name for path in self.out.iterdir()} if self.out.is_dir() else set()
-        if present - OURS or (present and "journal" not in present):
-            raise InputError(f"{self.out}: not empty and not a campaign begun by vtank: choose another folder")
+        if present - OURS or (present and JOURNAL not in present) or self._strangers():
+            found = ", ".join(sorted(present)[:3])
+            raise InputError(f"{self.out}: not a campaign begun by vtank, holds {found}: choose another folder")
         self.folder.mkdir(parents=True, exist_ok=True)
         self._lock = _locked(self.folder / "lock")
         if not _same(self.folder / IDENTITY, self.identity, beside=("chunk",)):
             self._write(self.folder / IDENTITY, self.identity | {"chunk": chunk})
         if self.form == "csv":
             (self.out / DATA).mkdir(exist_ok=True)
-        size = read_json(self.folder / IDENTITY, SCHEMA)["chunk"]
+        size = read_json(self.folder / IDENTITY, SCHEMA).get("chunk")
+        if not isinstance(size, int) or size < 1:
+            raise InputError(f"{self.folder / IDENTITY}: chunk: expected a whole number of at least 1, found {size!r}")
         self.chunks = [range(start, min(start + size, runs)) for start in range(0, runs, size)]
 
     def left(self) -> list[range]:
@@ -120,7 +126,7 @@ class Journal:
     def rows(self) -> Iterator[tuple[int, dict[str, Any]]]:
         """Start of its chunk and row of every run, in order."""
         for chunk in self.chunks:
-            page = json.loads(self._page(chunk.start).read_text(encoding="utf-8"))
+            page = self._read(chunk.start)
             yield from ((chunk.start, row) for row in page["rows"])
 
     def spool(self, start: int) -> IO[bytes]:
@@ -130,13 +136,16 @@ class Journal:
     @property
     def failed(self) -> int:
         """Failed runs of a complete campaign."""
-        return int(read_json(self.out / IDENTITY, SCHEMA)["failed"])
+        failed = read_json(self.out / IDENTITY, SCHEMA).get("failed")
+        if not isinstance(failed, int):
+            raise InputError(f"{self.out / IDENTITY}: failed: expected a whole number, found {failed!r}")
+        return failed
 
     def finish(self, runs: int, failed: int) -> None:
         """The results stand: put what was flown beside them, and remove the journal."""
         tally = dict(zip(TALLY, (runs, runs - failed, failed), strict=True))
         self._write(self.out / IDENTITY, self.identity | tally)
-        shutil.rmtree(self.folder)
+        self._remove()
 
     def _page(self, start: int) -> Path:
         return self.folder / f"{start:06d}.json"
@@ -146,10 +155,30 @@ class Journal:
 
     def _is_done(self, chunk: range) -> bool:
         try:
-            page = json.loads(self._page(chunk.start).read_text(encoding="utf-8"))
-            return all((self.out / name).stat().st_size == size for name, size in page["sizes"].items())
-        except (OSError, ValueError):
+            sizes = self._read(chunk.start)["sizes"]
+            return all((self.out / name).stat().st_size == size for name, size in sizes.items())
+        except (OSError, ValueError, InputError):
             return False
+
+    def _read(self, start: int) -> dict[str, Any]:
+        """A page; InputError for what is none."""
+        path = self._page(start)
+        page = parse_json(read_text(path), path)
+        rows, sizes = (page.get("rows"), page.get("sizes")) if isinstance(page, dict) else (None, None)
+        if not isinstance(rows, list) or not isinstance(sizes, dict):
+            raise InputError(f"{path}: not a page of a journal")
+        return page
+
+    def _strangers(self) -> list[Path]:
+        """What lies in the journal's folder and is not of a journal."""
+        return [path for path in self.folder.glob("*") if not PAGE.fullmatch(path.name) or path.is_dir()]
+
+    def _remove(self) -> None:
+        """Remove the journal's own files, and its folder unless somebody put something there."""
+        for path in {*self.folder.glob("*")} - {*self._strangers()}:
+            path.unlink()
+        with suppress(OSError):
+            self.folder.rmdir()
 
     def _write(self, path: Path, content: dict[str, Any]) -> None:
         with whole(path) as file:
@@ -178,7 +207,7 @@ def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -
     found = {key: value for key, value in read_json(path, SCHEMA).items() if key not in beside}
     if found == wanted:
         return True
-    if found | {"versions": None} == wanted | {"versions": None}:
+    if isinstance(found.get("versions"), dict) and found | {"versions": None} == wanted | {"versions": None}:
         differ = [name for name, version in wanted["versions"].items() if found["versions"].get(name) != version]
         pairs = ", ".join(f"{name} {found['versions'].get(name)} (here {wanted['versions'][name]})" for name in differ)
         raise InputError(f"{path.parent}: flown with {pairs}: go on with those, or into another folder")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -13,13 +14,15 @@ from ...errors import InputError
 from ...experiment.scenario import Scenario, load_scenario
 from ...plant.parameters import null_vector, slot
 from ...plant.truth import Truth, load_truth
-from ...record.quantity import find_file
-from ...record.section import Section, meant, open_section
+from ...record.files import read_text
+from ...record.table import GREATEST, Table, open_table
+from ...record.toml import find_file, meant, parse
 from ...resources import scenarios_dir
-from .axes import Axis, Draw, read_draws, read_grid, refusal
-from .campaign import LUMPED, SCENARIO, SEED, TRUTH, Campaign
+from .axes import MOST_RUNS, Axis, Draw, read_draws, read_grid, refusal
+from .campaign import BESIDE, LUMPED, SCENARIO, SEED, TRUTH, Campaign
 
 MODELS = ("tank", "surge")
+T = TypeVar("T")
 
 
 def load_campaign(name_or_path: str | Path) -> Campaign:
@@ -29,25 +32,26 @@ def load_campaign(name_or_path: str | Path) -> Campaign:
     scenario takes. What goes wrong only in combination is found, and recorded, in the run.
     """
     path = find_file(name_or_path, scenarios_dir() / "campaigns", "campaign")
-    section = open_section(path)
-    section.text("description", "")
-    model = section.choice("model", MODELS, "tank")
-    seed, repeats = section.integer("seed", 0), section.integer("repeats", 1, low=1)
-    tables = section.section("grid"), section.section("draw")
-    section.close()
+    file = open_table(path)
+    file.text("description", "")
+    model = file.choice("model", MODELS, "tank")
+    seed, repeats = file.integer("seed", 0), file.integer("repeats", 1, low=1)
+    tables = file.table("grid"), file.table("draw")
+    file.close()
     grid, draws = read_grid(tables[0]), read_draws(tables[1])
     _check_keys(tables[0], tables[1], grid, draws)
-    scenarios, truths = _sources(path, tables, grid, draws)
-    text = path.read_text(encoding="utf-8")
-    campaign = Campaign(path.stem, text, model, seed, repeats, grid, draws, scenarios, truths)
+    sources = _sources(path, tables, grid, draws)
+    campaign = Campaign(path.stem, read_text(path), model, seed, repeats, grid, draws, *sources)
+    if len(campaign) > MOST_RUNS:
+        raise InputError(f"{path}: {len(campaign):,} runs; expected {MOST_RUNS:,} at most")
     tried = list(_tried(campaign, *tables))
     effects = {slot(name) for scenario in tried for name in scenario.effects}
-    preset = {int(i) for truth in truths.values() for i in np.flatnonzero(truth.vector() != null_vector())}
+    preset = {int(i) for truth in campaign.truths.values() for i in np.flatnonzero(truth.vector() != null_vector())}
     longest, periods = max(scenario.samples for scenario in tried), {scenario.period_s for scenario in tried}
     return replace(campaign, samples=longest, periods=frozenset(periods), slots=frozenset(effects | preset))
 
 
-def _check_keys(grid: Section, draw: Section, axes: tuple[Axis, ...], draws: tuple[Draw, ...]) -> None:
+def _check_keys(grid: Table, draw: Table, axes: tuple[Axis, ...], draws: tuple[Draw, ...]) -> None:
     drawn = [entry.key for entry in draws]
     for axis in axes:
         if axis.key in drawn:
@@ -73,39 +77,53 @@ def _fits(key: str, value: Any) -> bool:
         return False
     if key == SEED:
         return isinstance(value, int) and value >= 0
-    return value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0
+    return abs(value) <= GREATEST and (value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0)
 
 
 def _settings(
-    grid: Section, draw: Section, axes: tuple[Axis, ...], draws: tuple[Draw, ...]
-) -> Iterator[tuple[Section, str, tuple[Any, ...]]]:
+    grid: Table, draw: Table, axes: tuple[Axis, ...], draws: tuple[Draw, ...]
+) -> Iterator[tuple[Table, str, tuple[Any, ...]]]:
     """Where it stands, key and values to try of all that varies."""
     yield from ((grid, axis.key, axis.values) for axis in axes)
     yield from ((draw, entry.key, entry.ends) for entry in draws)
 
 
 def _sources(
-    path: Path, tables: tuple[Section, Section], grid: tuple[Axis, ...], draws: tuple[Draw, ...]
-) -> tuple[dict[str, str], dict[str, Truth]]:
-    """Texts of all scenarios and all truths, by the name that the campaign or a scenario has for them."""
-    scenarios, truths = {}, {}
+    path: Path, tables: tuple[Table, Table], grid: tuple[Axis, ...], draws: tuple[Draw, ...]
+) -> tuple[dict[str, str], dict[str, Truth], dict[str, str]]:
+    """Texts of all scenarios, all truths, and paths of vehicle and walls files, by the names given to them."""
+    scenarios: dict[str, str] = {}
+    truths: dict[str, Truth] = {}
+    files: dict[str, str] = {}
     for section, key, names in _settings(*tables, grid, draws):
-        for name in names if key in (SCENARIO, TRUTH) else ():
+        for name in names if key in (SCENARIO, TRUTH, *BESIDE) else ():
             if not isinstance(name, str):
                 raise refusal(section, key, f"expected names in quotes, found {name!r}")
-            place = path.parent / name if name.endswith(".toml") else name
+            place = path.parent / name if name.endswith((".toml", ".xml")) else name
             try:
                 if key == SCENARIO:
                     base = load_scenario(place)
-                    scenarios[name], truths[base.truth] = base.path.read_text(encoding="utf-8"), load_truth(base.truth)
-                else:
-                    truths[name] = load_truth(place)
+                    scenarios[name] = text = read_text(base.path)
+                    own = parse(text, base.path)
+                    _keep(truths, own.get(TRUTH, base.truth), load_truth(base.truth))
+                    for word in BESIDE:
+                        _keep(files, own.get(word), getattr(base, word))
+                elif key == TRUTH:
+                    _keep(truths, name, load_truth(place))
+                elif place != name:
+                    _keep(files, name, os.path.abspath(place))
             except InputError as reason:
                 raise refusal(section, key, str(reason)) from None
-    return scenarios, truths
+    return scenarios, truths, {name: file for name, file in files.items() if name != file}
 
 
-def _tried(campaign: Campaign, grid: Section, draw: Section) -> Iterator[Scenario]:
+def _keep(kept: dict[str, T], name: str | None, found: T) -> None:
+    """Keep what goes by a name; one name in two folders would be two things."""
+    if name is not None and kept.setdefault(name, found) != found:
+        raise InputError(f"'{name}' is the name of two different files: rename one of them")
+
+
+def _tried(campaign: Campaign, grid: Table, draw: Table) -> Iterator[Scenario]:
     """The scenarios of every value that varies, all others at their first."""
     settings = list(_settings(grid, draw, campaign.grid, campaign.draws))
     first = {key: values[0] for _, key, values in settings}

@@ -14,16 +14,16 @@ import numpy as np
 
 from ...errors import InputError
 from ...estimate.first_guess import first_guesses
-from ...estimate.levenberg import descend
 from ...estimate.maximum_likelihood import MODELS, beforehand, fit, refit
 from ...estimate.observed import observe
+from ...estimate.optimum import descend
 from ...estimate.paper.estimate import estimate
 from ...estimate.paper.regression import Model, Regression, lump_all, regression
 from ...estimate.paper.settings import ESTIMATORS, Estimator, PaperSettings
 from ...estimate.paper.signals import run_signals
 from ...estimate.problem import Noise, Problem
 from ...estimate.process_noise import noise_level
-from ...plant.parameters import vector
+from ...plant.parameters import LAG, LUMPED, vector
 from ...record.run import Run
 from .flown import Array
 
@@ -35,7 +35,6 @@ TITLES = {
     "two_stage": "two-stage",
     "least_squares": "least squares",
 }
-LUMPED = ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau")  # order of `lump_all`
 NUDGE = 1e-6  # relative step of the first-order propagation
 
 
@@ -59,13 +58,13 @@ def answers(runs: Sequence[Run], model: Model, effects: dict[str, float], noise:
 
 def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> Answer:
     """That of `vtank identify`; where there is a disturbance, its level is sought from the true one, for speed."""
-    base = vector({"thrust_lag.tau": 0.0 if model == "I" else 0.5, **effects})
+    base = vector({LAG: 0.0 if model == "I" else 0.5, **effects})
     problem = Problem(tuple(observe(run) for run in runs), base, MODELS[model], noise=noise)
     guess = first_guesses(problem, 1)[0]
     if noise.quiet:
         found = fit(problem, [guess])
     else:
-        theta = descend(problem, guess, problem.filter(guess), beforehand(problem, guess)).theta
+        theta = descend(problem, guess, beforehand(problem, guess), problem.filter(guess)).theta
         found = refit(problem.with_noise(noise_level(problem, theta)), theta)
     return Answer(np.array(list(found.values.values())), np.array(list(found.sd.values())))
 
@@ -85,7 +84,7 @@ def _paper(rows: Regression | None, model: Model, name: Estimator) -> Answer:
     if rows is None:
         return _none(model)
     evolution = estimate(rows, PaperSettings(estimator=name, compiled=True))
-    chosen = [LUMPED.index(slot) for slot in MODELS[model]]
+    chosen = [LUMPED.index(slot) for slot in MODELS[model]]  # of the order of `lump_all`
     c = evolution.final
 
     def lumped(c: Array) -> Array:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .flown import Array
-from .sensitivity import SEICHE, Quantity, Sensitivity
+from .sensitivity import WAVE, Quantity, Sensitivity
 
 NOTHING = 1e-13  # of the largest eigenvalue: a direction with less information has none
 
@@ -57,9 +57,9 @@ class Information:
 
     def separation(self, of: Sequence[str], refitted: Sequence[str], at: float = 1.0) -> float:
         """Deviations left of these quantities together, at that multiple of their sizes, after refit of the others."""
-        seiche = SEICHE in refitted
+        seiche = WAVE in refitted
         matrix = self.in_seiche if seiche else self.matrix
-        return at * _left(matrix, self.index(of), self.index([name for name in refitted if name != SEICHE]))
+        return at * _left(matrix, self.index(of), self.index([name for name in refitted if name != WAVE]))
 
     def signature(self, of: Sequence[str]) -> float:
         """Deviations of these quantities together before any refit."""

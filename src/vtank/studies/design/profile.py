@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...diagnose.experiments import recorded
-from ...estimate.levenberg import descend
 from ...estimate.maximum_likelihood import beforehand
+from ...estimate.optimum import descend
 from ...estimate.problem import Filtered, Noise, Problem
 from ...plant.parameters import slot, vector
 from .flown import Array, Flown
@@ -103,4 +103,4 @@ def at_rest(problem: Problem) -> Array:
 def least(problem: Problem, filtered: Sequence[Filtered]) -> float:
     """Least sum of squared innovations over their deviations near the base, with the filter's gains at the truth."""
     theta = at_rest(problem)
-    return descend(problem, theta, filtered, beforehand(problem, theta)).cost
+    return 2.0 * descend(problem, theta, beforehand(problem, theta), filtered).cost

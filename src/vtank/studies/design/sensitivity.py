@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.catalogue import CATALOGUE
+from ...effects.catalogue import CATALOGUE, PARAMETERS
 from ...effects.effect import Effect, Parameter
-from ...estimate.innovations import predict
+from ...estimate.innovations import innovations
 from ...estimate.problem import Problem
 from ...plant.parameters import slot, vector
 from ...plant.surge import thrust_target
@@ -22,9 +22,8 @@ from .flown import Array, Flown
 SHARE = 1e-3  # of the reference size: step of the differences; the model is smooth to 1e-12
 STATE_STEP = 1e-4  # [m, m/s, m/s2] the same for an initial state
 SATURATED = 0.8  # share of the fastest propeller speed taken for the typical limit of a saturation; a choice
-OUTLIERS = ("sonar_multipath", "tachometer_spikes")  # seen as lone readings: no smooth sensitivity
-SEICHE = "seiche.amplitude"
-PHASES = ({"seiche.phase": 0.0}, {"seiche.phase": 0.5 * np.pi})
+WAVE, _, PHASE = next(effect.wave for effect in CATALOGUE if effect.wave)  # a seiche
+PHASES = ({PHASE: 0.0}, {PHASE: 0.5 * np.pi})
 
 
 @dataclass(frozen=True)
@@ -43,10 +42,9 @@ def quantities(p: Array, top_rev_s: float, free: tuple[str, ...]) -> tuple[Quant
     p: the truth; top_rev_s: fastest propeller speed of the plan [rev/s]; free: parameters of the model.
     """
     found = [Quantity(name, abs(float(p[slot(name)]))) for name in ("alpha", "beta")]
-    for effect in (effect for effect in CATALOGUE if effect.name not in OUTLIERS):
-        for q in (q for q in effect.parameters if not (q.shape or q.per_run)):
-            name = f"{effect.name}.{q.name}"
-            size = SATURATED * top_rev_s if not np.isfinite(q.null) else q.scale
+    for effect in (effect for effect in CATALOGUE if not effect.outliers):  # outliers are seen alone, and never smooth
+        for name, q in ((s, q) for s in effect.slots() if not ((q := PARAMETERS[s]).shape or q.per_run)):
+            size = SATURATED * top_rev_s if q.limit else q.scale
             if name in free and p[slot(name)] != 0.0:
                 size = abs(float(p[slot(name)]))
             found.append(Quantity(name, size, effect, q))
@@ -84,9 +82,7 @@ class Probe:
 
     def innovations(self, p: Array, start: Array) -> Array:
         """Whitened innovations with the gains held, shape (M,)."""
-        run, e = self.flown.run, np.empty(self.flown.run.time_s.size)
-        predict(p, start, self.flown.noise.correlation_time, run.input_time_s, run.input, run.lone,
-                run.time_s, run.value, run.kind, self.filtered.gain, e)  # fmt: skip
+        e = innovations(self.flown.run, p, start, self.flown.noise, self.filtered.gain)
         return np.asarray(e / np.sqrt(self.filtered.variance))
 
     def quantity(self, q: Quantity, p: Array) -> Array:
@@ -119,8 +115,8 @@ def sensitivity(flown: Flown, wanted: tuple[Quantity, ...]) -> Sensitivity:
     """Sensitivities of a flown experiment at the truth."""
     probe = Probe(flown)
     columns = [probe.quantity(q, flown.p) for q in wanted]
-    seiche = next(q for q in wanted if q.name == SEICHE)
-    waves = [probe.quantity(seiche, vector(phase, flown.p)) for phase in PHASES]
+    wave = next(q for q in wanted if q.name == WAVE)
+    waves = [probe.quantity(wave, vector(phase, flown.p)) for phase in PHASES]
     own = [probe.state(i) for i in probe.problem.start_states(0)]
     return Sensitivity(
         np.vstack([np.transpose(columns), np.zeros(len(columns))]),

@@ -13,8 +13,8 @@ from ...estimate.paper.regression import Model
 from ...experiment.plan import plan_run
 from ...experiment.scenario import Scenario
 from ...experiment.surge_model import simulate_surge
+from ...plant.parameters import LUMPED, null_vector, slot
 from ...plant.parameters import NAMES as SLOTS
-from ...plant.parameters import null_vector, slot
 from ...plant.truth import Truth
 from ..blind.processes import processes
 from .estimators import METHODS, Answer, answers
@@ -70,7 +70,7 @@ class Trials:
 
 def known_effects(p: Array) -> dict[str, float]:
     """Slots of effects that are switched on, other than the model's own parameters and the stand-off."""
-    own = {"alpha", "beta", "standoff", "thrust_loss.gamma", "thrust_lag.tau"}
+    own = {*LUMPED, "standoff"}
     return {name: float(p[slot(name)]) for name, null in zip(SLOTS, null_vector(), strict=True)
             if name not in own and p[slot(name)] != null}  # fmt: skip
 

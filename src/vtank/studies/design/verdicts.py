@@ -15,7 +15,7 @@ from ...effects.catalogue import BY_NAME, CATALOGUE
 from ...effects.effect import Effect
 from .flown import Array, Flown
 from .information import Information, inverse
-from .sensitivity import OUTLIERS, Quantity
+from .sensitivity import Quantity
 
 SEEN = 3.0  # deviations from which two accounts of the data are told apart: one chance in a thousand
 NONE_LEFT = 1e-3  # share of an effect below which nothing is left of it but rounding
@@ -80,10 +80,7 @@ def separation(info: Information, a: Effect, b: Effect, free: Sequence[str]) -> 
 
 def verdicts(info: Information, flown: Sequence[Flown], free: Sequence[str]) -> list[Verdict]:
     """For every effect of the catalogue, in its order."""
-    return [
-        _lone_readings(effect, flown) if effect.name in OUTLIERS else _verdict(info, effect, free)
-        for effect in CATALOGUE
-    ]
+    return [_lone_readings(effect, flown) if effect.outliers else _verdict(info, effect, free) for effect in CATALOGUE]
 
 
 def _verdict(info: Information, effect: Effect, free: Sequence[str]) -> Verdict:
@@ -133,16 +130,15 @@ def _moved(info: Information, own: Sequence[str], refitted: Sequence[str]) -> Ar
 
 def _lone_readings(effect: Effect, flown: Sequence[Flown]) -> Verdict:
     """An outlier effect: each odd reading, over the noise of its sensor, on as many readings as are to be expected."""
-    typical = {q.name: q.scale for q in effect.parameters}
-    at_sonar = effect.name == "sonar_multipath"
+    rate, size = (q.scale for q in effect.parameters)
+    at_sonar = effect.place == "range_m"
     total = 0.0
     for f in flown:
-        size = typical["extra" if at_sonar else "size"]
         noise = np.sqrt(f.noise.variance[0]) if at_sonar else max(f.scenario.tachometer.noise_rev_s, 0.05)
         readings = f.run.time_s.size if at_sonar else f.run.input.size
-        total += typical["p"] * readings * (size / noise) ** 2
+        total += rate * readings * (size / noise) ** 2
     left = float(np.sqrt(total))
-    return Verdict(effect, "lone readings", typical["p"], left, left, float("nan"))
+    return Verdict(effect, "lone readings", rate, left, left, float("nan"))
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...plant.parameters import slot
+from ...plant.parameters import LAG, LOSS, slot
 from ...present.identification import NAMES
 from ...present.numbers import number
 from .advice import Remedy
@@ -52,7 +52,7 @@ def _parameters(study: Study) -> Iterator[str]:
     minutes = study.information.minutes
     runs = f"These {len(study.flown)} runs of {minutes:g} min in all" if len(study.flown) > 1 else "This run"
     yield f"{runs} can tell {', '.join(parts)} (one deviation)."
-    for name in ("thrust_loss.gamma", "thrust_lag.tau"):
+    for name in (LOSS, LAG):
         value = study.flown[0].p[slot(name)]
         if value != 0.0 and name not in study.free:
             known = f"the truth has {called(name)} = {value:.3g}, which Model {study.model} leaves out"

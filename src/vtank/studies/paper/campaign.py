@@ -17,6 +17,7 @@ from ...estimate.residuals import ResidualStatistics, residual_statistics
 from ...experiment import Plan, Result, plan_run
 from ...experiment.scenario import load_scenario
 from ...plant.lumped import Lumped
+from ...plant.parameters import LUMPED
 from ...plant.truth import Truth
 from ...units import FOOT_M
 
@@ -116,16 +117,13 @@ def pieces(models: Sequence[Model] = MODELS) -> int:
 def most_likely(runs: Sequence[Observed], model: Model, signals: Signals | None = None) -> Likelihood:
     """Maximum likelihood on one or several runs; with the signals of a single run also its free run."""
     estimate = identify(runs, model)
-    values = [estimate.values.get(name, 0.0) for name in PARAMETER_SLOTS]
-    sd = [estimate.sd.get(name, 0.0) for name in PARAMETER_SLOTS]
+    values = [estimate.values.get(name, 0.0) for name in LUMPED]
+    sd = [estimate.sd.get(name, 0.0) for name in LUMPED]
     if signals is None:
         return Likelihood(model, Lumped(*values), (sd[0], sd[1], sd[2], sd[3]), np.empty(0), None, estimate.warnings)
     simulated = np.interp(signals.time_s, runs[0].time_s - runs[0].time_s[0], _free_run(estimate))
     statistics = residual_statistics(signals.u_m_s, simulated)
     return Likelihood(model, Lumped(*values), (sd[0], sd[1], sd[2], sd[3]), simulated, statistics, estimate.warnings)
-
-
-PARAMETER_SLOTS = ("alpha", "beta", "thrust_loss.gamma", "thrust_lag.tau")
 
 
 def _free_run(estimate: Estimate) -> Array:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...estimate.paper.regression import Array, Model
+from ...record.table import open_table
 
 FILE = Path(__file__).with_name("published.toml")
 SETS = 4  # data sets of the paper
@@ -53,18 +53,14 @@ class PublishedTable:
 @cache
 def published() -> dict[int, PublishedTable]:
     """Tables 1 to 4 by number."""
-    content = _content()
+    content = open_table(FILE).entries
     return {number: _table(number, content[f"table-{number}"]) for number in (1, 2, 3, 4)}
 
 
 @cache
 def brutzman_a_per_ft() -> float:
     """Quadratic drag over moving mass in Brutzman's model of the same vehicle [1/ft]."""
-    return float(_content()["brutzman"]["a"])
-
-
-def _content() -> dict[str, Any]:
-    return tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return float(open_table(FILE).entries["brutzman"]["a"])
 
 
 def _table(number: int, content: dict[str, Any]) -> PublishedTable:

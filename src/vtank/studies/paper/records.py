@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from ...effects import tachometer_spikes
 from ...estimate.paper.regression import Array
 from ...estimate.paper.settings import PaperSettings
 from ...estimate.paper.signals import Signals, speed_signals
@@ -122,5 +123,5 @@ def with_duration(duration_s: float) -> Change:
 
 def with_spikes(probability: float, size_rev_s: float) -> Change:
     """Spikes in the tachometer's readings, as data set 4 of the paper had them."""
-    effects = {"tachometer_spikes.p": probability, "tachometer_spikes.size": size_rev_s}
+    effects = dict(zip(tachometer_spikes.EFFECT.slots(), (probability, size_rev_s), strict=True))
     return lambda s: replace(s, effects={**s.effects, **effects})

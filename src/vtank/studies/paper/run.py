@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...experiment import Result
+from ...experiment.written import provenance
 from ...present.blocks import Block, Heading, Links, Paragraph, Picture
 from ...present.document import csv_text, html, markdown
-from ...record import Manifest, write_dataset
+from ...record import write_dataset
+from ...record.folder import Kind
 from . import findings, study_figures
 from .calibration import BASES, MULTIPLES, Calibration, calibrate
 from .campaign import TRUTHS, Campaign, identify_campaign, pieces
@@ -35,6 +37,7 @@ class Effort:
     multiples: tuple[float, ...] = MULTIPLES
 
 
+REPRODUCTION = Kind("results of vtank reproduce", "reproduction.json", "vtank.reproduction/1")
 FULL = Effort(40, 24, 16)
 BRIEF = Effort(10, 16, 6, (0.3, 1.0, 3.0, 10.0, 30.0, 65.0))  # about 25 s on one core
 QUICK = Effort(3, 3, 2, (0.3, 1.0, 10.0, 65.0))
@@ -76,12 +79,7 @@ def investigate(campaigns: dict[str, Campaign], seed: int, effort: Effort, stage
 def write_flights(folder: Path, flights: Mapping[str, Sequence[Result]]) -> None:
     """One data set for each truth, `folder`/<truth>, as `vtank run` writes them."""
     for truth, results in flights.items():
-        plans = [result.plan for result in results]
-        scenarios = {plan.name: plan.scenario.path.read_text(encoding="utf-8") for plan in plans}
-        known = {"model": "tank", "settings": [], "runs": [result.truth() for result in results]}
-        write_dataset(
-            folder / truth, [result.run for result in results], Manifest(scenarios=scenarios, seed=plans[0].seed), known
-        )
+        write_dataset(folder / truth, [result.run for result in results], *provenance(results, "tank"))
 
 
 def write_results(folder: Path, results: Results, stage: Stage = silent) -> None:

@@ -1,0 +1,265 @@
+"""Eight numbers side by side: a numba type that lets one law serve one parameter set or eight at once.
+
+A law written for floats is compiled as it stands for `Lanes`, eight doubles in one vector of the processor, and then
+moves eight parameter sets for about the price of one. Within a law
+
+- arithmetic, comparisons, abs, min, max, math.exp, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
+- `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
+  `-f * math.tanh(u / w) if f != 0.0 else 0.0`, which is nothing where f is null;
+- a choice that differs from lane to lane is written `where(c, x, y)`.
+
+Rows of a C-contiguous array of shape (N, 8) are read and written by `load` and `store`; `rows` makes such an array look
+like a vector of N lanes, which is how a law sees its parameters. On plain arrays of shape (N,) the same three work on
+plain numbers.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba.core import cgutils, types
+from numba.core.imputils import lower_cast
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, models, overload, register_model
+from numba.np.arrayobj import make_array
+
+WIDTH = 8  # [-] doubles in a vector: one register of AVX-512, two of AVX2, four of NEON
+VECTOR, BITS = ir.VectorType(ir.DoubleType(), WIDTH), ir.VectorType(ir.IntType(1), WIDTH)
+INDEX = ir.IntType(32)
+
+
+class Lanes(types.Type):
+    """Eight doubles."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Lanes")
+
+    def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
+        """Plain numbers become eight equal ones."""
+        return Conversion.safe if isinstance(other, types.Number) else None
+
+
+class Mask(types.Type):
+    """Eight answers to a comparison; as a condition it asks whether any is true."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Mask")
+
+
+class Rows(types.Type):
+    """The rows of an array of shape (N, 8), as a vector of N lanes."""
+
+    def __init__(self) -> None:
+        super().__init__(name="Rows")
+
+
+LANES, MASK, ROWS = Lanes(), Mask(), Rows()
+
+
+def _primitive(value: ir.Type) -> Any:
+    """A data model that holds one LLVM value."""
+
+    class Model(models.PrimitiveModel):
+        def __init__(self, manager: Any, kind: types.Type) -> None:
+            super().__init__(manager, kind, value)
+
+    return Model
+
+
+register_model(Lanes)(_primitive(VECTOR))
+register_model(Mask)(_primitive(BITS))
+register_model(Rows)(_primitive(VECTOR.as_pointer()))
+
+
+# --- plain numbers, conditions ---------------------------------------------------------------------------------------
+@lower_cast(types.Number, Lanes)
+def _spread(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    """Eight equal lanes."""
+    number, empty = context.cast(builder, value, source, types.float64), ir.Constant(VECTOR, ir.Undefined)
+    first = builder.insert_element(empty, number, ir.Constant(INDEX, 0))
+    return builder.shuffle_vector(first, empty, ir.Constant(ir.VectorType(INDEX, WIDTH), [0] * WIDTH))
+
+
+@lower_cast(Mask, types.Boolean)
+def _any(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+    bits = builder.bitcast(value, ir.IntType(WIDTH))
+    return builder.icmp_unsigned("!=", bits, ir.Constant(bits.type, 0))
+
+
+def _register(function: Any, result: types.Type, takes: tuple[types.Type, ...], build: Callable[..., Any]) -> None:
+    """Make a Python function or operator work on these types; where lanes are taken, plain numbers mix in."""
+
+    class Template(AbstractTemplate):
+        key = function
+
+        def generic(self, args: Any, kws: Any) -> Any:
+            fits = len(args) == len(takes) and any(a in (LANES, MASK, ROWS) for a in args)
+            if fits and all(_takes(t, a) for t, a in zip(takes, args, strict=True)):
+                return signature(result, *takes)
+            return None
+
+    infer_global(function)(Template)
+    lower_builtin(function, *takes)(lambda context, builder, sig, args: build(builder, *args))
+
+
+def _takes(wanted: types.Type, given: types.Type) -> bool:
+    if wanted == types.intp:
+        return isinstance(given, types.Integer)
+    return given == wanted or (wanted == LANES and isinstance(given, types.Number))
+
+
+def _compare(sign: str) -> Callable[..., Any]:
+    ordered = sign != "!="  # NaN is unequal to everything, and neither above nor below it
+    return lambda b, x, y: b.fcmp_ordered(sign, x, y) if ordered else b.fcmp_unordered(sign, x, y)
+
+
+def _absolute(builder: Any, x: Any) -> Any:
+    kind = ir.FunctionType(VECTOR, [VECTOR])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.v{WIDTH}f64"), [x])
+
+
+def _row(builder: Any, pointer: Any, index: Any) -> Any:
+    value = builder.load(builder.gep(pointer, [index]))
+    value.align = 8  # numpy promises no more
+    return value
+
+
+PAIR = (LANES, LANES)
+for _sign, _operator in zip(("add", "sub", "mul", "div"), ("add", "sub", "mul", "truediv"), strict=True):
+    _register(getattr(operator, _operator), LANES, PAIR, lambda b, x, y, name=f"f{_sign}": getattr(b, name)(x, y))
+for _sign, _operator in zip(("<", "<=", ">", ">=", "==", "!="), ("lt", "le", "gt", "ge", "eq", "ne"), strict=True):
+    _register(getattr(operator, _operator), MASK, PAIR, _compare(_sign))
+_register(min, LANES, PAIR, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x))
+_register(max, LANES, PAIR, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x))
+_register(abs, LANES, (LANES,), _absolute)
+_register(operator.neg, LANES, (LANES,), lambda b, x: b.fneg(x))
+_register(operator.and_, MASK, (MASK, MASK), lambda b, x, y: b.and_(x, y))
+_register(bool, types.boolean, (MASK,), lambda b, x: _any(None, b, MASK, types.boolean, x))
+_register(operator.getitem, LANES, (ROWS, types.intp), _row)
+
+
+# --- functions of math, lane by lane ---------------------------------------------------------------------------------
+@intrinsic
+def lane(typing: Any, x: Any, i: Any) -> Any:
+    """Number i of lanes."""
+    return types.float64(LANES, types.intp), lambda context, builder, sig, args: builder.extract_element(
+        args[0], builder.trunc(args[1], INDEX)
+    )
+
+
+@intrinsic
+def pack(typing: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any) -> Any:
+    """Lanes of eight numbers."""
+
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        vector = ir.Constant(VECTOR, ir.Undefined)
+        for i, number in enumerate(args):
+            vector = builder.insert_element(vector, number, ir.Constant(INDEX, i))
+        return vector
+
+    return LANES(*[types.float64] * WIDTH), build
+
+
+def _each(function: Callable[[float], float]) -> None:
+    """Let a function of math work on every lane."""
+
+    @overload(function, strict=False)
+    def lanewise(x: Any) -> Any:
+        def on_lanes(x: Any) -> Any:
+            f = function
+            return pack(f(lane(x, 0)), f(lane(x, 1)), f(lane(x, 2)), f(lane(x, 3)),
+                        f(lane(x, 4)), f(lane(x, 5)), f(lane(x, 6)), f(lane(x, 7)))  # fmt: skip
+
+        return on_lanes if x == LANES else None
+
+
+for _function in (math.exp, math.sin, math.cos, math.tanh, math.sqrt):
+    _each(_function)
+
+
+# --- choices, rows ---------------------------------------------------------------------------------------------------
+@intrinsic
+def _widened(typing: Any, x: Any) -> Any:
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return args[0] if sig.args[0] == LANES else _spread(context, builder, sig.args[0], LANES, args[0])
+
+    return LANES(x), build
+
+
+@intrinsic
+def _chosen(typing: Any, condition: Any, x: Any, y: Any) -> Any:
+    return LANES(MASK, LANES, LANES), lambda context, builder, sig, args: builder.select(*args)
+
+
+def where(condition: Any, x: Any, y: Any) -> Any:
+    """x where the condition is true, else y, lane by lane; both are worked out."""
+    return np.where(condition, x, y)
+
+
+@overload(where, strict=False)
+def _where(condition: Any, x: Any, y: Any) -> Any:
+    if condition == MASK:
+        return lambda condition, x, y: _chosen(condition, _widened(x), _widened(y))
+    return lambda condition, x, y: x if condition else y
+
+
+def _pointer(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    """Pointer to the first row of an array of shape (N, 8)."""
+    return builder.bitcast(make_array(kind)(context, builder, array).data, VECTOR.as_pointer())
+
+
+@intrinsic
+def _rows(typing: Any, array: Any) -> Any:
+    return ROWS(array), lambda context, builder, sig, args: _pointer(context, builder, sig.args[0], args[0])
+
+
+@intrinsic
+def _stored(typing: Any, array: Any, i: Any, value: Any) -> Any:
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        place = builder.gep(_pointer(context, builder, sig.args[0], args[0]), [args[1]])
+        builder.store(args[2], place).align = 8
+        return context.get_dummy_value()
+
+    return types.none(array, types.intp, LANES), build
+
+
+def rows(array: np.ndarray) -> Any:
+    """The rows of an array of shape (N, 8) as a vector of lanes; an array of shape (N,) as it is."""
+    return array
+
+
+def load(array: np.ndarray, i: int) -> Any:
+    """Row i of an array of shape (N, 8) as lanes; number i of an array of shape (N,)."""
+    return array[i]
+
+
+def store(array: np.ndarray, i: int, value: Any) -> None:
+    """Write lanes into row i of an array of shape (N, 8), or a number into an array of shape (N,)."""
+    array[i] = value
+
+
+@overload(rows, strict=False)
+def _rows_of(array: Any) -> Any:
+    return (lambda array: _rows(array)) if array.ndim == 2 else (lambda array: array)
+
+
+@overload(load, strict=False)
+def _load(array: Any, i: Any) -> Any:
+    return (lambda array, i: _rows(array)[i]) if array.ndim == 2 else (lambda array, i: array[i])
+
+
+@overload(store, strict=False)
+def _store(array: Any, i: Any, value: Any) -> Any:
+    if array.ndim == 2:
+        return lambda array, i, value: _stored(array, i, _widened(value))
+
+    def plain(array: Any, i: Any, value: Any) -> None:
+        array[i] = value
+
+    return plain

@@ -1,0 +1,111 @@
+"""Recordings that contradict themselves or the simulator: a verdict, or one line that names the data, no traceback.
+
+No warning of NumPy or SciPy leaks, and no NaN gets into the findings.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vtank.cli import main
+from vtank.diagnose import selection
+from vtank.effects.catalogue import BY_NAME
+from vtank.errors import InputError
+from vtank.estimate.observed import observe
+from vtank.record import Run, write_run
+
+T = 0.1 * np.arange(300)
+DRIVE, RANGE = 10.0 * np.cos(T), 3.0 - 0.4 * np.sin(T)  # a hull that goes with its propeller and knows no inertia
+ONCE = np.where(T == 0.0, 10.0, np.nan)
+
+VERDICTS = {  # recordings that end in a verdict
+    "propeller reversed": {"n_rev_s": -DRIVE, "range_m": RANGE},
+    "position, propeller reversed": {"n_rev_s": -DRIVE, "position_m": 3.0 - RANGE},
+    "range against speed": {"n_rev_s": DRIVE, "range_m": RANGE, "surge_m_s": -0.4 * np.cos(T)},
+    "range all zero": {"n_rev_s": DRIVE, "range_m": 0.0 * T},
+    "huge thrust": {"n_rev_s": 19.9 * DRIVE, "range_m": RANGE},
+    "hardly any thrust": {"n_rev_s": 1e-7 * DRIVE, "range_m": RANGE},
+    "constant input": {"n_rev_s": 0.0 * T + 10.0, "range_m": RANGE},
+    "round the world": {"n_rev_s": DRIVE, "range_m": 3e8 - 1e8 * np.sin(T)},
+    "no noise at all": {"n_rev_s": DRIVE, "range_m": RANGE},
+}
+IDENTIFIED = {
+    "propeller reversed": VERDICTS["propeller reversed"],
+    "range all zero": VERDICTS["range all zero"],
+    "hardly any motion": {"n_rev_s": DRIVE, "range_m": 3.0 - 1e-9 * np.sin(T)},
+    "huge force": {"thrust_N": 1e8 * DRIVE, "range_m": RANGE},
+    "weak force": {"thrust_N": 1e-10 * DRIVE, "range_m": RANGE},
+    "round the world": VERDICTS["round the world"],
+}
+Columns = dict[str, np.ndarray]
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Callable[[Columns], Path]:
+    def written(columns: Columns) -> Path:
+        write_run(tmp_path / "run.csv", Run("run", T, columns))
+        return tmp_path / "run.csv"
+
+    return written
+
+
+@pytest.fixture(autouse=True)
+def few(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two effects instead of the whole catalogue, for speed."""
+    chosen = [BY_NAME[name] for name in ("linear_drag", "wall_proximity")]
+    monkeypatch.setattr(selection, "candidates", lambda nominal, runs, names: chosen)
+
+
+def finite(content: object) -> bool:
+    """Whether JSON text says so; it raises on NaN."""
+    return bool(json.dumps(content, allow_nan=False))
+
+
+@pytest.mark.parametrize("name", VERDICTS)
+def test_the_diagnosis_ends_in_a_verdict(
+    name: str, recording: Callable[[Columns], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, model = tmp_path / "d.json", tmp_path / "d.toml"
+    assert main(["diagnose", str(recording(VERDICTS[name])), "--json", str(out), "--model", str(model)]) == 0
+    captured = capsys.readouterr()
+    assert "RuntimeWarning" not in captured.err and " nan" not in captured.out
+    assert finite(json.loads(out.read_text())) and "nan" not in model.read_text()
+
+
+def test_an_input_in_one_row_is_refused(
+    recording: Callable[[Columns], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["diagnose", str(recording({"n_rev_s": ONCE, "range_m": RANGE}))]) == 2
+    assert capsys.readouterr().err.startswith("vtank: error: run run: one value of n_rev_s, expected")
+
+
+def test_recordings_that_no_simulator_follows_are_refused(
+    recording: Callable[[Columns], Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("vtank.diagnose.evidence.LOST", 0.0)  # so that every filter counts as lost
+    assert main(["diagnose", str(recording(VERDICTS["no noise at all"]))]) == 2
+    assert "vtank: error: run run: no simulator follows these recordings" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", IDENTIFIED)
+def test_the_likelihood_ends_in_estimates(
+    name: str, recording: Callable[[Columns], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "found.json"
+    arguments = ["--model", "II", "--method", "ml", "--json", str(out)]
+    assert main(["identify", str(recording(IDENTIFIED[name])), *arguments]) == 0
+    assert "RuntimeWarning" not in capsys.readouterr().err
+    assert finite(json.loads(out.read_text()))
+
+
+def test_numbers_beyond_any_vehicle_are_refused() -> None:
+    for name in ("n_rev_s", "range_m"):
+        columns = {"n_rev_s": DRIVE, "range_m": RANGE}
+        columns[name] = np.where(T == 0.0, 1e300, columns[name])
+        with pytest.raises(InputError, match=rf"run 'run': {name} reaches 1e\+300"):
+            observe(Run("run", T, columns))
