@@ -21,8 +21,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print a line for the data set and a table of all channels."""
-    from ..present.blocks import Table
-    from ..present.document import plain
     from ..record import read_dataset
 
     data = read_dataset(args.dataset)
@@ -31,7 +29,12 @@ def run(args: argparse.Namespace) -> int:
         seed = "" if data.manifest.seed is None else f", seed {data.manifest.seed}"
         origin = f"written by vtank {data.manifest.versions.get('vtank', '?')}{seed}"
     print(f"{data.path}: {len(data)} run{'s' * (len(data) > 1)}, {origin}\n")
-    print(plain(Table(HEADER, tuple(row for recording in data for row in _rows(recording)), left=3)))
+    rows = [HEADER, *(row for recording in data for row in _rows(recording))]
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        left = [cell.ljust(width) for cell, width in zip(row[:3], widths, strict=False)]
+        right = [cell.rjust(width) for cell, width in zip(row[3:], widths[3:], strict=True)]
+        print("  ".join(left + right))
     return 0
 
 
