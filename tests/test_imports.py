@@ -49,9 +49,6 @@ ALLOWED = {
     "matplotlib": {
         "vtank.tank.drawing",
         "vtank.present",
-        "vtank.studies.blind.figures",
-        "vtank.studies.bandwidth.figures",
-        "vtank.studies.design.figures",
     },
 }
 
