@@ -12,6 +12,7 @@ import pytest
 from recorded import NOISE, NOMINAL, TICK_S, find, record, sine
 
 from vtank.cli import main
+from vtank.diagnose import model_file
 from vtank.diagnose.holdout import Model
 from vtank.diagnose.model_file import ModelFile
 from vtank.diagnose.shrink import blocks
@@ -73,7 +74,7 @@ def test_what_is_no_pause_stays_one_run(step_s: float, pause_s: float) -> None:
 def test_predict_takes_the_stretches(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("vtank.diagnose.model_file.read_model", lambda path: nominal_alone())
+    monkeypatch.setattr(model_file, "read_model", lambda path: nominal_alone())
     assert main(["predict", "model.toml", str(file)]) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["rms"]["nominal"] < 0.008

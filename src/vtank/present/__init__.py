@@ -11,5 +11,6 @@ if TYPE_CHECKING:
     from .blocks import Block, Heading, Links, Paragraph, Picture, Table
     from .identification import FEET, NAMES, UNITS, plain_names
     from .numbers import fixed, number
+    from .words import effect_name
 
 __all__ = facade(__name__)

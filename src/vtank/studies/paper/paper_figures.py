@@ -27,10 +27,9 @@ from ...present.canvas import (
 )
 from ...units import FOOT_M
 from .campaign import Campaign
-from .published import PARAMETERS, published
+from .published import OF_MODEL, PARAMETERS, published
 
 NAMES = {"a": "a [1/ft]", "b": "b [ft/rev²]", "gamma": "γ [1/rev]", "tau": "τ [s]"}
-OF_MODEL: dict[str, tuple[str, ...]] = {"I": ("a", "b"), "II": ("a", "b", "tau"), "III": ("a", "b", "gamma", "tau")}
 TABLE_OF_MODEL = {"I": 1, "II": 2, "III": 3}
 COEFFICIENTS = ("C1 = Ta", "C2 = T/τ", "C3 = T²a/τ", "C4 = T²b/τ", "C5 = Tγ", "C6 = T²γ/τ")
 COEFFICIENTS_I = ("C1 = Ta", "C2 = Tb")
