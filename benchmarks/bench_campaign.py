@@ -31,7 +31,7 @@ import pytest
 
 from vtank.compiled import law
 from vtank.experiment import simulate_surge
-from vtank.plant.surge import advance
+from vtank.plant.surge import SURGE as PLANT
 from vtank.plant.truth import load_truth
 from vtank.studies.campaign import Campaign, Threads, fly_campaign, load_campaign
 from vtank.tank import load_model
@@ -124,13 +124,16 @@ def tank_against_rollout(rounds: int) -> Comparison:
     return Comparison(rate, bare, wall, processor, float(np.median(times[:, 1, 1] / times[:, 1, 0])))
 
 
+move = PLANT.move
+
+
 @law
 def stepped(steps: int, p: np.ndarray) -> float:
     """Bare RK4 steps of the surge equation."""
-    x, u, z, wake = 0.0, 0.0, 0.0, 0.0
+    s = (0.0, 0.0, 0.0, 0.0)
     for k in range(steps):
-        x, u, z, wake = advance(k * 0.05, 0.05, x, u, z, wake, 10.0, 0.0, p)
-    return u
+        s = move(k * 0.05, 0.05, s, (10.0,), (0.0,), p)
+    return s[1]
 
 
 def surge_rates() -> tuple[float, float, float]:

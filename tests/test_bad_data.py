@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from vtank.cli import main
-from vtank.diagnose import selection
+from vtank.diagnose import evidence, selection
 from vtank.effects.catalogue import BY_NAME
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
@@ -87,7 +87,7 @@ def test_an_input_in_one_row_is_refused(
 def test_recordings_that_no_simulator_follows_are_refused(
     recording: Callable[[Columns], Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("vtank.diagnose.evidence.LOST", 0.0)  # so that every filter counts as lost
+    monkeypatch.setattr(evidence, "LOST", 0.0)  # so that every filter counts as lost
     assert main(["diagnose", str(recording(VERDICTS["no noise at all"]))]) == 2
     assert "vtank: error: run run: no simulator follows these recordings" in capsys.readouterr().err
 

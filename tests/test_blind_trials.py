@@ -14,8 +14,7 @@ import pytest
 from vtank.cli import main
 from vtank.errors import InputError
 from vtank.present.document import markdown
-from vtank.present.numbers import jsonable
-from vtank.record import Run, read_dataset, read_run
+from vtank.record import Run, jsonable, read_dataset, read_run
 from vtank.studies.blind.answer import answer, refusal
 from vtank.studies.blind.case import tied
 from vtank.studies.blind.closed import Closed, closed

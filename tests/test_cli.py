@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import os
+import pty
 import re
 import signal
 import subprocess
@@ -47,7 +48,12 @@ def test_every_command_is_in_the_help(capsys: pytest.CaptureFixture[str]) -> Non
 
 
 def test_every_file_of_a_command_is_listed() -> None:
-    files = {path.stem for path in Path(cli.__file__).parent.glob("*.py")} - {"__init__", "progress"}
+    files = {path.stem for path in Path(cli.__file__).parent.glob("*.py")} - {
+        "__init__",
+        "progress",
+        "stages",
+        "checks",
+    }
     assert {file.replace("_", "-") for file in files} == set(cli._modules())
 
 
@@ -153,6 +159,15 @@ def test_progress_on_a_terminal_tells_counts_and_the_time_left(monkeypatch: pyte
     assert shown[1].startswith("runs 0/2 |") and shown[1].rstrip().endswith("left")
     assert re.fullmatch(r"runs 2/2 \|\S{20}\| 00:0\d, 00:0\d left, b\s*", shown[-1])
     assert stream.getvalue().endswith("\n")
+
+
+def test_progress_is_shown_on_a_terminal_that_does_not_tell_its_size() -> None:
+    ours, theirs = pty.openpty()
+    with os.fdopen(theirs, "w") as stream, progress("runs", 1, stream) as advance:
+        advance("a")
+        shown = os.read(ours, 4096).decode()
+    os.close(ours)
+    assert "runs 1/1 |" in shown
 
 
 def test_what_is_being_done_is_told_and_wiped_on_a_terminal_and_listed_elsewhere() -> None:

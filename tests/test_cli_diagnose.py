@@ -10,7 +10,7 @@ import pytest
 from recorded import NOMINAL, TICK_S, record, sine
 
 from vtank.cli import main
-from vtank.diagnose import selection
+from vtank.diagnose import diagnosis, selection
 from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
@@ -136,7 +136,7 @@ def test_recordings_that_tell_no_parameters_apart_end_in_one_line(
     def singular(*arguments: object, **options: object) -> None:
         raise np.linalg.LinAlgError("Singular matrix")
 
-    monkeypatch.setattr("vtank.diagnose.diagnosis.diagnose", singular)
+    monkeypatch.setattr(diagnosis, "select", singular)
     assert main(["diagnose", str(dragged), "--json", str(tmp_path / "d.json")]) == 2
     assert "do not tell the simulator's parameters apart (Singular matrix)" in capsys.readouterr().err
     assert not (tmp_path / "d.json").exists()

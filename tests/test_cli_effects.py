@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from vtank.cli import main
-from vtank.cli.effects import catalogue_table
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
+from vtank.present.catalogue import catalogue_table
 
 README = Path(__file__).parents[1] / "README.md"
 

@@ -57,7 +57,7 @@ def test_a_single_effect_is_named_and_measured(slot, value):
     name, parameter = slot.split(".")
     found = diagnose(flown({**OTHER, slot: value}), NOMINAL)
     assert found.verdict.kind == "effect" and found.verdict.effects == (name,)
-    estimate = found.document()["estimates"][name][parameter]
+    estimate = found.summary()["estimates"][name][parameter]
     low, high = estimate["interval95"]
     assert estimate["value"] == pytest.approx(value, rel=0.15)
     assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low)
@@ -80,7 +80,7 @@ def test_an_effect_left_out_of_the_catalogue_is_not_given_a_wrong_name_with_cert
 
 def test_document_keeps_the_contract():
     found = diagnose(flown(OTHER), NOMINAL)
-    document = found.document()
+    document = found.summary()
     assert document["schema"] == SCHEMA
     assert set(document["verdict"]) == {"kind", "effects", "class", "channel", "probability"}
     assert math.isclose(sum(document["probabilities"].values()), 1.0, rel_tol=1e-9)

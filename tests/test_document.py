@@ -16,7 +16,8 @@ import pytest
 
 from vtank.present.blocks import Bars, Block, Details, Drawing, Heading, Links, Paragraph, Picture, Table, Terms
 from vtank.present.document import csv_text, html, literal, markdown, plain
-from vtank.present.numbers import fixed, jsonable, number, percent
+from vtank.present.numbers import fixed, number, percent
+from vtank.record import jsonable
 
 EVIL = ("<script>alert(1)</script>", "*a* _b_ `c` ~d~", "![x](http://y/z.png)", "[x](javascript:alert(1))", "&lt;b&gt;",
         "a|b", "\\*not\\*", "x\n# y", "<!-- z -->")  # fmt: skip

@@ -9,7 +9,7 @@ from typing import get_args
 import numpy as np
 import pytest
 
-import vtank.effects
+from vtank.effects import catalogue
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.effects.effect import Need, Parameter, unit_suffix
 from vtank.errors import InputError
@@ -65,7 +65,7 @@ def test_units_are_told_by_rule_and_an_unknown_one_is_refused_where_it_is_writte
 
 
 def test_every_module_of_the_folder_is_in_the_catalogue_under_its_own_name():
-    folder = Path(vtank.effects.__file__).parent
+    folder = Path(catalogue.__file__).parent
     files = {path.stem for path in folder.glob("*.py")} - {"__init__", "effect", "catalogue"}
     assert files == set(BY_NAME) and len(BY_NAME) == len(CATALOGUE)
     orders = [(effect.channel, effect.order) for effect in CATALOGUE]
@@ -123,7 +123,7 @@ def test_a_vector_sets_what_it_is_told_and_leaves_its_base_alone():
 
 
 def test_no_code_outside_the_effects_and_the_plants_names_an_effect():
-    found, root = [], Path(vtank.effects.__file__).parents[1]
+    found, root = [], Path(catalogue.__file__).parents[1]
     for path in root.rglob("*.py"):
         if path.relative_to(root).parts[0] not in ("effects", "plant"):
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

@@ -276,7 +276,7 @@ def test_bad_arguments_are_refused_in_one_line_and_leave_nothing(arguments, word
 
 @pytest.mark.parametrize("option", ["--out", "--json", "--write-plan"])
 def test_what_cannot_be_written_is_refused_before_any_work(option, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("vtank.studies.design.study.study", lambda *_: pytest.fail("work was done"))
+    monkeypatch.setattr("vtank.studies.design.examined.study", lambda *_: pytest.fail("work was done"))
     taken = tmp_path / "taken"
     taken.write_text("")
     target = taken / "all.json" if option == "--json" else taken

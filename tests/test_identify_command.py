@@ -152,6 +152,9 @@ def test_command_prints_and_writes_everything(data, tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ["identify", str(data), "--model", "II", "--truth", str(data / "truth.json"), "--out", str(out)]
     assert cli.main([*arguments, "--json", str(tmp_path / "all.json")]) == 0
+    page = capsys.readouterr().out
+    assert "Model II: maximum likelihood, 2 runs" in page and "--verbose" in page and page.count("\n") < 25
+    assert cli.main([*arguments, "--verbose"]) == 0
     shown = capsys.readouterr().out
     for words in (
         "Model II: maximum likelihood, 2 runs",
@@ -231,6 +234,6 @@ def test_drive_with_dry_friction(recordings):
 
 
 def test_real_recordings_go_through_the_command(recordings, capsys):
-    assert cli.main(["identify", str(recordings / "emps_estimation"), "--model", "I"]) == 0
+    assert cli.main(["identify", str(recordings / "emps_estimation"), "--model", "I", "--verbose"]) == 0
     shown = capsys.readouterr().out
     assert "Moving mass 1/beta:" in shown and "1/kg" in shown and "least squares" in shown

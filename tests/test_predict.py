@@ -11,16 +11,16 @@ import pytest
 from recorded import NOISE_M, NOMINAL, record, recordings, sine
 
 from vtank.cli import main
-from vtank.cli.run import plan_all
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
 from vtank.diagnose.holdout import Model, model_of
-from vtank.diagnose.model_file import _effects, model_text, predict_gaps, read_model, write_model
+from vtank.diagnose.model_file import _effects, model_text, predict_gaps, read_model
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
 from vtank.experiment import simulate_tank
+from vtank.experiment.fly import plan_all
 from vtank.plant.parameters import slot, vector
 from vtank.plant.truth import load_truth
-from vtank.record import Run, write_run
+from vtank.record import Run, write_run, write_text
 
 DRAG = {"linear_drag.c": 0.2}
 OPEN_LOOP = ("open-loop-sine", "step-coast")
@@ -35,7 +35,7 @@ def diagnosis() -> Diagnosis:
 @pytest.fixture(scope="module")
 def model(diagnosis: Diagnosis, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("predict") / "model.toml"
-    write_model(path, diagnosis)
+    write_text(path, model_text(diagnosis))
     return path
 
 
@@ -79,7 +79,7 @@ def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path:
     nominal = vector({"beta": p[slot("beta")], "linear_input": linear}, NOMINAL)
     name = next(iter(effect))
     found = diagnose(runs, nominal, names=() if linear else (name.split(".")[0],))
-    write_model(tmp_path / "model.toml", found)
+    write_text(tmp_path / "model.toml", model_text(found))
     read = read_model(tmp_path / "model.toml")
     assert read.diagnosed.p[slot(name)] == pytest.approx(effect[name], rel=0.1)
     assert set(predict_gaps(read, runs[0])["rms"]) == {"nominal", "refit", "diagnosed"}
@@ -165,7 +165,7 @@ def test_the_gap_of_the_tank_shrinks_when_the_diagnosed_effect_is_switched_on(tm
     found = diagnose([observe(r.run) for r in real], load_truth("paper-ii").vector(), names=names)
     assert found.verdict.effects == ("linear_drag",)
     path = tmp_path / "model.toml"
-    write_model(path, found)
+    write_text(path, model_text(found))
 
     def gap(truth: str) -> float:
         again = simulate_tank(plan_all(OPEN_LOOP, STILL, 3, truth))

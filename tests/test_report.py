@@ -18,7 +18,7 @@ from recorded import find, recordings
 
 from vtank.diagnose.diagnosis import Diagnosis
 from vtank.diagnose.verdict import Verdict, probabilities
-from vtank.present.page import report_html, write_report
+from vtank.present.page import report_html
 
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,
@@ -31,7 +31,7 @@ NEXT = {"experiment": "a sine", "minutes": 2.0, "per_minute": 0.9, "against_repe
 def friction() -> tuple[Diagnosis, dict[str, Any]]:
     found = find(recordings({"coulomb_friction.f": 0.006}), "coulomb_friction", "seiche")
     diagnosis = Diagnosis(found.selection, probabilities(found.selection), found.verdict, seed=5)
-    return diagnosis, diagnosis.document() | {"where": found.place.document()}
+    return diagnosis, diagnosis.summary() | {"where": found.place.document()}
 
 
 @pytest.fixture(scope="module")
@@ -142,7 +142,7 @@ def test_every_kind_of_verdict_makes_a_page(friction: tuple[Diagnosis, dict[str,
     kind = "undecided" if kind == "open" else kind  # between no effect and others
     verdict = Verdict(kind, names, names, channel, 0.6, fit)
     other = replace(diagnosis, verdict=verdict)
-    Reader(report_html(other, other.document() | {"where": document["where"], "shrink": SHRINK}))
+    Reader(report_html(other, other.summary() | {"where": document["where"], "shrink": SHRINK}))
 
 
 def luminance(colour: str) -> float:
@@ -185,7 +185,9 @@ def test_dark_by_preference_and_dark_by_choice_are_the_same() -> None:
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory, friction: tuple[Diagnosis, dict[str, Any]]) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
-    write_report(path, friction[0], friction[1] | {"shrink": SHRINK, "next_experiment": NEXT})
+    path.write_text(
+        report_html(friction[0], friction[1] | {"shrink": SHRINK, "next_experiment": NEXT}), encoding="utf-8"
+    )
     return path
 
 

@@ -15,7 +15,7 @@ from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.localise.gap import noise_floors, run_gaps
 from vtank.diagnose.localise.region import bin_edges, missing_force, motion
 from vtank.diagnose.localise.time import pointwise, with_discrepancy
-from vtank.diagnose.localise.where import where
+from vtank.diagnose.localise.where import locate
 from vtank.diagnose.selection import prepare
 from vtank.estimate.problem import Noise
 
@@ -193,7 +193,7 @@ def test_bins_of_a_constant() -> None:
 
 
 def test_the_summary_is_plain_data(friction: Found) -> None:
-    document = where(friction.selection, friction.verdict)
+    document = locate(friction.selection, friction.verdict).document()
     assert json.loads(json.dumps(document, allow_nan=False)) == document == friction.place.document()
     assert set(document) == {"channel", "runs", "time_s", "frequency_rad_s", "region"}
     assert set(document["region"]) == {"surge_m_s", "n_rev_s", "distance_m"}

@@ -18,21 +18,18 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
-from importlib.util import find_spec
 from types import ModuleType
 from typing import NoReturn, TextIO
 
 from vtank import __version__
 from vtank.errors import InputError
 
-# In the order of `vtank --help`. A name is listed once its file exists.
-COMMANDS = (
+COMMANDS = (  # in the order of `vtank --help`
     "demo",
     "run",
     "campaign",
     "identify",
     "reproduce",
-    "render",
     "check-data",
     "diagnose",
     "predict",
@@ -72,7 +69,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _modules() -> dict[str, ModuleType]:
     paths = {name: f"{__name__}.{name.replace('-', '_')}" for name in COMMANDS}
-    return {name: importlib.import_module(path) for name, path in paths.items() if find_spec(path)}
+    return {name: importlib.import_module(path) for name, path in paths.items()}
 
 
 def _parser(modules: dict[str, ModuleType]) -> argparse.ArgumentParser:

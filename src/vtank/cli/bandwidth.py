@@ -4,13 +4,6 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..experiment.scenario import Scenario
-    from ..present.blocks import Table
-    from ..studies.bandwidth.response import Response
-    from ..studies.bandwidth.station import Stations
 
 PARTS = ("response", "seas")
 
@@ -47,85 +40,26 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, print, and write where a folder is given."""
     from ..errors import InputError
-    from ..experiment.scenario import load_scenario
-    from ..record.folder import refuse_loss, results_folder
-    from ..studies.bandwidth import RESULTS
+    from ..experiment import load_scenario
+    from ..present.document import plain
+    from ..record import refuse_loss
+    from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping, write_parts
+    from .checks import at_least
+    from .progress import percent
 
-    if args.threads < 1:
-        raise InputError(f"--threads {args.threads}: expected at least 1")
+    at_least(1, threads=args.threads)
     if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
         raise InputError("--amplitude: expected a number of metres above 0")
-    scenario = load_scenario(args.scenario, args.set)
+    scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
     if args.out is not None:
         refuse_loss(args.out, RESULTS)
-    files: dict[str, str | bytes] = {}
-    tables: list[Table] = []
+    parts = []
     if args.only != "seas":
-        files |= _response(args, scenario, tables)
+        parts.append(frequency_response(scenario, args.amplitude or AMPLITUDES_M, args.truth, *how))
+        print(plain(*parts[-1].tables))
     if args.only != "response":
-        files |= _seas(args, scenario, tables)
+        parts.append(station_keeping(scenario, args.truth, args.seas, *how))
+        print(plain(*parts[-1].tables))
     if args.out is not None:
-        from ..studies.bandwidth.report import page
-
-        files["bandwidth.html"] = page(_subject(args, scenario), tables, files)
-        with results_folder(args.out, RESULTS, {"scenario": scenario.name}) as folder:
-            for name, content in files.items():
-                (folder / name).write_bytes(content if isinstance(content, bytes) else content.encode())
-        print(f"\nwrote {', '.join(files)} in {args.out}")
+        print(f"\nwrote {', '.join(write_parts(args.out, scenario, args.truth, parts))} in {args.out}")
     return 0
-
-
-def _response(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> dict[str, str | bytes]:
-    import numpy as np
-
-    from ..present.document import plain
-    from ..studies.bandwidth.balance import balance
-    from ..studies.bandwidth.figures import response_figure
-    from ..studies.bandwidth.loop import Loop
-    from ..studies.bandwidth.report import response_csv, response_table
-    from ..studies.bandwidth.response import AMPLITUDES_M, sine_plan, sweep
-    from .progress import percent
-
-    amplitudes = sorted(set(args.amplitude or AMPLITUDES_M))
-    with percent("frequency response") as report:
-        measured: Response = sweep(scenario, amplitudes, truth=args.truth, nthread=args.threads, progress=report)
-    plan = sine_plan(scenario, amplitudes[0], float(measured.rad_s[0]), args.truth)
-    loop = Loop(plan)
-    linear = loop.response(measured.rad_s) if loop.stable() else np.full(measured.rad_s.size, complex(np.nan, np.nan))
-    balanced = np.array([balance(plan, amplitude, measured.rad_s)[0] for amplitude in amplitudes])
-    tables.append(response_table(measured))
-    print(plain(tables[-1]))
-    files: dict[str, str | bytes] = {"response.csv": response_csv(measured, linear, balanced)}
-    if args.out is not None:
-        files["response.png"] = response_figure(measured, linear, balanced, _subject(args, scenario))
-    return files
-
-
-def _seas(args: argparse.Namespace, scenario: Scenario, tables: list[Table]) -> dict[str, str | bytes]:
-    from ..experiment.plan import plan_run
-    from ..present.document import plain
-    from ..studies.bandwidth.figures import station_figure
-    from ..studies.bandwidth.report import station_csv, station_tables
-    from ..studies.bandwidth.station import keep_station
-    from .progress import percent
-
-    seas: list[Stations] = []
-    for kind in ("regular", "irregular"):
-        with percent(f"station keeping, {kind} waves") as report:
-            seas.append(
-                keep_station(scenario, kind, truth=args.truth, model=args.seas, nthread=args.threads, progress=report)
-            )
-        tables += (new := station_tables(seas[-1]))
-        print(plain(*new))
-    files: dict[str, str | bytes] = {"seas.csv": station_csv(seas)}
-    if args.out is not None:
-        plan = plan_run(scenario, truth=args.truth)
-        files["seas.png"] = station_figure(seas, plan, _subject(args, scenario))
-    return files
-
-
-def _subject(args: argparse.Namespace, scenario: Scenario) -> str:
-    """What the figures are about."""
-    return (
-        f"{Path(scenario.vehicle).stem}, truth {Path(args.truth or scenario.truth).stem}, controller of {scenario.name}"
-    )

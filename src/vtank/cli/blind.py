@@ -78,7 +78,7 @@ def _make(args: argparse.Namespace) -> int:
 
 def _answer(args: argparse.Namespace) -> int:
     from ..studies.blind.answer import answer
-    from .diagnose import refuse_unwritable
+    from .checks import refuse_unwritable
     from .progress import progress
 
     out = args.out or args.folder / "answers.json"

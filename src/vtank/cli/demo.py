@@ -64,10 +64,11 @@ def run(args: argparse.Namespace) -> int:
 
 def fly_experiments(demo: Demo) -> None:
     """Data sets of the four experiments with each truth, through the tank."""
-    from ..studies.paper.run import write_flights
-    from .reproduce import fly
+    from ..studies.paper.run import fly, write_flights
+    from .progress import percent
 
-    demo.flights = fly(TRUTHS, demo.seed)
+    with percent("simulating the experiments") as report:
+        demo.flights = fly(TRUTHS, demo.seed, report)
     write_flights(demo.out / "data", demo.flights)
     told = "data set of the four experiments, truth {} (told in truth.json alone)"
     demo.links += [(f"data/{truth}", told.format(truth)) for truth in TRUTHS]
@@ -115,6 +116,7 @@ def diagnose_blind_case(demo: Demo) -> None:
 
     from ..errors import InputError
     from ..present.blocks import Heading, Paragraph
+    from ..present.words import hypothesis, percent
     from . import main
 
     blind, truth = demo.out / "blind", demo.out / "blind-truth"
@@ -128,8 +130,8 @@ def diagnose_blind_case(demo: Demo) -> None:
         raise InputError(f"the blind case of seed {demo.seed} failed")
     sealed = json.loads((truth / "case_0001.json").read_text(encoding="utf-8"))["truth"]
     verdict = json.loads(found.read_text(encoding="utf-8"))["verdict"]
-    said = ", ".join(verdict["effects"]) or verdict["kind"]
-    line = f"The diagnosis says {said} ({verdict['probability']:.0%}); the sealed truth is {sealed['label']}."
+    said, true = (hypothesis(name) for name in ("+".join(verdict["effects"]) or verdict["kind"], sealed["label"]))
+    line = f"The diagnosis says {said} ({percent(verdict['probability'])}); the sealed truth is {true}."
     demo.page += [Heading("A blind case: four runs in the tank with an effect withheld"), Paragraph(line)]
     demo.links.append(("diagnosis.html", "the diagnosis of the blind case; runs in blind/, truth in blind-truth/"))
 

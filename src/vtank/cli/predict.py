@@ -17,16 +17,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print root mean square gaps as JSON."""
-    from ..diagnose.model_file import predict_gaps, read_model
-    from ..estimate.observed import observe, stretches
-    from ..record.atomic import write_text
-    from ..record.documents import json_text
-    from ..record.reader import read_run
-    from .diagnose import refuse_unwritable
+    from ..library import predict
+    from ..record import json_text, write_text
+    from .checks import refuse_unwritable
 
     refuse_unwritable(args.json)
-    runs = [observe(run) for run in stretches([read_run(args.run)])]
-    text = json_text(predict_gaps(read_model(args.model), *runs))
+    text = json_text(predict(args.model, args.run))
     print(text, end="")
     if args.json:
         write_text(args.json, text)

@@ -6,6 +6,8 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from shutil import get_terminal_size
+from threading import RLock
 from typing import Any, Self, TextIO
 
 INTERVAL_S = 10.0  # [s] between lines where stderr is not a terminal; a choice
@@ -25,11 +27,20 @@ class progress:
     def __init__(self, label: str = "", total: int | None = None, stream: TextIO | None = None) -> None:
         from tqdm import tqdm
 
+        tqdm.monitor_interval = 0  # no thread beside work that may start processes
+        tqdm.set_lock(RLock())
         self.label, self.total, self.done, self.start = label, total, 0, time.monotonic()
         self.next_line, self.stream = self.start + INTERVAL_S, sys.stderr if stream is None else stream
-        form = {"bar_format": NAMED if total is None else COUNTED, "leave": total is not None, "dynamic_ncols": True}
-        silent = not self.stream.isatty()
-        self.bar: Any = tqdm(desc=label, total=total, file=self.stream, disable=silent, **form)
+        self.bar: Any = tqdm(
+            desc=label,
+            total=total,
+            file=self.stream,
+            leave=total is not None,
+            disable=not self.stream.isatty(),
+            bar_format=NAMED if total is None else COUNTED,
+            ncols=get_terminal_size().columns,
+            nrows=get_terminal_size().lines,  # tqdm shows nothing where a terminal does not tell its own
+        )
 
     def __call__(self, note: str = "") -> None:
         """Count, and show the note."""

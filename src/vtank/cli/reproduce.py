@@ -7,9 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ..experiment import Result
     from ..studies.paper.evidence import Results
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
@@ -36,35 +33,22 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
-    from ..errors import InputError
-    from ..record.folder import results_folder
-    from ..record.manifest import current_versions
-    from ..studies.paper.run import FULL, QUICK, REPRODUCTION, reproduce, write_flights
-    from .progress import progress
+    from ..record import current_versions, results_folder
+    from ..studies.paper.run import FULL, QUICK, REPRODUCTION, fly, reproduce, write_flights
+    from .checks import at_least
+    from .progress import percent, progress
 
-    if args.seed < 0:
-        raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
+    at_least(0, seed=args.seed)
     truths = TRUTHS if args.truth == "all" else (args.truth,)
     about = {"seed": args.seed, "truths": list(truths), "quick": args.quick, "versions": current_versions()}
     with results_folder(args.out, REPRODUCTION, about) as folder:
-        flights = fly(truths, args.seed)
+        with percent("simulating the experiments") as report:
+            flights = fly(truths, args.seed, report)
         write_flights(folder / "data", flights)
         results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)
     print("\n".join(answer(results)))
     print(f"wrote {args.out}: start at {args.out / 'index.html'}")
     return 0
-
-
-def fly(truths: Sequence[str], seed: int) -> dict[str, list[Result]]:
-    """The four experiments in the tank with each truth."""
-    from ..studies.paper.campaign import SCENARIOS
-    from .run import plan_all, simulate
-
-    plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
-    results = simulate(plans, "tank", threads=2)
-    for result in results:
-        result.check_clearance()
-    return {truth: results[i * len(SCENARIOS) : (i + 1) * len(SCENARIOS)] for i, truth in enumerate(truths)}
 
 
 def answer(results: Results) -> list[str]:

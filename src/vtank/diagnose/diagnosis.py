@@ -3,38 +3,61 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
+from ..errors import InputError
 from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
 from .foreign import grow, nominal_of, thinned
+from .localise.where import WhereData, locate
+from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
+from .shrink import shrink
 from .verdict import Verdict, decide, probabilities
 
 SCHEMA = "vtank.diagnosis/1"
 
 
-@dataclass(frozen=True)
+ORDER = ("schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment")
+
+
+@contextmanager
+def told_apart(runs: Sequence[Observed]) -> Iterator[None]:
+    """InputError where the linear algebra inside fails, because nothing in the runs speaks of some parameter."""
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            f"{', '.join(run.name for run in runs)}: the recordings do not tell the simulator's parameters apart "
+            f"({error}); expected runs in which the vehicle speeds up and slows down"
+        ) from error
+
+
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
-    """Everything found about one data set.
+    """Everything found about one data set; what takes time is worked out when it is first asked for.
 
     Attributes:
         selection: all hypotheses, weighed.
         probabilities: of every hypothesis, by name.
-        verdict: what is said.
+        verdict: what is said: kind, effects, rivals (what cannot be told from them), channel, probability.
         seed: of the random parts.
+        progress: told in a few words what is being worked out.
     """
 
     selection: Selection
     probabilities: dict[str, float]
     verdict: Verdict
     seed: int
+    progress: Callable[[str], None] | None = field(default=None, compare=False)
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -51,8 +74,54 @@ class Diagnosis:
             out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
         return out
 
+    @property
+    def log_evidence(self) -> dict[str, float]:
+        """Log evidence of every hypothesis that has a name [nats]; pairs are joined by `+`."""
+        fits = (self.selection.nominal, self.selection.refit, *self.selection.named)
+        return {fit.hypothesis.name: fit.log_evidence for fit in fits}
+
+    @cached_property
+    def where(self) -> WhereData:
+        """Where the gap lies: channel, runs, windows of time, frequencies, regions of motion."""
+        with self._stage("where the gap lies"):
+            return locate(self.selection, self.verdict, self.probabilities)
+
+    @cached_property
+    def held_out(self) -> dict[str, Any]:
+        """How far the gap shrinks on runs left out of selection and fit.
+
+        Root mean square errors `nominal`, `refit`, `diagnosed` and the `floor` of noise ["unit", m or m/s]; the
+        `fraction_closed` of what lies between refit and floor, with `interval90`.
+        """
+        with self._stage("how far it shrinks on runs left out"):
+            return shrink(self.selection, self.verdict, self.seed)
+
+    @cached_property
+    def next_experiment(self) -> dict[str, Any]:
+        """The experiment that is advised: `experiment`, `minutes`, `per_minute` [nats/min], `alternatives`."""
+        with self._stage("next experiment"):
+            return next_experiment(self.selection, self.verdict, self.probabilities)
+
+    @cached_property
     def document(self) -> dict[str, Any]:
-        """The diagnosis as plain data, schema vtank.diagnosis/1."""
+        """The whole diagnosis as plain data, schema vtank.diagnosis/1."""
+        parts = self.summary() | {
+            "where": self.where.document(),
+            "shrink": self.held_out,
+            "next_experiment": self.next_experiment,
+            "parameters": own_parameters(self.selection, self.verdict),
+        }
+        return {key: parts[key] for key in (*ORDER, *(key for key in parts if key not in ORDER))}
+
+    @contextmanager
+    def _stage(self, text: str) -> Iterator[None]:
+        if self.progress:
+            self.progress(text)
+        with told_apart(self.selection.setting.runs):
+            yield
+
+    def summary(self) -> dict[str, Any]:
+        """The parts of the document that take no time."""
         v = self.verdict
         return {
             "schema": SCHEMA,
@@ -77,22 +146,24 @@ def diagnose(
     nominal: np.ndarray | None,
     seed: int = 0,
     names: Sequence[str] | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    progress: Callable[[str], None] | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between runs and a nominal parameter vector, shape (P,).
 
     nominal: None for foreign vehicles, whose nominal is the recording's own refit of Model I.
-    names: effects to consider, by default the whole catalogue.
+    names: effects to consider, by default the whole catalogue. InputError where the runs tell no parameters apart.
     """
-    if nominal is None:
-        say("refit of the recording itself")
-        runs = thinned(runs)
-        selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
-    else:
-        nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
-        selection = select(prepare(runs, nominal), names, say)
-    chances = probabilities(selection)
-    found = Diagnosis(selection, chances, decide(selection, chances), seed)
+    say = progress or (lambda text: None)
+    with told_apart(runs):
+        if nominal is None:
+            say("refit of the recording itself")
+            runs = thinned(runs)
+            selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
+        else:
+            nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
+            selection = select(prepare(runs, nominal), names, say)
+        chances = probabilities(selection)
+        found = Diagnosis(selection, chances, decide(selection, chances), seed, progress)
     for text in found.failures():
         warnings.warn(text, stacklevel=2)
     return found

@@ -23,7 +23,6 @@ from ..estimate.problem import Noise
 from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
-from ..record.atomic import write_text
 from ..record.table import Table, open_table
 from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
 
@@ -55,11 +54,6 @@ class ModelFile:
     diagnosed: Model
     noise: Noise
     verdict: dict[str, Any]
-
-
-def write_model(path: Path | str, diagnosis: Diagnosis) -> None:
-    """Write the diagnosed model; InputError where it cannot be written."""
-    write_text(path, model_text(diagnosis))
 
 
 def model_text(diagnosis: Diagnosis) -> str:

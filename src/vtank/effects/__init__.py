@@ -3,3 +3,15 @@
 A new effect is a file here, its term in a plant's equation or a sensor's reading, and its row in the README's table
 (`vtank effects --markdown`). Everything else asks the catalogue.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .catalogue import BY_NAME, CATALOGUE, PARAMETERS
+    from .effect import Channel, Effect, Parameter
+
+__all__ = facade(__name__)

@@ -114,7 +114,33 @@ def compare(
     on_speed = {run.name: _on_speed(run, single[run.name]) for run in recorded} if estimators else {}
     table = validation([*single.values(), simulated, joint], runs)
     advance(f"Model {model}, validation")
-    return Comparison(model, runs, joint, simulated, single, on_speed, paper, linear, tuple(_residuals(joint)), table)
+    return Comparison(
+        model, runs, joint, simulated, single, on_speed, paper, linear,
+        residuals=tuple(_residuals(joint)), validation=table,
+    )  # fmt: skip
+
+
+def compare_all(
+    recorded: Sequence[Run],
+    models: Sequence[Model],
+    paper: bool = True,
+    process_noise: bool | None = None,
+    advance: Callable[[str], None] = lambda note: None,
+) -> tuple[list[Comparison], list[str]]:
+    """The models that these runs can carry, and for the others a sentence why not; InputError where none can.
+
+    paper: by the paper's estimators besides.
+    """
+    found: list[Comparison] = []
+    skipped: list[str] = []
+    for model in models:
+        try:
+            found.append(compare(recorded, model, ESTIMATORS if paper else (), process_noise, advance))
+        except InputError as error:
+            skipped.append(f"Model {model} skipped: {error}")
+    if not found:
+        raise InputError(skipped[0])
+    return found, skipped
 
 
 def _paper(run: Run, model: Model, estimator: Estimator) -> PaperEstimate | str:

@@ -7,9 +7,22 @@ results[0].run, results[0].true            # what was recorded, what was true
 
 from __future__ import annotations
 
-from .plan import Plan, plan_run
-from .result import Result
-from .surge_model import simulate_surge
-from .tank_model import simulate_tank
+from typing import TYPE_CHECKING
 
-__all__ = ["Plan", "Result", "plan_run", "simulate_surge", "simulate_tank"]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from . import flight, noise
+    from .clearance import MARGIN_M, check_motion, clearances
+    from .excitation import Excitation
+    from .fly import fly, plan_all, write_results
+    from .plan import Plan, plan_run
+    from .result import Result
+    from .scenario import Scenario, Sonar, Tachometer, Turbulence, load_scenario, read_scenario
+    from .sonar_filter import steady_state, transition
+    from .surge_model import drive, simulate_surge
+    from .tank_model import Chunk, chunks, simulate_tank
+    from .tick import stamp, tick
+    from .written import as_toml, provenance
+
+__all__ = facade(__name__)

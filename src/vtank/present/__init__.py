@@ -1,1 +1,16 @@
 """The report of a diagnosis: one HTML file that needs nothing else, and the same findings in words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from . import canvas, document
+    from .blocks import Block, Heading, Links, Paragraph, Picture, Table
+    from .identification import FEET, NAMES, UNITS, plain_names
+    from .numbers import fixed, number
+    from .words import effect_name
+
+__all__ = facade(__name__)

@@ -71,6 +71,20 @@ def ticks(axis: Any, values: Iterable[float], labels: Sequence[str] | None = Non
     axis.set_ticks(values, [f"{value:g}" for value in values] if labels is None else labels)
 
 
+def shades(count: int) -> Any:
+    """So many colours from dark to light."""
+    from matplotlib import colormaps
+
+    return colormaps["viridis"]([0.85 * i / max(count - 1, 1) for i in range(count)])
+
+
+def halo(colour: str) -> list[Any]:
+    """A rim that lifts text off what lies under it."""
+    from matplotlib.patheffects import withStroke
+
+    return [withStroke(linewidth=1.6, foreground=colour)]
+
+
 def legend_below(figure: Any, axes: Iterable[Any], columns: int = 6) -> None:
     """One legend for all axes below them, each label once."""
     found: dict[str, Any] = {}

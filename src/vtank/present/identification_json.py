@@ -11,9 +11,8 @@ from ..estimate.comparison import Comparison
 from ..estimate.maximum_likelihood import Estimate
 from ..estimate.observed import CHANNELS
 from ..estimate.paper.estimate import PaperEstimate
-from ..record.folder import Kind
+from ..record import Kind, jsonable
 from .identification import NAMES, UNITS, by_name, moving_mass, plain_names
-from .numbers import jsonable
 
 SCHEMA = "vtank.identification/1"
 IDENTIFICATION = Kind("results of vtank identify", "identification.json", SCHEMA)

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 from ..diagnose.diagnosis import Diagnosis, own_parameters
-from ..diagnose.localise.where import locate
-from ..record.atomic import write_text
 from .blocks import Details
 from .document import html
 from .sections import sections
@@ -16,17 +13,10 @@ from .words import Document
 MOST_NAMES = 6  # runs named in the title
 
 
-def write_report(path: Path | str, diagnosis: Diagnosis, document: Document) -> None:
-    """Write the report of a diagnosis and its complete document; InputError where it cannot be written."""
-    write_text(path, report_html(diagnosis, document))
-
-
 def report_html(diagnosis: Diagnosis, document: Document) -> str:
     """The report as HTML; parts that the document lacks (shrink, next_experiment) are said to be missing."""
-    selection, verdict = diagnosis.selection, diagnosis.verdict
-    data = locate(selection, verdict, diagnosis.probabilities)
     numbers = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-    told = sections({"parameters": own_parameters(selection, verdict)} | document, data)
+    told = sections({"parameters": own_parameters(diagnosis.selection, diagnosis.verdict)} | document, diagnosis.where)
     return html(title(diagnosis), [*told, Details("All numbers (JSON)", numbers)], f"seed {diagnosis.seed}")
 
 

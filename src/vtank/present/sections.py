@@ -56,9 +56,8 @@ def which_in_short(document: Document) -> tuple[str, str]:
     pair = v["kind"] == "effects"
     chosen = v["effects"] if pair else v["class"] or v["effects"]
     found = words.listed([words.effect_name(name) for name in chosen], "and" if pair else "or")
-    name = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unmodelled cause"}.get(
-        v["kind"], found or "Undecided"
-    )
+    plain = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unmodelled cause"}
+    name = plain.get(v["kind"], found or "Undecided")
     return name[:1].upper() + name[1:], f"probability {words.percent(v['probability'])}"
 
 

@@ -13,7 +13,7 @@ SIMULATORS = ("nominal", "refit", "diagnosed", "floor")
 
 def terminal_text(document: Document, width: int = 100) -> str:
     """The findings as text of at most `width` columns."""
-    verdict = plain(Heading(words.headline(document)), Paragraph(" ".join(words.explanation(document))), width=width)
+    verdict = plain(Heading(words.headline(document), 1), Paragraph(" ".join(words.explanation(document))), width=width)
     place = f"{words.channel(document)} {words.runs(document)} {words.time(document)}"
     told = Terms((
         ("Where", paragraphs(place, words.frequency(document), words.region(document))),

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from .dataset import DataSet, read_dataset, read_truth, write_dataset
-from .manifest import DataSetWarning, Manifest
-from .reader import read_run
-from .run import INPUTS, OUTPUTS, Run
-from .writer import write_run
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "INPUTS",
-    "OUTPUTS",
-    "DataSet",
-    "DataSetWarning",
-    "Manifest",
-    "Run",
-    "read_dataset",
-    "read_run",
-    "read_truth",
-    "write_dataset",
-    "write_run",
-]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .atomic import write_bytes, write_text
+    from .dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, DataSet, read_dataset, read_truth, write_dataset
+    from .documents import json_text, jsonable, parse_json, read_json
+    from .files import read_bytes, read_text
+    from .folder import Kind, new_folder, refuse_loss, results_folder
+    from .manifest import FILE, DataSetWarning, Manifest, current_versions, manifest_text, sha256
+    from .reader import read_run
+    from .rules import content_fault
+    from .run import INPUTS, OUTPUTS, TIME, Run
+    from .table import GREATEST, Table, open_table
+    from .toml import find_file, line_of, meant, parse
+    from .writer import DECIMALS, run_bytes, write_run
+
+__all__ = facade(__name__)

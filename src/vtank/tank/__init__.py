@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
-from .installation import forces
-from .tank import Tank, prepare
-from .world import load_model, load_world, submerge
+from typing import TYPE_CHECKING
 
-__all__ = ["Tank", "forces", "load_model", "load_world", "prepare", "submerge"]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .installation import forces
+    from .tank import Tank, prepare
+    from .world import load_model, load_world, submerge
+
+__all__ = facade(__name__)

@@ -5,8 +5,13 @@ Axes: x along the waves, z up from the still water, time t. A component is eta =
 
 from __future__ import annotations
 
-from .dispersion import breaking_height, wave_number
-from .orbit import Orbit
-from .sea import Waves, orbit
+from typing import TYPE_CHECKING
 
-__all__ = ["Orbit", "Waves", "breaking_height", "orbit", "wave_number"]
+from ..facade import facade
+
+if TYPE_CHECKING:
+    from .dispersion import breaking_height, wave_number
+    from .orbit import Orbit, depth_profile
+    from .sea import Waves, orbit
+
+__all__ = facade(__name__)

@@ -1,7 +1,7 @@
 """Where the gap lies: in which channel, run, stretch of time, frequency and region of motion.
 
 Everything is measured after the refit of the nominal's own parameters, which hides most of a raw gap, and with the
-noise level that all hypotheses share. `locate` keeps the arrays that pictures need, `where` the compact summary.
+noise level that all hypotheses share. `locate` keeps the arrays that pictures need, its document the compact summary.
 """
 
 from __future__ import annotations
@@ -59,8 +59,3 @@ def locate(selection: Selection, verdict: Verdict, chances: dict[str, float] | N
         residual_spectra(selection),
         residual_force(selection, verdict),
     )
-
-
-def where(selection: Selection, verdict: Verdict) -> dict[str, Any]:
-    """The "where" part of the document, without the arrays."""
-    return locate(selection, verdict).document()

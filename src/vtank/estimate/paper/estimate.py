@@ -103,8 +103,8 @@ def identify_signals(signals: Signals, model: Model, settings: PaperSettings) ->
         parameters,
         simulated,
         statistics,
-        residual_coherence(signals.u_m_s, error, signals.step_s) if followed else (np.empty(0), np.empty(0)),
-        whiteness(error) if followed else None,
+        coherence=residual_coherence(signals.u_m_s, error, signals.step_s) if followed else (np.empty(0), np.empty(0)),
+        whiteness=whiteness(error) if followed else None,
     )
 
 

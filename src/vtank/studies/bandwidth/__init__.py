@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
-from ...record.folder import Kind
+from typing import TYPE_CHECKING
 
-RESULTS = Kind("results of vtank bandwidth", "bandwidth.json", "vtank.bandwidth/1")
+from ...facade import facade
+
+if TYPE_CHECKING:
+    from .parts import RESULTS, Part, frequency_response, station_keeping, write_parts
+    from .response import AMPLITUDES_M
+
+__all__ = facade(__name__)

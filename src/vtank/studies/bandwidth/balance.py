@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.optimize import root
 
 from ...compiled import law
-from ...experiment.plan import Plan
-from ...plant.surge import surge_acceleration, thrust_target
+from ...experiment import Plan
+from ...plant import surge_acceleration, thrust_target
 from .loop import TAU, Array, Complex, Loop
 from .response import NEAR
 

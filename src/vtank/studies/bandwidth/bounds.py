@@ -6,11 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from ...experiment.plan import Plan
-from ...plant.surge import ALPHA, BETA, LINEAR_DRAG, TAU
-from ...waves import breaking_height
-from ...waves.dispersion import wave_number
-from ...waves.orbit import depth_profile
+from ...experiment import Plan
+from ...plant import ALPHA, BETA, LINEAR_DRAG, TAU
+from ...waves import breaking_height, depth_profile, wave_number
 
 Array = NDArray[np.float64]
 TURN = np.linspace(0.0, 2.0 * np.pi, 721)

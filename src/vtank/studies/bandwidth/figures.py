@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ...experiment.plan import Plan
-from ...present.canvas import GREY, INK, VERMILION, drawn, legend_below, page, ticks
+from ...experiment import Plan
+from ...present.canvas import GREY, INK, VERMILION, drawn, halo, legend_below, page, shades, ticks
 from .bounds import drift_bound_m, thrust_bound_m
 from .loop import Complex
 from .response import HALF_POWER, TAKEN_OVER, Response, unwrapped
@@ -24,14 +24,11 @@ def response_figure(measured: Response, linear: Complex, balanced: Complex, subj
 
     linear: shape (W,), NaN where the linear loop is unstable; balanced: shape (A, W).
     """
-    from matplotlib import colormaps
-
     figure = page(f"Surge position against its command\n{subject}", 7.4, 8.2)
     gain, phase, use = figure.subplots(3, 1, sharex=True, height_ratios=(3, 2.2, 1.6))
     w, lowest = measured.rad_s, max(0.05, 0.8 * float(np.nanmin(measured.gain)))
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, measured.amplitude_m.size))
     straight = {"color": INK, "lw": 1.2, "ls": (0, (5, 2))}
-    for i, colour in enumerate(colours):
+    for i, colour in enumerate(shades(measured.amplitude_m.size)):
         dots = {"color": colour, "ls": "", "marker": "o", "ms": 4.5}
         gain.loglog(w, np.abs(balanced[i]), color=colour, lw=1.1)
         gain.loglog(w, measured.gain[i], label=f"{measured.amplitude_m[i]:g} m, tank", **dots)
@@ -81,14 +78,12 @@ def station_figure(seas: Sequence[Stations], plan: Plan, subject: str) -> Any:
 
 def _sea(axes: Any, sea: Stations, d: int) -> Any:
     """Colours of the error, and the lines up to which error and propellers stay within bounds."""
-    from matplotlib.patheffects import withStroke
-
     error, x, y = sea.most_m[d], sea.period_s, sea.height_m
     mesh = axes.pcolormesh(x, y, error, cmap="YlGnBu", vmin=0.0, vmax=2.0 * ERROR_M, shading="nearest", rasterized=True)
     for i, j in np.argwhere(np.isfinite(error)):
-        ink, halo = ("white", "#12306b") if error[i, j] > 1.2 * ERROR_M else (INK, "#f4f9e4")
+        ink, rim = ("white", "#12306b") if error[i, j] > 1.2 * ERROR_M else (INK, "#f4f9e4")
         axes.text(x[j], y[i], f"{error[i, j]:.2f}", ha="center", va="center", fontsize=6.5, color=ink, zorder=6,
-                  path_effects=[withStroke(linewidth=1.6, foreground=halo)])  # fmt: skip
+                  path_effects=halo(rim))  # fmt: skip
     _contour(axes, x, y, error, ERROR_M, VERMILION, f"error {ERROR_M:g} m for 5 % of the time")
     _contour(axes, x, y, sea.at_limit[d], TAKEN_OVER, "#7a2a8c", "propellers at their limit for 5 % of the time")
     axes.grid(visible=False)

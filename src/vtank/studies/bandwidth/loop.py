@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from ...experiment.plan import Plan
-from ...experiment.sonar_filter import steady_state, transition
-from ...plant.surge import BETA, LINEAR_DRAG, TAU
+from ...experiment import Plan, steady_state, transition
+from ...plant import BETA, LINEAR_DRAG, TAU
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

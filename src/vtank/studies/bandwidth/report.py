@@ -6,9 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from ...present.blocks import Heading, Links, Paragraph, Picture, Table
+from ...present import Heading, Links, Paragraph, Picture, Table, fixed
 from ...present.document import csv_text, html
-from ...present.numbers import fixed
 from .loop import Complex
 from .response import Response, unwrapped
 from .station import ERROR_M, HELD, Stations

@@ -13,12 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...experiment import Result, simulate_surge, simulate_tank
-from ...experiment.clearance import clearances
-from ...experiment.excitation import Excitation
-from ...experiment.plan import Plan, plan_run
-from ...experiment.scenario import Scenario
-from ...plant.truth import Truth
+from ...experiment import Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_surge, simulate_tank
+from ...plant import Truth
 from ...waves import Waves, breaking_height
 from .response import TAKEN_OVER, share_at_limit
 

@@ -14,16 +14,12 @@ from typing import Any
 
 import vtank
 
-from ...effects.catalogue import CATALOGUE
+from ...effects import CATALOGUE
 from ...errors import InputError
-from ...plant.parameters import switched_on
-from ...plant.truth import load_truth
-from ...present.numbers import jsonable
-from ...record.atomic import write_bytes
-from ...record.files import read_bytes, read_text
-from ...record.manifest import current_versions, sha256
+from ...plant import load_truth, switched_on
+from ...record import current_versions, jsonable, read_bytes, read_text, sha256, write_bytes
+from ..processes import processes
 from .case import NOMINAL
-from .processes import processes
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
 SCHEMA = "vtank.blind-answers/1"
@@ -32,17 +28,14 @@ AnswerCase = Callable[[Path, int, tuple[str, ...], str], dict[str, Any]]  # fold
 
 def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
     """The diagnosis of one case: its document, how far the gap shrinks, and the text of the diagnosed model's file."""
-    from ...diagnose.diagnosis import diagnose
-    from ...diagnose.model_file import model_text
-    from ...diagnose.shrink import shrink
-    from ...estimate.observed import observe
+    from ...diagnose import diagnose, model_text
+    from ...estimate import observe
     from ...record import read_dataset
 
     runs = [observe(run) for run in read_dataset(folder)]
     names = [effect.name for effect in CATALOGUE if effect.name not in withheld] if withheld else None
     diagnosis = diagnose(runs, load_truth(nominal).vector(), seed, names)
-    how_far = shrink(diagnosis.selection, diagnosis.verdict, seed)
-    return {"document": diagnosis.document() | {"shrink": how_far}, "model": model_text(diagnosis)}
+    return {"document": diagnosis.summary() | {"shrink": diagnosis.held_out}, "model": model_text(diagnosis)}
 
 
 def answer(

@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME, CATALOGUE
+from ...effects import BY_NAME, CATALOGUE
 from ...errors import InputError
-from ...experiment.plan import Plan
-from ...plant.parameters import switched_on, vector
-from ...plant.truth import Truth, load_truth
+from ...experiment import Plan
+from ...plant import Truth, load_truth, switched_on, vector
 from .cause import RUNS, Cause, draw_cause, log_uniform
 from .experiment import Experiment, draw_experiment
 from .outside import OUTSIDE

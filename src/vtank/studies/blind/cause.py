@@ -7,8 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME, PARAMETERS
-from ...effects.effect import Parameter
+from ...effects import BY_NAME, PARAMETERS, Parameter
 from .outside import OUTSIDE
 
 RUNS, HOLDOUTS = 4, 5  # runs that are given; held back for the score: each once more, and one of another kind

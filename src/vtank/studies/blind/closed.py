@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.catalogue import PARAMETERS
-from ...plant.parameters import vector
+from ...effects import PARAMETERS
+from ...plant import vector
 from ...record import read_run
 from .cause import RUNS
 from .held_out import HeldOut, gaps
@@ -57,7 +57,7 @@ def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folde
     known: dict[str, Any] = {name: _together(values) for name, values in truth["held_out"].items()}
     if "model" not in answer:
         return Closed(**known)
-    from ...diagnose.model_file import ModelFile, read_model
+    from ...diagnose import ModelFile, read_model
 
     with tempfile.TemporaryDirectory() as room:
         path = Path(room) / "model.toml"
@@ -80,8 +80,8 @@ def _together(values: Sequence[float]) -> float:
 
 def _realised(models: Any, slots: Sequence[Mapping[str, float]], files: Sequence[Path]) -> float | None:
     """Fraction closed on these runs, by the predictor of `vtank predict`."""
-    from ...diagnose.holdout import Model, Prediction, fraction_closed, rms, target_of
-    from ...estimate.observed import observe
+    from ...diagnose import Model, Prediction, fraction_closed, rms, target_of
+    from ...estimate import observe
 
     errors: list[list[np.ndarray]] = [[], [], []]
     for file, true in zip(files, slots, strict=True):

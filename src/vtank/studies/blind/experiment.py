@@ -13,9 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...experiment.excitation import Excitation
-from ...experiment.scenario import Scenario, Sonar, Tachometer, Turbulence
-from ...plant.truth import Truth
+from ...experiment import Excitation, Scenario, Sonar, Tachometer, Turbulence
+from ...plant import Truth
 from .cause import RUNS, log_uniform
 
 DURATION_S, PERIOD_S = 120.0, 0.1

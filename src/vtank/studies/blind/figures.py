@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...effects.catalogue import CATALOGUE
+from ...effects import CATALOGUE
 from ...present.canvas import BLUE, GREY, PALE, VERMILION, drawn, page, ticks
 from .calibration import corp, pav
 from .rows import STRATA, Row

@@ -10,13 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import command_delay
-from ...experiment import noise
+from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, chunks, noise
 from ...experiment.flight import SPEED, Flight, ticks
-from ...experiment.plan import Plan
-from ...experiment.result import Result
-from ...experiment.scenario import Tachometer, Turbulence
-from ...experiment.tank_model import Chunk, chunks
-from ...plant.parameters import indices
+from ...plant import indices
 from ...record import Run
 from .cause import Cause
 from .outside import OUTSIDE, Memory, OutsideLaw, Sight

@@ -13,13 +13,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ...experiment.excitation import Excitation
+from ...experiment import Excitation, Plan, Result, Scenario
 from ...experiment.flight import MULTIPATH
-from ...experiment.plan import Plan
-from ...experiment.result import Result
-from ...experiment.scenario import Scenario
-from ...plant.parameters import slot
-from ...plant.truth import load_truth
+from ...plant import load_truth, slot
 from ...record import read_run
 from .case import NOMINAL, Case
 from .refit import Recording, refit

@@ -12,15 +12,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...errors import InputError
-from ...experiment.result import Result
-from ...record import Run
-from ...record.folder import new_folder, refuse_loss
-from ...record.manifest import current_versions, sha256
+from ...experiment import Result
+from ...record import Run, current_versions, new_folder, refuse_loss, sha256
+from ..processes import processes
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import RUNS
 from .fly import Trip, fly_tank
 from .held_out import HeldOut
-from .processes import processes
 from .seal import (
     INDEX,
     SEAL,

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects.effect import Channel
+from ...effects import Channel
 
 Array = NDArray[np.float64]
 Memory = dict[str, float]

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects.catalogue import PARAMETERS
-from ...effects.effect import Effect, Parameter
-from ...plant.parameters import LAG, slot
+from ...effects import PARAMETERS, Effect, Parameter
+from ...plant import LAG, slot
 from .replay import Replay
 from .whitening import Whitener
 

@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 
 from ...compiled import law
 from ...effects import clock_skew, sonar_multipath, tachometer_bias, tachometer_spikes
+from ...experiment import Plan, drive, stamp, tick
 from ...experiment import noise as streams
 from ...experiment.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
-from ...experiment.plan import Plan
-from ...experiment.surge_model import drive
-from ...experiment.tick import stamp, tick
-from ...plant.parameters import indices
-from ...plant.surge import STANDOFF
+from ...plant import STANDOFF, indices
 from .cause import Cause
 from .fly import Trip, quiet
 

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects.catalogue import CATALOGUE
-from ...effects.effect import Effect
-from ...plant.parameters import slot
+from ...effects import CATALOGUE, Effect
+from ...plant import slot
 from .case import Case, tied
 from .refit import ITERATIONS, NUISANCE, Fit, Recording, parameters, refit
 

@@ -11,15 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from ...present.blocks import Picture
+from ...present import Picture
 from ...present.document import html, markdown
-from ...present.numbers import jsonable
-from ...record.folder import Kind, results_folder
+from ...record import Kind, results_folder
+from ..processes import processes
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
 from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
-from .processes import processes
 from .rows import STRATA, Row, row
 from .verify import Opened, open_all
 
@@ -93,7 +92,7 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
         **{f"{name}.csv": text for name, text in measures_csv(groups).items()},
         **{name: png for name, (_, png) in pictures.items()},
     }
-    about = {"sources": scored["sources"], "cases": len(rows), "measures": jsonable(groups)}
+    about = {"sources": scored["sources"], "cases": len(rows), "measures": groups}
     with results_folder(out, RESULTS, about) as folder:
         for name, content in files.items():
             (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)

@@ -17,10 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Run
-from ...record.documents import read_json
-from ...record.files import read_bytes
-from ...record.manifest import sha256
+from ...record import Run, read_bytes, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"

@@ -10,10 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME
+from ...effects import BY_NAME
 from ...errors import InputError
-from ...experiment.clearance import check_motion
-from ...experiment.plan import Plan
+from ...experiment import Plan, check_motion
 from .case import Case, Frequencies, draw_case, given, held_out
 from .cause import is_limit, with_limit
 from .refit import Fit, Recording, refit

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 
-from ...present.blocks import Block, Heading, Paragraph, Picture, Table
+from ...present import Block, Heading, Paragraph, Picture, Table
 from ...present.document import csv_text
 from .measures import Measure
 from .rows import Row

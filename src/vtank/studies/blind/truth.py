@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import sonar_multipath
-from ...effects.catalogue import BY_NAME
+from ...effects import BY_NAME, sonar_multipath
+from ...experiment import Result
 from ...experiment import noise as streams
 from ...experiment.flight import MULTIPATH
-from ...experiment.result import Result
-from ...plant.parameters import NAMES
-from ...plant.truth import load_truth
+from ...plant import NAMES, load_truth
 from .case import NOMINAL, Case, given, label
 from .cause import RUNS
 from .held_out import HeldOut, clean_range, gaps

@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...record.documents import parse_json, read_json
-from ...record.files import read_bytes, read_text
-from ...record.manifest import sha256
+from ...record import parse_json, read_bytes, read_json, read_text, sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
 from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, read_index
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import law
-from ...experiment.plan import Plan
+from ...experiment import Plan
 
 Array = NDArray[np.float64]
 SIZE = 5  # place, speed, turbulence, thrust by tachometer noise, coloured sonar noise

@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record.table import Table
-from ...record.toml import line_of
+from ...record import Table, line_of
 
 DRAWN = 2**16  # with a run's number the random stream of what is drawn; noise (pilot/noise.py) has streams of its own
 MOST_RUNS = 10_000_000  # of a campaign, and so of values in a range: hours at a thousand runs a second; a choice

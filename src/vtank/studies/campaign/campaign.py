@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
-from ...experiment import Plan, plan_run
-from ...experiment.scenario import Scenario, read_scenario
-from ...plant.truth import Truth
-from ...record.table import Table
-from ...record.toml import parse
+from ...experiment import Plan, Scenario, plan_run, read_scenario
+from ...plant import Truth
+from ...record import Table, parse
 from .axes import Axis, Draw
 
 # Keys of [grid] and [draw] beside those of scenarios

@@ -12,8 +12,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...experiment import Plan, Result, simulate_surge, simulate_tank
-from ...record.manifest import current_versions, sha256
-from ...record.rules import content_fault
+from ...record import content_fault, current_versions, sha256
 from .campaign import Campaign
 from .decimals import csv_of, table_of
 from .table import Row, row

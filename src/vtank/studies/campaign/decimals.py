@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import law
-from ...record import Run
-from ...record.run import TIME
-from ...record.writer import DECIMALS, run_bytes
+from ...record import DECIMALS, TIME, Run, run_bytes
 
 Array = NDArray[np.float64]
 UNITS = 10.0**DECIMALS  # steps of the last decimal in one

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from textwrap import indent
 from typing import Any
 
-from ...record.manifest import FILE, Manifest, manifest_text
+from ...record import FILE, Manifest, manifest_text
 from .campaign import Campaign
 from .journal import DATA, ROWS, Journal, whole
 from .table import FAILED, Row, cell, columns

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record.writer import DECIMALS
+from ...record import DECIMALS
 from .campaign import Campaign
 from .folder import table, write_table
 from .journal import HDF5, Journal, renamed

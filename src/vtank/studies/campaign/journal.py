@@ -20,9 +20,7 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record.dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL
-from ...record.documents import parse_json, read_json
-from ...record.files import read_text
+from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, parse_json, read_json, read_text
 from .campaign import Campaign
 from .chunk import Piece, versions
 

@@ -11,12 +11,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ...errors import InputError
-from ...experiment.scenario import Scenario, load_scenario
-from ...plant.parameters import null_vector, slot
-from ...plant.truth import Truth, load_truth
-from ...record.files import read_text
-from ...record.table import GREATEST, Table, open_table
-from ...record.toml import find_file, meant, parse
+from ...experiment import Scenario, load_scenario
+from ...plant import Truth, load_truth, null_vector, slot
+from ...record import GREATEST, Table, find_file, meant, open_table, parse, read_text
 from ...resources import scenarios_dir
 from .axes import MOST_RUNS, Axis, Draw, read_draws, read_grid, refusal
 from .campaign import BESIDE, LUMPED, SCENARIO, SEED, TRUTH, Campaign

@@ -6,10 +6,9 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from ...effects.catalogue import CATALOGUE
-from ...experiment import Plan
-from ...experiment.scenario import Scenario
-from ...plant.parameters import slot
+from ...effects import CATALOGUE
+from ...experiment import Plan, Scenario
+from ...plant import slot
 from .campaign import LUMPED, Campaign
 
 DONE, FAILED = "done", "failed"

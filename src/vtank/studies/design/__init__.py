@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from ...record.folder import Kind
+from typing import TYPE_CHECKING
 
-RESULTS = Kind("results of vtank identifiability", "identifiability.json", "vtank-identifiability-1")
-PLAN = Kind("a plan of vtank identifiability", "plan.json", "vtank.plan/1")
+from ...facade import facade
+
+if TYPE_CHECKING:
+    from .document import document
+    from .examined import PLAN, RESULTS, examine, write_findings, write_plan
+    from .findings import Findings
+    from .montecarlo import monte_carlo, trials_sheet
+    from .study import PAPER
+
+__all__ = facade(__name__)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...diagnose.experiments import with_channels
-from ...estimate.observed import RANGE, SPEED
+from ...diagnose import with_channels
+from ...estimate import RANGE, SPEED
 from .candidates import Candidate, candidates
 from .flown import SPEED_SD, Flown
 from .information import Information

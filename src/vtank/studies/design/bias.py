@@ -9,15 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from ...estimate.maximum_likelihood import MODELS
-from ...estimate.paper.regression import Model
-from ...experiment.excitation import Excitation
-from ...experiment.plan import plan_run
-from ...experiment.scenario import Scenario
-from ...experiment.surge_model import simulate_surge
-from ...plant.parameters import slot
-from ...plant.truth import Truth
-from ..blind.processes import processes
+from ...estimate import MODELS
+from ...estimate.paper import Model
+from ...experiment import Excitation, Scenario, plan_run, simulate_surge
+from ...plant import Truth, slot
+from ..processes import processes
 from .candidates import AMPLITUDES_M, RAMP_S, fits, planned
 from .estimators import METHODS
 from .flown import Array

@@ -14,13 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...experiment.clearance import MARGIN_M, clearances
-from ...experiment.excitation import Excitation
-from ...experiment.plan import Plan, plan_run
-from ...experiment.result import Result
-from ...experiment.scenario import Scenario
-from ...experiment.surge_model import simulate_surge
-from ...plant.truth import Truth
+from ...experiment import MARGIN_M, Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_surge
+from ...plant import Truth
 from .flown import Flown, flown
 
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0)

@@ -13,10 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...experiment import simulate_tank
-from ...experiment.clearance import clearances
-from ...experiment.plan import plan_run
-from ...experiment.written import as_toml
+from ...experiment import as_toml, clearances, plan_run, simulate_tank
 from .candidates import Candidate, candidates
 from .flown import Array, Flown
 from .information import Information, information

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...present.numbers import jsonable
+from ...record import jsonable
 from .advice import Remedy
 from .bias import BiasMap
 from .design import Design, minutes

@@ -13,18 +13,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import InputError
-from ...estimate.first_guess import first_guesses
-from ...estimate.maximum_likelihood import MODELS, beforehand, fit, refit
-from ...estimate.observed import observe
-from ...estimate.optimum import descend
-from ...estimate.paper.estimate import estimate
-from ...estimate.paper.regression import Model, Regression, lump_all, regression
-from ...estimate.paper.settings import ESTIMATORS, Estimator, PaperSettings
-from ...estimate.paper.signals import run_signals
-from ...estimate.problem import Noise, Problem
-from ...estimate.process_noise import noise_level
-from ...plant.parameters import LAG, LUMPED, vector
-from ...record.run import Run
+from ...estimate import MODELS, Noise, Problem, beforehand, descend, first_guesses, fit, noise_level, observe, refit
+from ...estimate.paper import (
+    ESTIMATORS,
+    Estimator,
+    Model,
+    PaperSettings,
+    Regression,
+    estimate,
+    lump_all,
+    regression,
+    run_signals,
+)
+from ...plant import LAG, LUMPED, vector
+from ...record import Run
 from .flown import Array
 
 LIKELIHOOD = "likelihood"

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...present import canvas
+from ...present import NAMES, canvas
 from ...present.canvas import BLUE, CRIMSON, GREEN, GREY, INK, ORANGE, PALE, drawn, legend_below, ticks
-from ...present.identification import NAMES
 from .bias import BiasMap
 from .estimators import LIKELIHOOD, METHODS, TITLES
 from .flown import Array

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.paper.settings import PaperSettings
-from ...present.blocks import Heading, Paragraph, Picture, Table
+from ...estimate.paper import PaperSettings
+from ...present import Heading, Paragraph, Picture, Table, effect_name
 from ...present.document import html
 from .advice import Remedy
 from .bias import BiasMap
@@ -19,7 +19,7 @@ from .study import Study
 from .tables import bounds_sheet, design_sheet, effects_sheet, trials_sheet
 from .trials import Trials
 from .verdicts import closest
-from .words import called, plain, sentences
+from .words import called, sentences
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,9 @@ class Findings:
             doubt = 100.0 * 0.9 * np.sqrt(1.0 / self.trials.seeds + 1.0 / self.checked.seeds)
             text += f" On {self.checked.seeds} seeds the likelihood's spread is smaller by {seen} (+- {doubt:.0f} %)."
         near = [closest(info, s.flown, s.free) for info in (s.information, d.information)]
-        told = [f"{plain(p.a.name)} and {plain(p.b.name)} ({p.separation:.0f} deviations)" for p in near if p]
+        told = [
+            f"{effect_name(p.a.name)} and {effect_name(p.b.name)} ({p.separation:.0f} deviations)" for p in near if p
+        ]
         if len(told) == 2:
             text += f" The closest effects are {told[1]}, by the given plan {told[0]}."
         return [text]

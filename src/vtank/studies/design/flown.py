@@ -9,15 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...estimate.cramer_rao import rounded_variance
-from ...estimate.observed import Observed, observe
-from ...estimate.problem import Noise
-from ...experiment.plan import Plan, plan_run
-from ...experiment.result import Result
-from ...experiment.scenario import Scenario
-from ...experiment.surge_model import simulate_surge
-from ...plant.surge import BETA, TAU
-from ...plant.truth import Truth
+from ...estimate import Noise, Observed, observe, rounded_variance
+from ...experiment import Plan, Result, Scenario, plan_run, simulate_surge
+from ...plant import BETA, TAU, Truth
 
 Array = NDArray[np.float64]
 SPEED_SD = 0.01  # [m/s] noise of a speed sensor that could be added: a Doppler log's, a guess

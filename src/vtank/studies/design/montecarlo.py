@@ -8,17 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.cramer_rao import cramer_rao, rounded_variance
-from ...estimate.maximum_likelihood import MODELS, Estimate, identify
-from ...estimate.observed import observe
-from ...estimate.paper.regression import Array, Model
-from ...experiment import plan_run, simulate_surge, simulate_tank
-from ...experiment.scenario import load_scenario
-from ...plant.parameters import slot
-from ...plant.truth import load_truth
-from ...present.blocks import Table
-from ...present.identification import NAMES, plain_names
-from ...present.numbers import number
+from ...estimate import MODELS, Estimate, cramer_rao, identify, observe, rounded_variance
+from ...estimate.paper import Array, Model
+from ...experiment import load_scenario, plan_run, simulate_surge, simulate_tank
+from ...plant import load_truth, slot
+from ...present import NAMES, Table, number, plain_names
 
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 AT_A_TIME = 25  # seeds simulated together, for memory; the results do not depend on it
@@ -107,13 +101,13 @@ def monte_carlo(
         truth,
         simulator,
         names,
-        np.array([p[slot(name)] for name in names]),
-        np.array([list(estimate.values.values()) for estimate in estimates]),
-        np.array([list(estimate.sd.values()) for estimate in estimates]),
-        np.array(bounds),
-        np.mean([estimate.correlation for estimate in estimates], axis=0),
-        sum(not estimate.problem.noise.quiet for estimate in estimates),
-        Counter(_kind(warning) for estimate in estimates for warning in estimate.warnings),
+        true=np.array([p[slot(name)] for name in names]),
+        found=np.array([list(estimate.values.values()) for estimate in estimates]),
+        claimed=np.array([list(estimate.sd.values()) for estimate in estimates]),
+        bound=np.array(bounds),
+        correlation=np.mean([estimate.correlation for estimate in estimates], axis=0),
+        disturbed=sum(not estimate.problem.noise.quiet for estimate in estimates),
+        warnings=Counter(_kind(warning) for estimate in estimates for warning in estimate.warnings),
     )
 
 

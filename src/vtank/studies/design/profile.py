@@ -11,11 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...diagnose.experiments import recorded
-from ...estimate.maximum_likelihood import beforehand
-from ...estimate.optimum import descend
-from ...estimate.problem import Filtered, Noise, Problem
-from ...plant.parameters import slot, vector
+from ...diagnose import recorded
+from ...estimate import Filtered, Noise, Problem, beforehand, descend
+from ...plant import slot, vector
 from .flown import Array, Flown
 from .information import inverse
 from .study import Study

@@ -11,12 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.catalogue import CATALOGUE, PARAMETERS
-from ...effects.effect import Effect, Parameter
-from ...estimate.innovations import innovations
-from ...estimate.problem import Problem
-from ...plant.parameters import slot, vector
-from ...plant.surge import thrust_target
+from ...effects import CATALOGUE, PARAMETERS, Effect, Parameter
+from ...estimate import Problem, innovations
+from ...plant import slot, thrust_target, vector
 from .flown import Array, Flown
 
 SHARE = 1e-3  # of the reference size: step of the differences; the model is smooth to 1e-12

@@ -10,11 +10,10 @@ from operator import add
 import numpy as np
 
 from ...errors import InputError
-from ...estimate.maximum_likelihood import MODELS
-from ...estimate.paper.regression import Model
-from ...experiment.scenario import Scenario
-from ...plant.parameters import slot
-from ...plant.truth import Truth
+from ...estimate import MODELS
+from ...estimate.paper import Model
+from ...experiment import Scenario
+from ...plant import Truth, slot
 from .flown import Array, Flown, check, fly
 from .information import Information, information
 from .sensitivity import Quantity, quantities, sensitivity

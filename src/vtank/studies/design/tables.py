@@ -6,10 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...estimate.problem import Noise
-from ...present.blocks import Table
-from ...present.identification import FEET, NAMES, UNITS
-from ...present.numbers import number
+from ...estimate import Noise
+from ...present import FEET, NAMES, UNITS, Table, number
 from .design import Design, Item, minutes
 from .estimators import LIKELIHOOD, METHODS, TITLES
 from .study import Study

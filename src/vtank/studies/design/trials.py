@@ -8,15 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from ...estimate.maximum_likelihood import MODELS
-from ...estimate.paper.regression import Model
-from ...experiment.plan import plan_run
-from ...experiment.scenario import Scenario
-from ...experiment.surge_model import simulate_surge
-from ...plant.parameters import LUMPED, null_vector, slot
-from ...plant.parameters import NAMES as SLOTS
-from ...plant.truth import Truth
-from ..blind.processes import processes
+from ...estimate import MODELS
+from ...estimate.paper import Model
+from ...experiment import Scenario, plan_run, simulate_surge
+from ...plant import LUMPED, Truth, null_vector, slot
+from ...plant import NAMES as SLOTS
+from ..processes import processes
 from .estimators import METHODS, Answer, answers
 from .flown import Array, noise_of
 

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...effects.catalogue import BY_NAME, CATALOGUE
-from ...effects.effect import Effect
+from ...effects import BY_NAME, CATALOGUE, Effect
 from .flown import Array, Flown
 from .information import Information, inverse
 from .sensitivity import Quantity

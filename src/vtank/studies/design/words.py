@@ -6,9 +6,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ...plant.parameters import LAG, LOSS, slot
-from ...present.identification import NAMES
-from ...present.numbers import number
+from ...plant import LAG, LOSS, slot
+from ...present import NAMES, effect_name, number
 from .advice import Remedy
 from .study import Study
 from .verdicts import CLEAR, SEEN, Verdict
@@ -22,14 +21,9 @@ def called(slot: str) -> str:
     return NAMES.get(slot, slot)
 
 
-def plain(name: str) -> str:
-    """An effect's name in words."""
-    return name.replace("_", " ")
-
-
 def size(v: Verdict) -> str:
     """An effect with its typical size."""
-    return f"{plain(v.effect.name)} of {v.size:.2g}{' ' * bool(v.unit)}{v.unit}"
+    return f"{effect_name(v.effect.name)} of {v.size:.2g}{' ' * bool(v.unit)}{v.unit}"
 
 
 def moved(v: Verdict) -> str:
@@ -79,7 +73,7 @@ def _remedy(r: Remedy) -> str:
         left = f"{_deviations(r.before)} of {number(r.verdict.signature, 3)} deviations of the noise are left"
         by = f"once refitting has taken it for {moved(r.verdict)}" if moved(r.verdict) else "after refitting"
         return f"{size(r.verdict)} {how}: {left} {by}; {_help(r)}."
-    rival = plain(r.pair.b.name)
+    rival = effect_name(r.pair.b.name)
     if r.before < SEEN:
         return f"{size(r.verdict)} is indistinguishable from {rival} ({r.before:.1f} deviations); {_help(r)}."
     if r.before < CLEAR:
@@ -103,7 +97,7 @@ def _rest(study: Study) -> Iterator[str]:
     separable = [v for v in study.verdicts if v.standing == "separable"]
     clear = [v for v in separable if min(v.left, *(left for _, left in v.rivals)) >= CLEAR]
     if clear:
-        names = ", ".join(plain(v.effect.name) for v in clear)
+        names = ", ".join(effect_name(v.effect.name) for v in clear)
         yield f"Clearly seen and apart from every other at their typical size: {names}."
     yield "Sonar multipath is seen as isolated outliers, ranges that are too long, whatever the plan."
     yield (

@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...estimate.paper.regression import Array
-from ...plant.truth import load_truth
+from ...estimate.paper import Array
+from ...plant import load_truth
 from ...units import FOOT_M
 from .published import SETS, brutzman_a_per_ft
 from .records import records

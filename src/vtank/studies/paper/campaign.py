@@ -7,18 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...estimate.maximum_likelihood import Estimate, identify
-from ...estimate.observed import Observed, observe
-from ...estimate.paper.estimate import PaperEstimate, identify_signals
-from ...estimate.paper.regression import MODELS, Array, Model
-from ...estimate.paper.settings import PaperSettings
-from ...estimate.paper.signals import Signals, run_signals
-from ...estimate.residuals import ResidualStatistics, residual_statistics
-from ...experiment import Plan, Result, plan_run
-from ...experiment.scenario import load_scenario
-from ...plant.lumped import Lumped
-from ...plant.parameters import LUMPED
-from ...plant.truth import Truth
+from ...estimate import Estimate, Observed, ResidualStatistics, identify, observe, residual_statistics
+from ...estimate.paper import MODELS, Array, Model, PaperEstimate, PaperSettings, Signals, identify_signals, run_signals
+from ...experiment import Plan, Result, load_scenario, plan_run
+from ...plant import LUMPED, Lumped, Truth
 from ...units import FOOT_M
 
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")

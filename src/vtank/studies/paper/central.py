@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...plant.lumped import to_feet
+from ...plant import to_feet
 from ...units import FOOT_M
 from .campaign import Campaign
 from .evidence import (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimate.paper.regression import MODELS
-from ...estimate.residuals import residual_coherence
+from ...estimate import residual_coherence
+from ...estimate.paper import MODELS
 from ...units import RPM_REV_S
 from .campaign import Campaign
 from .evidence import (

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ...estimate.paper.regression import Array
-from ...present.blocks import Paragraph
+from ...estimate.paper import Array
+from ...present import Paragraph, fixed
 from .calibration import Calibration
 from .campaign import Campaign
 from .practice import Practice
@@ -124,19 +124,18 @@ def span(values: Sequence[float] | Array, digits: int) -> str:
 
 def band(values: Array, digits: int) -> str:
     """Median and band as text."""
-    low, middle, high = (f"{x:.{digits}f}" if np.isfinite(x) else "diverges" for x in values)
+    low, middle, high = (fixed(x, digits, "diverges") for x in values)
     return f"{middle} [{low}, {high}]"
 
 
 def interval(low: float, middle: float, high: float) -> str:
     """Median and compatible interval as text."""
-    centre = f"{middle:.1f}" if np.isfinite(middle) else "-"
-    return f"{centre} [{low:.1f}, {high:.1f}]" if np.isfinite(low) else f"{centre} [-]"
+    return f"{fixed(middle, 1)} [{f'{low:.1f}, {high:.1f}' if np.isfinite(low) else '-'}]"
 
 
 def numbers(values: Sequence[float]) -> str:
     """Two decimals each; "diverges" for infinity."""
-    return ", ".join(f"{x:.2f}" if np.isfinite(x) else "diverges" for x in values)
+    return ", ".join(fixed(x, 2, "diverges") for x in values)
 
 
 def percent(share: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...present.blocks import Block, Heading, Paragraph, Table
+from ...present import Block, Heading, Paragraph, Table
 from .calibration import Calibration
 from .central import blind, likelihood, noise_as_drag, noise_free, origin, settling, size, step
 from .claims import (

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...estimate.paper.regression import Model
-from ...plant.lumped import to_feet
+from ...estimate.paper import Model
+from ...plant import to_feet
 from ...present.document import Table
 from .campaign import Campaign
-from .published import PARAMETERS
+from .published import OF_MODEL, PARAMETERS
 from .tables import Entry
 
 SHOWN: tuple[tuple[str, Model], ...] = (
@@ -17,7 +17,6 @@ SHOWN: tuple[tuple[str, Model], ...] = (
     ("paper-iii", "III"),
     ("physical", "III"),
 )
-OF_MODEL = {"I": ("a", "b"), "II": ("a", "b", "tau"), "III": PARAMETERS}
 HEADER = ("model, truth", "from", "a [1/ft]", "b [ft/rev2]", "gamma [1/rev]", "tau [s]")
 ROWS = ("truth", "paper's estimator, data set 1", "least squares, data set 1", "maximum likelihood, all four")
 

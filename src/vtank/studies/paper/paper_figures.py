@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.paper.estimate import PaperEstimate
-from ...estimate.paper.linear import fit_linear
-from ...estimate.paper.regression import Array, Model
-from ...estimate.residuals import free_run_beside, residual_coherence, residual_statistics
-from ...plant.lumped import to_feet
+from ...estimate import free_run_beside, residual_coherence, residual_statistics
+from ...estimate.paper import Array, Model, PaperEstimate, fit_linear
+from ...plant import to_feet
 from ...present.canvas import (
     BLUE,
     CRIMSON,
@@ -29,10 +27,9 @@ from ...present.canvas import (
 )
 from ...units import FOOT_M
 from .campaign import Campaign
-from .published import PARAMETERS, published
+from .published import OF_MODEL, PARAMETERS, published
 
 NAMES = {"a": "a [1/ft]", "b": "b [ft/rev²]", "gamma": "γ [1/rev]", "tau": "τ [s]"}
-OF_MODEL: dict[str, tuple[str, ...]] = {"I": ("a", "b"), "II": ("a", "b", "tau"), "III": ("a", "b", "gamma", "tau")}
 TABLE_OF_MODEL = {"I": 1, "II": 2, "III": 3}
 COEFFICIENTS = ("C1 = Ta", "C2 = T/τ", "C3 = T²a/τ", "C4 = T²b/τ", "C5 = Tγ", "C6 = T²γ/τ")
 COEFFICIENTS_I = ("C1 = Ta", "C2 = Tb")

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate.paper.estimate import cross_validation, identify_signals
-from ...estimate.paper.regression import Array, Model
+from ...estimate.paper import Array, Model, cross_validation, identify_signals
 from ...units import FOOT_M
 from .campaign import TRUTHS
 from .published import SETS

@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.paper.regression import Array, Model
-from ...record.table import open_table
+from ...estimate.paper import Array, Model
+from ...record import open_table
 
 FILE = Path(__file__).with_name("published.toml")
 SETS = 4  # data sets of the paper
 PARAMETERS = ("a", "b", "gamma", "tau")
+OF_MODEL: dict[str, tuple[str, ...]] = {"I": ("a", "b"), "II": ("a", "b", "tau"), "III": PARAMETERS}
 RESIDUALS = ("mean", "deviation", "mean_absolute")
 UNITS = {"a": "1/ft", "b": "ft/rev2", "gamma": "1/rev", "tau": "s"} | {name: "ft/s" for name in RESIDUALS}
 

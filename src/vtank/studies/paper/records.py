@@ -17,13 +17,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from ...effects import tachometer_spikes
-from ...estimate.paper.regression import Array
-from ...estimate.paper.settings import PaperSettings
-from ...estimate.paper.signals import Signals, speed_signals
-from ...estimate.paper.sonar_filter import sonar_filter_compiled
-from ...experiment import Result, plan_run, simulate_surge
-from ...experiment.scenario import Scenario, load_scenario
-from ...plant.truth import Truth
+from ...estimate.paper import Array, PaperSettings, Signals, sonar_filter_compiled, speed_signals
+from ...experiment import Result, Scenario, load_scenario, plan_run, simulate_surge
+from ...plant import Truth
 from ...units import FOOT_M
 from .campaign import SCENARIOS
 

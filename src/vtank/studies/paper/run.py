@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...experiment import Result
-from ...experiment.written import provenance
-from ...present.blocks import Block, Heading, Links, Paragraph, Picture
+from ...experiment import Result, plan_all, provenance
+from ...experiment import fly as simulated
+from ...present import Block, Heading, Links, Paragraph, Picture
 from ...present.document import csv_text, html, markdown
-from ...record import write_dataset
-from ...record.folder import Kind
+from ...record import Kind, write_dataset
+from ..stage import Stage, silent
 from . import findings, study_figures
 from .calibration import BASES, MULTIPLES, Calibration, calibrate
-from .campaign import TRUTHS, Campaign, identify_campaign, pieces
+from .campaign import SCENARIOS, TRUTHS, Campaign, identify_campaign, pieces
 from .evidence import Results, filled
 from .paper_figures import plan
 from .practice import practise
@@ -24,7 +23,6 @@ from .study import experiments, levels, study, study_csv
 from .tables import paper_form, tables_csv
 
 Drawings = Mapping[str, tuple[str, Callable[..., bytes]]]  # file name without suffix -> caption, drawing
-Stage = Callable[[str, int], AbstractContextManager[Callable[[str], None]]]
 
 
 @dataclass(frozen=True)
@@ -43,10 +41,11 @@ BRIEF = Effort(10, 16, 6, (0.3, 1.0, 3.0, 10.0, 30.0, 65.0))  # about 25 s on on
 QUICK = Effort(3, 3, 2, (0.3, 1.0, 10.0, 65.0))
 
 
-@contextmanager
-def silent(label: str, total: int) -> Iterator[Callable[[str], None]]:
-    """A stage that shows nothing."""
-    yield lambda note: None
+def fly(truths: Sequence[str], seed: int, progress: Callable[[float], None] | None = None) -> dict[str, list[Result]]:
+    """The four experiments in the tank with each truth: truth -> results."""
+    plans = [plan for truth in truths for plan in plan_all(SCENARIOS, seed=seed, truth=truth)]
+    results = simulated(plans, "tank", 2, progress)
+    return {truth: results[i * len(SCENARIOS) : (i + 1) * len(SCENARIOS)] for i, truth in enumerate(truths)}
 
 
 def reproduce(

@@ -13,11 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from ...estimate.paper.estimate import identify_signals
-from ...estimate.paper.regression import Array, Model
-from ...estimate.paper.settings import PaperSettings
-from ...plant.lumped import to_feet
-from ...plant.truth import load_truth
+from ...estimate.paper import Array, Model, PaperSettings, identify_signals
+from ...plant import load_truth, to_feet
 from ...present.document import csv_text
 from .campaign import METHODS, TRUTHS
 from .published import SETS

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import chain
 from math import floor, isfinite, log10, nan
 
-from ...estimate.residuals import ResidualStatistics
-from ...plant.lumped import to_feet
-from ...present.blocks import Table
+from ...estimate import ResidualStatistics
+from ...plant import to_feet
+from ...present import Table
 from ...present.document import csv_text
 from ...units import FOOT_M
 from .campaign import Campaign

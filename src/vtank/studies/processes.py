@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -16,7 +15,6 @@ def processes(count: int) -> Iterator[Callable[..., Iterator[Any]]]:
     if count <= 1:
         yield map
         return
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # the processes share the cores already
     with ProcessPoolExecutor(count, multiprocessing.get_context("spawn")) as pool:
         try:
             yield pool.map

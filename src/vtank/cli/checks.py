@@ -1,0 +1,25 @@
+"""What is checked of the arguments before any work."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ..errors import InputError
+
+
+def at_least(least: int, **arguments: int | None) -> None:
+    """InputError for a whole number below `least`; None is one that was not given."""
+    for name, value in arguments.items():
+        if value is not None and value < least:
+            raise InputError(f"--{name.replace('_', '-')} {value}: expected a whole number of at least {least}")
+
+
+def refuse_unwritable(*paths: Path | None) -> None:
+    """InputError where a file could not be written; None is one that was not asked for."""
+    for path in paths:
+        if path is None:
+            continue
+        parent = next(folder for folder in path.resolve().parents if folder.exists())
+        if path.is_dir() or not parent.is_dir() or not os.access(parent, os.W_OK):
+            raise InputError(f"{path}: cannot be written, expected the path of a file")

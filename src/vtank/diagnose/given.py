@@ -1,0 +1,62 @@
+"""What a diagnosis is given: runs that go together, and a nominal simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..estimate.observed import Observed, observe, stretches
+from ..plant.parameters import SIZE
+from ..plant.truth import Truth, load_truth
+from ..record import Run
+
+FEWEST_SAMPLES = 50  # measurements a run must have: five seconds at 10 Hz; a choice
+FOREIGN = "none"  # in place of a nominal: the recordings' own refit
+
+
+def observed(runs: Iterable[Run]) -> list[Observed]:
+    """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
+    found = [observe(run) for run in stretches(tuple(runs))]
+    if not found:
+        raise InputError("no runs: nothing can be diagnosed")
+    first = found[0]
+    for run in found:
+        if run.input_name != first.input_name:
+            raise InputError(
+                f"run {run.name}: its input is {run.input_name}, that of run {first.name} is {first.input_name}; "
+                "all runs of a diagnosis need the same input"
+            )
+        if run.time_s.size < FEWEST_SAMPLES:
+            raise InputError(
+                f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST_SAMPLES} to diagnose"
+            )
+        if run.input.size < 2:
+            raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
+    if all(float(abs(run.input).max()) == 0.0 for run in found):
+        raise InputError(
+            f"{first.input_name} is zero in all runs: nothing drives the vehicle, nothing can be diagnosed"
+        )
+    return found
+
+
+def nominal_vector(nominal: str | Path | Truth | np.ndarray, run: Observed) -> np.ndarray | None:
+    """Parameter vector of the nominal simulator, shape (P,); None for a foreign vehicle; InputError if it cannot be.
+
+    nominal: a truth preset, its name or path, a parameter vector, or "none".
+    """
+    if isinstance(nominal, np.ndarray):
+        if nominal.shape != (SIZE,):
+            raise InputError(f"nominal: found an array of shape {nominal.shape}, expected ({SIZE},)")
+        return nominal
+    if nominal == FOREIGN:
+        return None
+    truth = nominal if isinstance(nominal, Truth) else load_truth(nominal)
+    if run.input_name != "n_rev_s":
+        raise InputError(
+            f"run {run.name}: its input is {run.input_name}, but the nominal simulator {truth.name} is driven "
+            'by a propeller speed, n_rev_s; for a foreign vehicle use --nominal none, in Python nominal="none"'
+        )
+    return truth.vector()

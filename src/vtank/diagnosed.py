@@ -1,0 +1,45 @@
+"""What a user is given by a diagnosis: everything found, and the ways to see and to keep it."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+from shutil import get_terminal_size
+
+from .diagnose import diagnosis
+from .diagnose.model_file import model_text
+from .record import json_text, write_text
+
+WIDEST = 110  # columns of a diagnosis on a terminal, at most
+
+
+class Diagnosis(diagnosis.Diagnosis):
+    """A diagnosis that can be printed, shown in a notebook, reported and saved."""
+
+    def __str__(self) -> str:
+        """The text that `vtank diagnose` prints."""
+        from .present.terminal import terminal_text
+
+        return terminal_text(self.document, min(get_terminal_size((100, 24)).columns, WIDEST))
+
+    def _repr_html_(self) -> str:
+        """The report, in a frame of its own so that the notebook's style and the report's do not mix."""
+        frame = 'style="width: 100%; height: 80vh; border: 0" title="Gap diagnosis"'
+        return f'<iframe {frame} srcdoc="{escape(self._page())}"></iframe>'
+
+    def report(self, path: Path | str) -> None:
+        """Write the report, one HTML file that loads nothing; InputError where it cannot be written."""
+        write_text(path, self._page())
+
+    def save(self, path: Path | str) -> None:
+        """Write the diagnosed model as TOML, for `predict`, or as the truth of a scenario; InputError as `report`."""
+        write_text(path, model_text(self))
+
+    def write_json(self, path: Path | str) -> None:
+        """Write `document` as JSON, schema vtank.diagnosis/1; InputError as `report`."""
+        write_text(path, json_text(self.document))
+
+    def _page(self) -> str:
+        from .present.page import report_html
+
+        return report_html(self, self.document)

@@ -1,0 +1,119 @@
+"""What a user calls: runs loaded or simulated, models identified, gaps diagnosed, recordings predicted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from .errors import InputError
+from .record import Run, read_dataset, read_run
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from .diagnosed import Diagnosis
+    from .effects.effect import Effect
+    from .estimate.maximum_likelihood import Estimate
+    from .plant.truth import Truth
+
+NOMINAL = "paper-ii"  # the simulator that is diagnosed where none is named
+
+
+def load(path: Path | str) -> tuple[Run, ...]:
+    """The runs of a data set, a folder of CSV files, or of one CSV file.
+
+    Runs come in natural order of their names. InputError names file, line and column of what breaks the rules for
+    recordings; a truth beside the runs is never opened.
+    """
+    return read_dataset(path).runs
+
+
+def run(
+    *scenarios: Path | str,
+    seed: int | None = None,
+    truth: str | None = None,
+    settings: Sequence[str] = (),
+    simulator: Literal["tank", "surge"] = "tank",
+    threads: int = 1,
+    out: Path | str | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Run, ...]:
+    """Simulate scenarios, by name or path of a TOML file, and return what was recorded.
+
+    seed: of all noise (default: the first scenario's). truth: preset or path of one (default: each scenario's).
+    settings: KEY=VALUE laid over all scenarios, such as "effects.linear_drag.c_per_s=0.08".
+    simulator: the MuJoCo tank, or the surge equation alone, a hundred times as fast.
+    out: folder of a data set to write, with the truth in a file of its own.
+    progress: told the share that is done, 0 to 1. InputError for bad input and where the vehicle strikes a wall.
+    """
+    from .experiment.fly import fly, plan_all, write_results
+    from .record.dataset import refuse_strangers
+
+    if not scenarios:
+        raise InputError("no scenario: nothing can be simulated")
+    if out is not None:
+        refuse_strangers(Path(out))
+    results = fly(plan_all(scenarios, settings, seed, truth), simulator, threads, progress)
+    if out is not None:
+        write_results(out, results, simulator, settings)
+    return tuple(result.run for result in results)
+
+
+def identify(runs: Iterable[Run], model: str = "II", process_noise: bool | None = None) -> Estimate:
+    """Maximum-likelihood estimate of a surge model from all runs together, with `values` and `sd` by parameter, SI.
+
+    model: "I" alpha [1/m], beta [m/rev2]; "II" and thrust_lag.tau [s]; "III" and thrust_loss.gamma [1/rev].
+    process_noise: whether turbulence is allowed for (default: where the residuals ask for it).
+    InputError where runs do not go together or cannot carry the model.
+    """
+    from .estimate.maximum_likelihood import MODELS, identify
+    from .estimate.observed import observe, stretches
+
+    if model not in MODELS:
+        raise InputError(f"model {model!r}: expected one of {', '.join(MODELS)}")
+    return identify([observe(run) for run in stretches(tuple(runs))], model, process_noise=process_noise)
+
+
+def diagnose(
+    runs: Iterable[Run],
+    nominal: str | Path | Truth | np.ndarray = NOMINAL,
+    seed: int = 0,
+    effects: Sequence[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Diagnosis:
+    """Where runs and a nominal simulator part, which effect causes it, and how far the gap shrinks once it is added.
+
+    nominal: a truth preset, its name or the path of its TOML file, a parameter vector, shape (P,), or "none" for a
+    foreign vehicle, whose own refit is the simulator. effects: to consider (default: the whole catalogue).
+    seed: of the simulated new data. progress: told in a few words what is being done.
+    InputError where runs do not go together, hold too little, or tell no parameters apart.
+    """
+    from .diagnose import diagnosis
+    from .diagnose.given import nominal_vector, observed
+    from .diagnosed import Diagnosis
+
+    seen = observed(runs)
+    found = diagnosis.diagnose(seen, nominal_vector(nominal, seen[0]), seed, effects, progress)
+    return Diagnosis(found.selection, found.probabilities, found.verdict, found.seed, progress)
+
+
+def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
+    """How well the simulators of a model file, written by `Diagnosis.save`, predict a run from its input alone.
+
+    Returns {"unit": "m" or "m/s", "rms": {"nominal", "refit", "diagnosed"}, "floor"}: root mean square errors, and
+    what noise and turbulence leave to a model that knows everything else. InputError where model or run cannot be
+    read, do not go together, or hold too little.
+    """
+    from .diagnose.model_file import predict_gaps, read_model
+    from .estimate.observed import observe, stretches
+
+    parts = stretches([run if isinstance(run, Run) else read_run(run)])
+    return predict_gaps(read_model(model), *map(observe, parts))
+
+
+def effects() -> tuple[Effect, ...]:
+    """The catalogue: every effect that a simulator may leave out, with law, parameters, units, bounds and source."""
+    from .effects.catalogue import CATALOGUE
+
+    return CATALOGUE

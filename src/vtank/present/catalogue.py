@@ -1,0 +1,85 @@
+"""The catalogue of effects as text, as the README's table and as plain data."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+from ..effects.catalogue import CATALOGUE
+from ..effects.effect import Effect, Parameter
+
+STANDINGS = {
+    "separable": "",
+    "absorbed": "hides in refitted parameters: cannot be seen with one sonar",
+    "tied": "tied: the same thing to one sonar",
+}
+
+
+def catalogue_table(effects: Sequence[Effect] | None = None) -> str:
+    """The README's table of effects as Markdown; default: the whole catalogue."""
+    lines = ["| effect | channel | law | parameters | confused with |", "|---|---|---|---|---|"]
+    for effect in CATALOGUE if effects is None else effects:
+        parameters = ", ".join(f"`{q.key}`" for q in effect.parameters)
+        rivals = ", ".join(f"`{name}`" for name in effect.confused_with)
+        if effect.standing != "separable":
+            rivals = f"{effect.standing}{': ' if rivals else ''}{rivals}"
+        law = effect.law.replace("|", "\\|")
+        lines.append(f"| `{effect.name}` | {effect.channel} | {law} | {parameters} | {rivals} |")
+    return "\n".join(lines) + "\n"
+
+
+def described(effect: Effect) -> str:
+    """An effect as a paragraph of lines."""
+    rows = [("channel", effect.channel), ("law", effect.law)]
+    rows += [(q.key, parameter_text(q)) for q in effect.parameters]
+    rows.append(("source", effect.source))
+    if effect.confused_with:
+        rows.append(("confused with", ", ".join(effect.confused_with)))
+    if STANDINGS[effect.standing]:
+        rows.append(("standing", STANDINGS[effect.standing]))
+    lines = [effect.name, *textwrap.wrap(effect.sentence, 100, initial_indent="  ", subsequent_indent="  ")]
+    width = max(len(name) for name, _ in rows) + 2
+    for name, text in rows:
+        indent = "  " + " " * width
+        lines += textwrap.wrap(text, 100, initial_indent="  " + name.ljust(width), subsequent_indent=indent)
+    return "\n".join(lines)
+
+
+def parameter_text(parameter: Parameter) -> str:
+    """Meaning, unit, bounds and null value of a parameter."""
+    low, high = parameter.bounds
+    span = f"{low:g} to {high:g}" if math.isfinite(high) else f"at least {low:g}"
+    text = f"{parameter.meaning} [{parameter.unit}], {span}"
+    if parameter.shape:
+        return f"{text}{', one for each run' if parameter.per_run else ''}"
+    null = f"at {parameter.null:g}" if math.isfinite(parameter.null) else "where it is never reached"
+    return f"{text}, no effect {null}"
+
+
+def as_data(effect: Effect) -> dict[str, Any]:
+    """An effect as plain data; in JSON an infinite bound, or a null value that is never reached, is null."""
+    parameters = [
+        {
+            "name": q.name,
+            "key": q.key,
+            "unit": q.unit,
+            "meaning": q.meaning,
+            "null": q.null,
+            "bounds": list(q.bounds),
+            "per_run": q.per_run,
+            "shape": q.shape,
+        }
+        for q in effect.parameters
+    ]
+    return {
+        "name": effect.name,
+        "channel": effect.channel,
+        "sentence": effect.sentence,
+        "law": effect.law,
+        "parameters": parameters,
+        "source": effect.source,
+        "confused_with": list(effect.confused_with),
+        "standing": effect.standing,
+    }
