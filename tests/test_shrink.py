@@ -141,7 +141,7 @@ def test_nothing_is_closed_where_the_simulator_is_right() -> None:
 
 def test_new_runs_scatter_about_what_the_cause_leaves(dragged: tuple[Selection, Verdict]) -> None:
     new = NewData(*dragged)
-    refit, diagnosed, own = np.mean([new.new_set((0, i)) for i in range(12)], axis=0)
+    refit, diagnosed, own = np.mean(new.new_sets([(0, i) for i in range(12)]), axis=0)
     assert own == pytest.approx(0.006, rel=0.1)
     assert own <= diagnosed < 0.7 * refit
 

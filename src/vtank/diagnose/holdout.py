@@ -161,12 +161,13 @@ class Target:
         forcing: np.ndarray | None = None,
         start: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Measured value less prediction with the given gains, shape (M,).
+        """Measured value less prediction with the given gains, shape (M,), or (M, L) of L models.
 
-        forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
+        p: shape (P,) or (P, L); value: shape (M,) or (M, L); forcing: known acceleration [m/s2], shape (I,) or (I, L);
+        start: states at the first measurement, shape (S,) or (S, L), by default a guess.
         """
         p = self.run.here(p)
-        start = self.begin(p)[0] if start is None else start
+        start = self.run.start(p) if start is None else start
         return held(innovations(self.run, p, start, self.noise, gain, value, forcing))
 
 
@@ -197,29 +198,40 @@ class Prediction:
         self._variance = np.array([variance for variance, _ in found])
 
     def errors(
-        self, value: np.ndarray | None = None, model: Model | None = None, forcing: np.ndarray | None = None
+        self,
+        value: np.ndarray | None = None,
+        models: Sequence[Model] | None = None,
+        forcing: np.ndarray | None = None,
     ) -> np.ndarray:
-        """Simulation errors at the measurements that count, shape (K,).
+        """Simulation errors at the measurements that count, shape (K,), or (K, L) of L recordings.
 
-        value: other measured values, shape (M,); model: another model of the same structure; forcing: see Target.
+        value: other measured values, shape (M,) or (M, L); models: others of the same structure, one for each of these;
+        forcing: see Target.
         """
-        target, model = self.target, model or self.model
-        value = target.run.value if value is None else value
-        weight = self._weigh(model, value)
-        gain = no_gain(target.run)
-        gain[: target.inside] = self.gains[int(np.argmax(weight))]
-        return target.errors(model.mean(weight), gain, value, forcing)[target.scored]
+        target, value = self.target, self.target.run.value if value is None else value
+        many = value if value.ndim == 2 else value[:, None]
+        models = models or [self.model] * many.shape[1]
+        weight = self._weigh(models, many)
+        p = np.column_stack([model.mean(w) for model, w in zip(models, weight, strict=True)])
+        found, best = np.empty(many.shape), np.argmax(weight, axis=1)
+        for i in np.unique(best):
+            own, gain = best == i, no_gain(target.run)
+            gain[: target.inside] = self.gains[i]
+            found[:, own] = target.errors(p[:, own], gain, many[:, own], forcing)
+        return found[target.scored] if value.ndim == 2 else found[target.scored, 0]
 
-    def _weigh(self, model: Model, value: np.ndarray) -> np.ndarray:
-        """Posterior weight of each value of the run's own parameter, shape (G,), from the window."""
-        if len(model.grid) == 1:
-            return np.ones(1)
-        window, cost = self.target.window, np.empty(len(model.grid))
-        for i, p in enumerate(model.grid):
-            e, S = window.errors(p, self.gains[i], value[: self.target.inside]), self._variance[i]
-            cost[i] = 0.5 * float(np.sum(e**2 / S + np.log(S)))
-        weight = np.exp(np.min(cost) - cost)
-        return weight / np.sum(weight)
+    def _weigh(self, models: Sequence[Model], value: np.ndarray) -> np.ndarray:
+        """Posterior weight of each value of the runs' own parameter, shape (L, G), from the window."""
+        count, window = len(self.gains), self.target.window
+        if count == 1:
+            return np.ones((len(models), 1))
+        cost = np.empty((len(models), count))
+        for i in range(count):
+            p = np.column_stack([model.grid[i] for model in models])
+            e, S = window.errors(p, self.gains[i], value[: self.target.inside]), self._variance[i][:, None]
+            cost[:, i] = 0.5 * np.sum(e**2 / S + np.log(S), axis=0)
+        weight = np.exp(np.min(cost, axis=1, keepdims=True) - cost)
+        return np.asarray(weight / np.sum(weight, axis=1, keepdims=True))
 
     def floor_squares(self) -> tuple[np.ndarray, np.ndarray]:
         """Expected square error of the right model at the measurements that count, shapes (K,) [m2 or m2/s2].
@@ -227,7 +239,7 @@ class Prediction:
         By measurement noise; and by turbulence and the uncertain state at the window's end.
         """
         target = self.target
-        p = self.model.mean(self._weigh(self.model, target.run.value))
+        p = self.model.mean(self._weigh([self.model], target.run.value[:, None])[0])
         late = np.arange(target.run.time_s.size) >= target.inside
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
         noise = (target.variance + target.coloured)[target.scored]

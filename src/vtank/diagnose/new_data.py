@@ -51,19 +51,25 @@ class Cause:
         fit, parts = self.fit, []
         for k, prediction in enumerate(self.entered):
             model = Model(fit.problem.model(self.theta, k)[0], fit.problem.per_run)
-            parts.append(prediction.errors(prediction.target.run.value - self.error[k], model, self.force[k]))
+            parts.append(prediction.errors(prediction.target.run.value - self.error[k], [model], self.force[k]))
         return rms(parts)
 
-    def new_run(self, theta: np.ndarray, k: int, rng: np.random.Generator) -> tuple[Model, np.ndarray]:
-        """The cause at theta, and what it would let run k read with new turbulence and noise, shape (M,)."""
-        p, start = self.fit.problem.model(theta, k)
-        truth, target = Model(p, self.fit.problem.per_run), self.entered[k].target
-        size, push = target.run.time_s.size, turbulence(target, rng)
+    def new_runs(
+        self, thetas: Sequence[np.ndarray], k: int, rngs: Sequence[np.random.Generator]
+    ) -> tuple[list[Model], np.ndarray]:
+        """The cause at each theta, and what it would let run k read with new turbulence and noise, shape (M, L)."""
+        target, truths, draws = self.entered[k].target, [], []
+        for theta, rng in zip(thetas, rngs, strict=True):
+            p, start = self.fit.problem.model(theta, k)
+            truths.append(Model(p, self.fit.problem.per_run))
+            push = turbulence(target, rng)
+            p = truths[-1].grid[int(rng.integers(len(truths[-1].grid)))]
+            draws.append((p, start, push, noise(target, rng)))
+        p, start, push, white = (np.column_stack(part) for part in zip(*draws, strict=True))
         if (force := self.force[k]) is not None:
-            push += force
-        p = truth.grid[int(rng.integers(len(truth.grid)))]
-        quiet = self.error[k] - target.errors(p, no_gain(target.run), np.zeros(size), push, start)
-        return truth, quiet + noise(target, rng)
+            push += force[:, None]
+        quiet = target.errors(p, no_gain(target.run), np.zeros(target.run.time_s.size), push, start)
+        return truths, np.reshape(self.error[k], (-1, 1)) - quiet + white
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
@@ -132,19 +138,27 @@ class NewData:
         noise, turbulence = (np.mean(np.concatenate([part[i] for part in parts])) for i in range(2))
         return min(cause.gap(), float(np.sqrt(noise + CHANCE * turbulence)))
 
-    def new_set(self, seed: tuple[int, int]) -> Gaps:
-        """Gaps of refit, diagnosed model and cause when every run is repeated once."""
-        rng = np.random.default_rng(seed)
-        weight = [chance for chance, _ in self.causes]
-        cause = self.causes[int(rng.choice(len(weight), p=weight))][1]
-        theta = cause.draw(rng)
+    def new_sets(self, seeds: Sequence[tuple[int, int]]) -> list[Gaps]:
+        """Gaps of refit, diagnosed model and cause when every run is repeated once, for each seed."""
+        rngs, weight = [np.random.default_rng(seed) for seed in seeds], [chance for chance, _ in self.causes]
+        chosen = np.array([int(rng.choice(len(weight), p=weight)) for rng in rngs])
+        gaps = np.empty((len(seeds), 3))
+        for which in np.unique(chosen):
+            own = np.flatnonzero(chosen == which)
+            gaps[own] = self._repeated(self.causes[which][1], [rngs[i] for i in own])
+        return [(refit, diagnosed, cause) for refit, diagnosed, cause in gaps.tolist()]
+
+    def _repeated(self, cause: Cause, rngs: Sequence[np.random.Generator]) -> np.ndarray:
+        """The gaps of new sets that one cause makes, shape (L, 3)."""
+        thetas = [cause.draw(rng) for rng in rngs]
         errors: list[list[np.ndarray]] = [[], [], []]
         for k in range(len(self.targets)):
-            truth, value = cause.new_run(theta, k, rng)
+            truths, value = cause.new_runs(thetas, k, rngs)
             for i, model in enumerate(self.models):
                 errors[i].append(model[k].errors(value))
-            errors[2].append(cause.entered[k].errors(value - cause.error[k], truth, cause.force[k]))
-        return rms(errors[0]), rms(errors[1]), rms(errors[2])
+            seen = value - np.reshape(cause.error[k], (-1, 1))
+            errors[2].append(cause.entered[k].errors(seen, truths, cause.force[k]))
+        return np.column_stack([np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0)) for parts in errors])
 
 
 def noise(target: Target, rng: np.random.Generator) -> np.ndarray:

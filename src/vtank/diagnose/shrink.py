@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -27,7 +28,7 @@ from .verdict import Verdict, probabilities
 
 WITHIN = 8.0  # log evidence behind a fold's leader up to which a hypothesis is refitted there
 MOST = 4  # hypotheses refitted in a fold, beside the nominal and the refit
-DRAWS = 120  # simulated sets of new runs
+DRAWS, TOGETHER = 120, 30  # simulated sets of new runs, and how many at a time
 BLOCKS = 4  # blocks of time that a single run is cut into
 FEWEST = 40  # sets with a gap to close that an interval needs
 
@@ -44,7 +45,8 @@ def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, A
         if closed is not None and selection.setting.foreign:
             sets = resampled(folds, floor, seed)
         elif closed is not None:
-            sets = list(pool.map(new.new_set, [(seed, i) for i in range(DRAWS)]))
+            seeds = [(seed, i) for i in range(DRAWS)]
+            sets = [*chain(*pool.map(new.new_sets, [seeds[i : i + TOGETHER] for i in range(0, DRAWS, TOGETHER)]))]
     return {
         "unit": "m" if any(run.has_position for run in parts.runs) else "m/s",
         "nominal": nominal,

@@ -93,8 +93,11 @@ class Observed:
         return float(np.median(opening)) + self.first.get(POSITION, 0.0)
 
     def start(self, p: np.ndarray) -> np.ndarray:
-        """First guess of the states at the first measurement, shape (S,); 0 where none is told. p: parameters."""
-        start, rows = np.zeros(len(self.plant.states)), channels(self.plant)
+        """First guess of the states at the first measurement, shape (S,); 0 where none is told.
+
+        p: parameters, shape (P,); or (P, L), and the states are of shape (S, L).
+        """
+        start, rows = np.zeros((len(self.plant.states), *p.shape[1:])), channels(self.plant)
         for kind, value in self.first.items():
             if (state := rows[kind].state) is not None:
                 start[state] = rows[kind].begins(value, p)
