@@ -308,7 +308,9 @@ def test_a_run_is_observed_as_it_was_recorded():
     o = observe(run)
     assert o.time_s.size == 14 and np.all(np.diff(o.time_s) >= 0) and o.input_name == "n_rev_s"
     assert set(o.kind) == {RANGE, SPEED} and o.has_position and o.first == {RANGE: 3.0, SPEED: 0.0}
-    assert o.start(5.0).tolist() == [2.0, 0.0, 0.0, 0.0] and o.input.tolist() == list(np.arange(20.0))
+    assert o.start(vector({"standoff": 5.0})).tolist() == [2.0, 0.0, 0.0, 0.0] and o.input.tolist() == list(
+        np.arange(20.0)
+    )
     blind = Run("blind", time, {"n_rev_s": np.ones(20), "depth_m": np.full(20, nan)})
     with pytest.raises(
         InputError, match="run 'blind': no measurement to fit; expected one of range_m, position_m, surge_m_s"

@@ -5,12 +5,12 @@ moves eight parameter sets for about the price of one. Within a law
 
 - arithmetic, comparisons, abs, min, max, math.exp, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
 - `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
-  `-f * math.tanh(u / w) if f != 0.0 else 0.0`, which is nothing where f is null;
+  `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.
 
 Rows of a C-contiguous array of shape (N, 8) are read and written by `load` and `store`; `rows` makes such an array look
-like a vector of N lanes, which is how a law sees its parameters. On plain arrays of shape (N,) the same three work on
-plain numbers.
+like a vector of N lanes that nobody changes, which is how a law sees its parameters. On plain arrays of shape (N,) the
+same three work on plain numbers.
 """
 
 from __future__ import annotations
@@ -124,9 +124,11 @@ def _absolute(builder: Any, x: Any) -> Any:
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.v{WIDTH}f64"), [x])
 
 
-def _row(builder: Any, pointer: Any, index: Any) -> Any:
+def _row(builder: Any, pointer: Any, index: Any, constant: bool = True) -> Any:
     value = builder.load(builder.gep(pointer, [index]))
     value.align = 8  # numpy promises no more
+    if constant:  # nobody writes to what `rows` shows, so that questions about it need be asked only once in a loop
+        value.set_metadata("invariant.load", builder.module.add_metadata([]))
     return value
 
 
@@ -220,6 +222,14 @@ def _rows(typing: Any, array: Any) -> Any:
 
 
 @intrinsic
+def _loaded(typing: Any, array: Any, i: Any) -> Any:
+    def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+        return _row(builder, _pointer(context, builder, sig.args[0], args[0]), args[1], constant=False)
+
+    return LANES(array, types.intp), build
+
+
+@intrinsic
 def _stored(typing: Any, array: Any, i: Any, value: Any) -> Any:
     def build(context: Any, builder: Any, sig: Any, args: Any) -> Any:
         place = builder.gep(_pointer(context, builder, sig.args[0], args[0]), [args[1]])
@@ -251,7 +261,7 @@ def _rows_of(array: Any) -> Any:
 
 @overload(load, strict=False)
 def _load(array: Any, i: Any) -> Any:
-    return (lambda array, i: _rows(array)[i]) if array.ndim == 2 else (lambda array, i: array[i])
+    return (lambda array, i: _loaded(array, i)) if array.ndim == 2 else (lambda array, i: array[i])
 
 
 @overload(store, strict=False)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from ..plant.plant import Plant
-from . import surge
+from . import planar, surge
 from .channel import Channel
 
-TABLES: dict[str, tuple[Channel, ...]] = {"surge": surge.CHANNELS}
+TABLES: dict[str, tuple[Channel, ...]] = {"surge": surge.CHANNELS, "planar": planar.CHANNELS}
 
 
 def channels(plant: Plant) -> tuple[Channel, ...]:

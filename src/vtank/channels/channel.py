@@ -7,13 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..compiled import bind, term
+from ..plant.hooks import unchanged
 from ..plant.plant import Plant
-
-
-@term
-def at_its_stamp(stamp, p):  # type: ignore[no-untyped-def]
-    """Instant at which a measurement was true [s]: that of its stamp."""
-    return stamp
 
 
 @dataclass(frozen=True)
@@ -27,14 +22,23 @@ class Channel:
         instant: (stamp, p) -> when a measurement of that stamp was true [s].
         of_rates: whether the reading looks at ds, which costs one more evaluation of the plant's rates.
         coloured: whether its error may have a coloured part beside the white one.
+        state: index of the state that its first value tells, if it tells one.
+        begins: (value, p) -> that state.
     """
 
     name: str
     unit: str
     reading: Callable[..., Any]
-    instant: Callable[..., Any] = at_its_stamp
+    instant: Callable[..., Any] = unchanged
     of_rates: bool = False
     coloured: bool = False
+    state: int | None = None
+    begins: Callable[..., float] = lambda value, p: value
+
+
+def reads_state(i: int) -> Any:
+    """The reading that is a state itself."""
+    return term(lambda t, s, ds, p: s[i])
 
 
 def readers(plant: Plant, channels: Sequence[Channel]) -> dict[str, Any]:
@@ -56,22 +60,22 @@ index = reading = when = other = otherwise = motion = disturbance = pushing = la
 
 
 @term
-def _nothing_read(kind, t, s, n, push, p):  # type: ignore[no-untyped-def]
+def _nothing_read(kind, t, s, n, push, p):
     return 0.0 * s[0]
 
 
 @term
-def at_no_time(kind, stamp, p):  # type: ignore[no-untyped-def]
+def at_no_time(kind, stamp, p):
     """Behind the last row."""
     return stamp
 
 
-def _read(kind, t, s, n, push, p):  # type: ignore[no-untyped-def]
+def _read(kind, t, s, n, push, p):
     """Reading of channel `kind` in states s under inputs n and a known acceleration."""
     return reading(t, s, s, p) if kind == index else other(kind, t, s, n, push, p)
 
 
-def _read_rates(kind, t, s, n, push, p):  # type: ignore[no-untyped-def]
+def _read_rates(kind, t, s, n, push, p):
     """The same for a channel that looks at the derivatives."""
     if kind != index:
         return other(kind, t, s, n, push, p)
@@ -80,6 +84,6 @@ def _read_rates(kind, t, s, n, push, p):  # type: ignore[no-untyped-def]
     return reading(t, own, rates(t, own, n, pushing(disturbance(s), 1.0, push), p), p)
 
 
-def _instant(kind, stamp, p):  # type: ignore[no-untyped-def]
+def _instant(kind, stamp, p):
     """Instant at which a measurement of channel `kind` was true [s]."""
     return when(stamp, p) if kind == index else otherwise(kind, stamp, p)

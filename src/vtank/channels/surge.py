@@ -5,31 +5,23 @@ from __future__ import annotations
 from ..compiled import term
 from ..plant.hooks import acting_on, chained
 from ..plant.surge import STANDOFF
-from .channel import Channel
+from .channel import Channel, reads_state
 
 as_read = chained(acting_on("range_m"), "reads")
+PLACE, SPEED = 0, 1  # among the states
 
 
 @term
-def distance(t, s, ds, p):  # type: ignore[no-untyped-def]
+def distance(t, s, ds, p):
     """Distance from the sonar to the wall as it reads it [m]."""
-    return as_read(p[STANDOFF] - s[0], p)
-
-
-@term
-def position(t, s, ds, p):  # type: ignore[no-untyped-def]
-    """Distance made good ahead [m]."""
-    return s[0]
-
-
-@term
-def speed(t, s, ds, p):  # type: ignore[no-untyped-def]
-    """Surge speed [m/s]."""
-    return s[1]
+    return as_read(p[STANDOFF] - s[PLACE], p)
 
 
 CHANNELS = (
-    Channel("range_m", "m", distance, chained(acting_on("range_m")[::-1], "instant"), coloured=True),
-    Channel("position_m", "m", position),
-    Channel("surge_m_s", "m/s", speed),
-)
+    Channel(
+        "range_m", "m", distance, chained(acting_on("range_m")[::-1], "instant"), coloured=True,
+        state=PLACE, begins=lambda value, p: p[STANDOFF] - value,
+    ),
+    Channel("position_m", "m", reads_state(PLACE), state=PLACE),
+    Channel("surge_m_s", "m/s", reads_state(SPEED), state=SPEED),
+)  # fmt: skip

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.special import log_ndtr
 
 from ..effects.effect import Parameter
+from ..estimate.innovations import simulated
 from ..estimate.observed import Observed
 from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
@@ -186,10 +187,12 @@ def _effect_prior(
 
 def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     """Root mean square difference of two pure simulations [unit of the measurements]."""
-    quiet = problem.with_noise(problem.noise.calm())
-    pairs = zip(quiet.filter(a), quiet.filter(b), strict=True)
+    models = ([problem.model(theta, k) for theta in (a, b)] for k in range(len(problem.runs)))
+    pairs = ([np.column_stack(parts) for parts in zip(*both, strict=True)] for both in models)
     with np.errstate(invalid="ignore"):  # both may run away
-        difference = np.concatenate([f.innovation - g.innovation for f, g in pairs])
+        difference = np.concatenate(
+            [np.diff(simulated(run, *pair), axis=1)[:, 0] for run, pair in zip(problem.runs, pairs, strict=True)]
+        )
     return float(np.sqrt(np.mean(np.clip(np.nan_to_num(difference, nan=1e6), -1e6, 1e6) ** 2)))
 
 

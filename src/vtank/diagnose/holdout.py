@@ -19,7 +19,7 @@ from ..estimate.innovations import filtered, innovations, no_gain
 from ..estimate.observed import RANGE, SPEED, Observed
 from ..estimate.problem import FLAGGED, Filtered, Noise
 from ..plant.parameters import slot
-from ..plant.surge import STANDOFF, TAU
+from ..plant.surge import TAU
 from . import outliers
 from .evidence import START_SD, Fitted, Setting, evaluate
 from .lone_speeds import with_lone_speeds
@@ -140,23 +140,15 @@ class Target:
                         input_time_s=run.input_time_s[fed], input=run.input[fed], lone=run.lone[fed])  # fmt: skip
         return Target(short, self.weight[:m], self.noise)
 
-    def here(self, p: np.ndarray) -> np.ndarray:
-        """The parameter vector with the run's own stand-off, shape (P,)."""
-        if self.run.standoff is None or p[STANDOFF] == self.run.standoff:
-            return p
-        p = p.copy()
-        p[STANDOFF] = self.run.standoff
-        return p
-
     def begin(self, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Mean and deviation of the state (x, u, z, wake) at the first measurement, before any is used; shape (4,)."""
         x, u, z = START_SD
         sd = np.array([x * self.run.has_position, u, z * (p[TAU] > 0.0), 0.0])
-        return self.run.start(p[STANDOFF]), sd
+        return self.run.start(p), sd
 
     def filter(self, p: np.ndarray, variance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Variances of the innovations, shape (M,), and gains, shape (M, 6), for measurements of given variance."""
-        p = self.here(p)
+        p = self.run.here(p)
         start, sd = self.begin(p)
         found = filtered(self.run, p, start, self.noise, variance, sd)
         return found.variance, found.gain
@@ -173,7 +165,7 @@ class Target:
 
         forcing: known acceleration [m/s2], shape (I,); start: state at the first measurement, by default a guess.
         """
-        p = self.here(p)
+        p = self.run.here(p)
         start = self.begin(p)[0] if start is None else start
         return held(innovations(self.run, p, start, self.noise, gain, value, forcing))
 

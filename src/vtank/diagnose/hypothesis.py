@@ -82,7 +82,7 @@ def stretch(parameter: Parameter, runs: Sequence[Observed]) -> float:
     """Factor on numbers in rev/s where the input is something else: its largest value stands for TOP_REV_S."""
     if parameter.unit != "rev/s" or runs[0].input_name == "n_rev_s":
         return 1.0
-    return largest_input(runs) / TOP_REV_S or 1.0
+    return largest_input(runs) / TOP_REV_S or 1.0  # no input: as they are
 
 
 def typical(parameter: Parameter, runs: Sequence[Observed]) -> float:

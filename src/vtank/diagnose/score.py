@@ -6,12 +6,14 @@ effect's column, and the rest is compared with the innovations that are left (Ra
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
-from ..plant.parameters import vector
+from ..plant.parameters import slot
 from . import outliers
 from .evidence import Fitted, Setting, Start
 from .hypothesis import starting_values
@@ -70,18 +72,19 @@ def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> f
     own = {k: v for k, v in second.start().items() if k in effect.slots()}
     starts: list[Start] = [own]
     starts += [{**values} for values in starting_values(effect, setting.runs)]
-    for start in starts:
-        columns = _shift(near.fit, start) - near.residual
-        best = max(best, near.explain(columns[:, None])[0])
+    for column in (_shifted(near.fit, starts) - near.residual[:, None]).T:
+        best = max(best, near.explain(column[:, None])[0])
     return best
 
 
-def _shift(fit: Fitted, start: Start) -> np.ndarray:
-    """Residuals of the fit with an effect added at the given values."""
+def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
+    """Residuals of the fit with an effect added at the values of each of L starts, shape (sum M, L)."""
     problem, parts = fit.problem, []
     for k, f in enumerate(fit.filtered):
-        p, _ = problem.model(fit.optimum.theta, k)
-        p = vector({name: float(np.broadcast_to(v, len(problem.runs))[k]) for name, v in start.items()}, p)
+        p = np.repeat(problem.model(fit.optimum.theta, k)[0][:, None], len(starts), axis=1)
+        for lane, start in enumerate(starts):
+            for name, value in start.items():
+                p[slot(name), lane] = np.broadcast_to(value, len(problem.runs))[k]
         parts.append(problem.varied(fit.optimum.theta, f, k, p=p))
     return np.concatenate(parts)
 
@@ -91,14 +94,14 @@ def scan(setting: Setting, refit: Fitted, wave: tuple[str, str, str]) -> list[St
     near, count = linearise(refit), len(setting.runs)
     _, pace, _ = wave
     rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
+    tried = product(SCANNED_RAD_S, (0.0, 0.5 * np.pi))
+    probes: list[Start] = [dict(zip(wave, (PROBE_M_S, float(w), phase), strict=True)) for w, phase in tried]
+    changes = (_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S
     found = []
-    for frequency in SCANNED_RAD_S:
+    for j, frequency in enumerate(SCANNED_RAD_S):
         columns = np.zeros((rows[-1], 2 * count))
-        for i, phase in enumerate((0.0, 0.5 * np.pi)):
-            probe: Start = dict(zip(wave, (PROBE_M_S, float(frequency), phase), strict=True))
-            change = (_shift(refit, probe) - near.residual) / PROBE_M_S
-            for k in range(count):
-                columns[rows[k] : rows[k + 1], 2 * k + i] = change[rows[k] : rows[k + 1]]
+        for k in range(count):
+            columns[rows[k] : rows[k + 1], 2 * k : 2 * k + 2] = changes[rows[k] : rows[k + 1], 2 * j : 2 * j + 2]
         gain, c = near.explain(columns)
         found.append((gain, frequency, c.reshape(count, 2)))
     out: list[Start] = []

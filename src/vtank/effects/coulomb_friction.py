@@ -13,7 +13,7 @@ REVERSAL_M_S = 0.005  # [m/s] speed over which the force turns round, below the 
 @law
 def acceleration(u: float, f: float) -> float:
     """Friction per unit of moving mass [m/s2] at speed u over the tank floor [m/s]."""
-    return -f * math.tanh(u / REVERSAL_M_S) if f != 0.0 else 0.0
+    return -f * math.tanh(u / REVERSAL_M_S)
 
 
 EFFECT = Effect(

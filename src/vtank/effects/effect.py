@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 Channel = Literal["hydrodynamics", "actuator", "sensor"]
@@ -130,7 +131,7 @@ class Effect:
         """Whether it makes isolated outliers of some readings and leaves the others alone."""
         return any(q.counted for q in self.parameters)
 
-    @property
+    @cached_property
     def wave(self) -> tuple[str, str, str] | None:
         """Slots of amplitude, frequency and phase of an effect that is a wave, else None."""
         found = {q.unit: slot for slot, q in zip(self.slots(), self.parameters, strict=True)}

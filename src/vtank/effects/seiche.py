@@ -15,13 +15,13 @@ from .effect import Effect, Parameter
 @law
 def velocity(t: float, amplitude: float, frequency: float, phase: float) -> float:
     """Water velocity towards the wall [m/s] at time t [s]."""
-    return amplitude * math.sin(frequency * t + phase) if amplitude != 0.0 else 0.0
+    return amplitude * math.sin(frequency * t + phase)
 
 
 @law
 def acceleration(t: float, amplitude: float, frequency: float, phase: float) -> float:
     """Acceleration of the water, and with it of a neutrally buoyant hull [m/s2], at time t [s]."""
-    return amplitude * frequency * math.cos(frequency * t + phase) if amplitude != 0.0 else 0.0
+    return amplitude * frequency * math.cos(frequency * t + phase)
 
 
 EFFECT = Effect(

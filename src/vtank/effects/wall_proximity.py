@@ -23,25 +23,19 @@ def growth(gap: float) -> float:
 @law
 def inertia_factor(gap: float, mass: float) -> float:
     """Moving mass near the wall over moving mass in open water [-]."""
-    return 1.0 + mass * growth(gap) if mass != 0.0 else 1.0
+    return 1.0 + mass * growth(gap)
 
 
 @law
 def inertia_gradient(gap: float, mass: float) -> float:
     """Half the gradient of the inertia factor ahead, which multiplies u^2 in Lagrange's equation [1/m]."""
-    return 1.5 * mass * growth(gap) / max(gap, NEAREST_M) if mass != 0.0 else 0.0
-
-
-@law
-def acceleration(force: float, gap: float, mass: float) -> float:
-    """What a force per unit of the moving mass in open water does near the wall [m/s2]."""
-    return force / inertia_factor(gap, mass) if mass != 0.0 else force
+    return 1.5 * mass * growth(gap) / max(gap, NEAREST_M)
 
 
 @law
 def drag_factor(gap: float, drag: float) -> float:
     """Quadratic drag near the wall over drag in open water [-]."""
-    return 1.0 + drag * growth(gap) if drag != 0.0 else 1.0
+    return 1.0 + drag * growth(gap)
 
 
 EFFECT = Effect(

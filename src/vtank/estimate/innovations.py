@@ -92,47 +92,44 @@ def innovations(
         forcing: known acceleration on the first axis, held like the input [m/s2], shape (I,) or (I, L).
         track: where given, shape (M, S + A), the states of the first model at each measurement are written into it.
     """
+    value = run.value if value is None else value
     count = max((a.shape[1] for a in (p, start, value, forcing) if a is not None and a.ndim == 2), default=0)
-    wide = [_wide(a, count) for a in (p, start)]
-    blocks = []
-    for lanes in _alike(run, wide[0]):
-        P, S = (a[:, lanes] for a in wide)
-        given = [a if a is None or a.ndim == 1 else np.ascontiguousarray(a[:, lanes]) for a in (value, forcing)]
-        out = np.empty((run.time_s.size, WIDTH))
-        kernels(run.plant).simulate(
-            np.ascontiguousarray(P), np.ascontiguousarray(S), steps(run, P[:, 0]), run.record,
-            run.value if given[0] is None else given[0], given[1], gain, noise.memory, out,
-            track if lanes[0] == 0 else None,
-        )  # fmt: skip
-        blocks.append((lanes, out))
-    if count == 0:
-        return blocks[0][1][:, 0].copy()
-    whole = np.empty((run.time_s.size, count))
-    for lanes, out in blocks:
-        own = np.flatnonzero(np.diff(lanes, prepend=-1))  # a block that is not full repeats its last lane
-        whole[:, lanes[own]] = out[:, own]
-    return whole
-
-
-def _wide(a: np.ndarray, count: int) -> np.ndarray:
-    return np.repeat(a[:, None], max(count, 1), axis=1) if a.ndim == 1 else a
-
-
-def _alike(run: Observed, p: np.ndarray) -> list[np.ndarray]:
-    """Lanes in blocks of eight, shapes (8,), that share their instants; a block that is not full repeats its last."""
-    shift = p[run.plant.parameters.slots(run.plant.shifting)]
-    groups: dict[tuple[float, ...], list[int]] = {}
-    if np.all(shift == shift[:, :1]):
-        groups[()] = list(range(p.shape[1]))
-    else:
-        for lane in range(p.shape[1]):
-            groups.setdefault(tuple(shift[:, lane].tolist()), []).append(lane)
-    out = []
-    for lanes in groups.values():
-        for first in range(0, len(lanes), WIDTH):
+    P, S = (a if a.ndim == 2 else np.repeat(a[:, None], max(count, 1), axis=1) for a in (p, start))
+    groups, out = _alike(run, P), np.empty((run.time_s.size, P.shape[1]))
+    for lanes, shared in groups:
+        for first in range(0, lanes.size, WIDTH):
             block = lanes[first : first + WIDTH]
-            out.append(np.array(block + block[-1:] * (WIDTH - len(block))))
+            given = (a if a is None or a.ndim == 1 else _eight(a[:, block]) for a in (value, forcing))
+            found = np.empty((run.time_s.size, WIDTH))
+            kernels(run.plant).simulate(
+                _eight(P[:, block]), _eight(S[:, block]), shared, run.record, *given, gain, noise.memory, found,
+                track if block[0] == 0 else None,
+            )  # fmt: skip
+            if block.size == P.shape[1]:
+                return found[:, :count] if count else found[:, 0]
+            out[:, block] = found[:, : block.size]
     return out
+
+
+def simulated(run: Observed, p: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Measured less simulated from parameters and initial states alone, shapes as for `innovations`."""
+    return innovations(run, p, start, Noise(), no_gain(run))
+
+
+def _eight(a: np.ndarray) -> np.ndarray:
+    """Columns of an array, shape (N, L), filled up to eight by the last one."""
+    return np.ascontiguousarray(a[:, np.minimum(np.arange(WIDTH), a.shape[1] - 1)])
+
+
+def _alike(run: Observed, p: np.ndarray) -> list[tuple[np.ndarray, Steps]]:
+    """Lanes that share their instants, and the steps they share."""
+    shift = p[run.plant.parameters.slots(run.plant.shifting)]
+    if np.all(shift == shift[:, :1]):
+        return [(np.arange(p.shape[1]), steps(run, p[:, 0]))]
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for lane in range(p.shape[1]):
+        groups.setdefault(tuple(shift[:, lane].tolist()), []).append(lane)
+    return [(np.array(lanes), steps(run, p[:, lanes[0]])) for lanes in groups.values()]
 
 
 def filtered(
@@ -161,7 +158,8 @@ def filtered(
     size = run.time_s.size
     found = Filtered(np.empty(size), np.empty(size), gain)
     kernels(run.plant).kalman(
-        _wide(p, WIDTH), start, np.zeros(start.size) if start_sd is None else start_sd, steps(run, p), run.record,
+        np.repeat(p[:, None], WIDTH, axis=1), start, np.zeros(start.size) if start_sd is None else start_sd,
+        steps(run, p), run.record,
         forcing, variance, np.full(len(run.plant.axes), noise.sigma), noise.memory, noise.colour_sigma,
         found.innovation, found.variance, gain,
     )  # fmt: skip

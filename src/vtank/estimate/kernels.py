@@ -91,6 +91,7 @@ def _tuples(plant: Plant) -> dict[str, Any]:
         "loaded(x)": [f"load(x, {i})" for i in range(size)],
         "corrected(s, gain, k, e)": [f"s[{i}] + gain[k, {i}] * e" for i in range(size)],
         "first(s)": [f"lane(s[{i}], 0)" for i in range(size)],
+        "taken(p)": [f"p[{i}]" for i in range(plant.parameters.null.size)],
     }
     found: dict[str, Any] = {"load": load, "lane": lane}
     for head, items in texts.items():
@@ -108,23 +109,23 @@ def _tuples(plant: Plant) -> dict[str, Any]:
 unbound: Any = None
 SIZE = STATES = SPEEDS = PLACES = acts = inputs = instant = read = fades = step = opened = loaded = corrected = (
     first
-) = written = unbound
+) = written = taken = unbound
 
 
-def forced(forcing, j):  # type: ignore[no-untyped-def]
+def forced(forcing, j):
     """Known acceleration that is held with sample j of the input; none where there is no forcing."""
     return 0.0 if forcing is None else load(forcing, j)
 
 
 @overload(forced, strict=False)
-def _forced(forcing, j):  # type: ignore[no-untyped-def]
+def _forced(forcing, j):
     if getattr(forcing, "ndim", 0) == 0:
         return lambda forcing, j: 0.0
     return lambda forcing, j: load(forcing, j)
 
 
 # --- templates -------------------------------------------------------------------------------------------------------
-def plan(record, p):  # type: ignore[no-untyped-def]
+def plan(record, p):
     """The steps of a run at parameters p, shape (P,), which matter here only where they shift instants."""
     count = record.time.size
     at = np.empty(count)
@@ -153,12 +154,12 @@ def plan(record, p):  # type: ignore[no-untyped-def]
     return Steps(start[:i], length[:i], held[:i], which, upto, at[which])
 
 
-def begun(steps, record, forcing, p):  # type: ignore[no-untyped-def]
+def begun(steps, record, forcing, p):
     """What is held over a step, before the first: see `renewed`."""
     return -1, -1.0, inputs(record.reading, record.lone, 0, p), forced(forcing, 0), 0.0, 0.0, fades(1.0, p)
 
 
-def renewed(i, over, steps, record, forcing, memory, p):  # type: ignore[no-untyped-def]
+def renewed(i, over, steps, record, forcing, memory, p):
     """What is held over step i, worked out anew where it changes.
 
     The sample of the input, the step's length, the inputs and the known acceleration, the share of a disturbance that
@@ -175,7 +176,7 @@ def renewed(i, over, steps, record, forcing, memory, p):  # type: ignore[no-unty
     return held, length, n, push, keep, mean, fade
 
 
-def simulate(parameters, start, steps, record, value, forcing, gain, memory, out, track):  # type: ignore[no-untyped-def]
+def simulate(parameters, start, steps, record, value, forcing, gain, memory, out, track):
     """Innovations [unit of the channel] of eight models with given Kalman gains, written into `out`, shape (M, 8).
 
     parameters: shape (P, 8); start: states at the first measurement, shape (S, 8); value: measurements, shape (M,) or,
@@ -184,8 +185,8 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
     memory [s]: of the disturbance and of the coloured error; track: where given, shape (M, S + A), the states of the
     first model at each measurement.
     """
-    p = rows(parameters)
-    s, b, before, i = opened(start), 0.0 * p[0], steps.at[0], 0
+    p = taken(rows(parameters))
+    s, b, before, i, gap, fade = opened(start), 0.0 * p[0], steps.at[0], 0, 0.0, 1.0
     over = begun(steps, record, forcing, p)
     for m in range(steps.which.size):
         k, at = steps.which[m], steps.at[m]
@@ -193,8 +194,10 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
             over = renewed(i, over, steps, record, forcing, memory[0], p)
             s = step(steps.now[i], over[1], s, over[2], over[3], over[4], over[5], over[6], p)
             i += 1
-        b = b * math.exp((before - at) / memory[1])
-        before = at
+        if at - before != gap:
+            gap = at - before
+            fade = math.exp(-gap / memory[1])
+        b, before = b * fade, at
         e = load(value, k) - read(record.kind[k], at, s, over[2], over[3], p) - record.colour[k] * b
         store(out, k, e)
         b = b + gain[k, SIZE] * e
@@ -205,7 +208,7 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
                 track[k, state] = here[state]
 
 
-def kalman(  # type: ignore[no-untyped-def]
+def kalman(
     parameters, start, start_sd, steps, record, forcing, noise_var, sigma, memory, colour_sigma, out, variance, gain
 ):
     """Extended Kalman filter along a run; fills innovations `out` (M,), their variances (M,) and gains (M, S + A + 1).
@@ -215,7 +218,7 @@ def kalman(  # type: ignore[no-untyped-def]
     memory [s]: of the disturbance and of the coloured error, whose deviation is colour_sigma [m]; noise_var: variance
     of each measurement, shape (M,); inf skips a measurement.
     """
-    p, blocks = rows(parameters), (SIZE + WIDTH) // WIDTH
+    p, blocks = taken(rows(parameters)), (SIZE + WIDTH) // WIDTH
     x, y = np.zeros((blocks, SIZE, WIDTH)), np.zeros((1, WIDTH))
     P, F, A = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE))
     s, H, C, V, b = np.zeros(SIZE), np.zeros(SIZE), np.zeros(SIZE), colour_sigma * colour_sigma, 0.0
@@ -269,14 +272,14 @@ def kalman(  # type: ignore[no-untyped-def]
                     P[q, i] = P[i, q]
 
 
-def linearise(parameters, start, steps, record, error, gap, transition, row):  # type: ignore[no-untyped-def]
+def linearise(parameters, start, steps, record, error, gap, transition, row):
     """A run along its simulation, in the order in which its measurements were true, for plants of one axis.
 
     Fills the error of each measurement, shape (M,), the time since the one before [s], shape (M,), the transition in
     that time of place and speed, and by a unit acceleration, shape (M, 2, 3), and the derivative of the measurement
     with respect to place, speed and its coloured error, shape (M, 3). parameters: shape (P, 8); start: shape (S, 8).
     """
-    p = rows(parameters)
+    p = taken(rows(parameters))
     place, speed = PLACES[0], SPEEDS[0]
     x, y, pushes = start.copy(), np.zeros((SIZE, WIDTH)), np.zeros((1, WIDTH))
     pushes[0, 3] = PUSH
@@ -308,7 +311,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):  #
 
 
 # --- the filter's algebra --------------------------------------------------------------------------------------------
-def nudge(s, x):  # type: ignore[no-untyped-def]
+def nudge(s, x):
     """Fill x, shape (B, S, 8), with states s, shape (S,): in each lane but the first, one is nudged."""
     for i in range(SIZE):
         for c in range(x.shape[0]):
@@ -317,7 +320,7 @@ def nudge(s, x):  # type: ignore[no-untyped-def]
         x[(i + 1) // WIDTH, i, (i + 1) % WIDTH] += NUDGE
 
 
-def differentiate(x, s, F):  # type: ignore[no-untyped-def]
+def differentiate(x, s, F):
     """The nudged states one step later, shape (B, S, 8): new states into s, shape (S,), and their Jacobian into F."""
     for i in range(SIZE):
         s[i] = x[0, i, 0]
@@ -325,7 +328,7 @@ def differentiate(x, s, F):  # type: ignore[no-untyped-def]
             F[i, q] = (x[(q + 1) // WIDTH, i, (q + 1) % WIDTH] - s[i]) / NUDGE
 
 
-def carry(F, P, C, A):  # type: ignore[no-untyped-def]
+def carry(F, P, C, A):
     """In place, the covariance P -> F P F' and the covariance with the sensor's error C -> F C; A is scratch."""
     for i in range(SIZE):
         for k in range(SIZE):
@@ -345,7 +348,7 @@ def carry(F, P, C, A):  # type: ignore[no-untyped-def]
     C[:] = A[0]
 
 
-def disturb(P, h, sigma, memory, v, x, d):  # type: ignore[no-untyped-def]
+def disturb(P, h, sigma, memory, v, x, d):
     """Add to P what the disturbance d, known at the start of a step of h [s], brings to speed v and place x by its end.
 
     Exact for v and d but for the hull's own drag within the step; for x, where it is a state, in the ratios of a doubly

@@ -207,7 +207,7 @@ def beforehand(problem: Problem, guess: np.ndarray) -> Prior:
     for i, name in enumerate(problem.free):
         low[i], high[i] = BOUNDS.get(name, (-np.inf, np.inf))
     for k, run in enumerate(problem.runs):
-        if problem.has_lag:
+        if problem.lagging:
             p, _ = problem.model(guess, k)
             most = float(np.max(np.abs(run.input)))
             sd[problem.own_slice(k).stop - 1] = max(thrust_target(0.0, most, p), -thrust_target(0.0, -most, p), 1e-6)

@@ -12,7 +12,7 @@ import numpy as np
 from ..channels import channels
 from ..errors import InputError
 from ..plant.plant import Plant
-from ..plant.surge import SURGE
+from ..plant.surge import STANDOFF, SURGE
 from ..record.manifest import DataSetWarning
 from ..record.run import Run
 from .kernels import Record, Steps
@@ -87,18 +87,31 @@ class Observed:
     @cached_property
     def standoff(self) -> float | None:
         """Distance from sonar to wall where x = 0, at the start of the run [m]; None where there is no sonar."""
-        if RANGE not in self.first:
+        if self.plant is not SURGE or RANGE not in self.first:
             return None
         opening = self.value[self.kind == RANGE][:5]  # a median of five, since any ping may be an outlier
         return float(np.median(opening)) + self.first.get(POSITION, 0.0)
 
-    def start(self, standoff: float) -> np.ndarray:
-        """First guess of the state (x, u, z, wake) at the first measurement, shape (4,), hull at rest if unknown.
+    def start(self, p: np.ndarray) -> np.ndarray:
+        """First guess of the states at the first measurement, shape (S,); 0 where none is told. p: parameters."""
+        start, rows = np.zeros(len(self.plant.states)), channels(self.plant)
+        for kind, value in self.first.items():
+            if (state := rows[kind].state) is not None:
+                start[state] = rows[kind].begins(value, p)
+        return start
 
-        standoff: distance from the sonar to the wall where x = 0 [m].
-        """
-        x = standoff - self.first[RANGE] if RANGE in self.first else 0.0
-        return np.array([self.first.get(POSITION, x), self.first.get(SPEED, 0.0), 0.0, 0.0])
+    def told(self, lagging: Sequence[str]) -> tuple[int, ...]:
+        """Indices of the initial states to be found: those that a channel tells, all speeds, and these lagging ones."""
+        plant, rows = self.plant, channels(self.plant)
+        seen = {state for kind in self.first if (state := rows[kind].state) is not None}
+        return tuple(sorted(seen | {a.speed for a in plant.axes} | {plant.states.index(name) for name in lagging}))
+
+    def here(self, p: np.ndarray) -> np.ndarray:
+        """A copy of parameters p, shape (P,), with what is the run's own: its stand-off."""
+        p = p.copy()
+        if self.standoff is not None:
+            p[STANDOFF] = self.standoff
+        return p
 
 
 def stretches(runs: Sequence[Run]) -> tuple[Run, ...]:

@@ -6,13 +6,13 @@ and its initial state. Everything else in the parameter vector stays as in `base
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ..plant.parameters import LAG, slot
-from ..plant.surge import STANDOFF, TAU
+from ..compiled import law
 from .innovations import Filtered, Noise, filtered, innovations
 from .observed import Observed
 
@@ -50,11 +50,11 @@ class Problem:
     _ends: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        lag = (2,) if self.has_lag else ()
-        states = tuple((*((0,) if run.has_position else ()), 1, *lag) for run in self.runs)
+        plant = self.runs[0].plant
+        states = tuple(run.told(self.lagging) for run in self.runs)
         sizes = [len(self.free), *(len(self.per_run) + len(own) for own in states)]
-        object.__setattr__(self, "_slots", np.array([slot(name) for name in self.free], dtype=int))
-        object.__setattr__(self, "_own", np.array([slot(name) for name in self.per_run], dtype=int))
+        object.__setattr__(self, "_slots", plant.parameters.slots(self.free))
+        object.__setattr__(self, "_own", plant.parameters.slots(self.per_run))
         object.__setattr__(self, "_states", states)
         object.__setattr__(self, "_ends", np.cumsum(sizes))
 
@@ -64,12 +64,14 @@ class Problem:
 
     # --- layout of theta -------------------------------------------------------------------------------------
     @property
-    def has_lag(self) -> bool:
-        """Whether the lagged thrust is a state with an initial value of its own."""
-        return LAG in self.free or self.base[TAU] > 0.0
+    def lagging(self) -> list[str]:
+        """Lagging states with an initial value of their own: those whose lag is free, or not null."""
+        plant = self.runs[0].plant
+        some = plant.lagging.items()
+        return [state for state, tau in some if tau in self.free or self.base[plant.parameters.slot(tau)] > 0.0]
 
     def start_states(self, run: int) -> tuple[int, ...]:
-        """Indices of the initial state (x, u, z) that are free for a run."""
+        """Indices of the initial states that are free for a run."""
         return self._states[run]
 
     def own_slice(self, run: int) -> slice:
@@ -86,15 +88,12 @@ class Problem:
         p = self.base if p is None else p
         parts = [p[self._slots]]
         for k, run in enumerate(self.runs):
-            standoff = p[STANDOFF] if run.standoff is None else run.standoff
-            parts += [p[self._own], run.start(standoff)[list(self.start_states(k))]]
+            parts += [p[self._own], run.start(run.here(p))[list(self.start_states(k))]]
         return np.concatenate(parts)
 
     def model(self, theta: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
-        """Parameter vector, shape (P,), and initial state (x, u, z, wake), shape (4,), of one run."""
-        p, start = self.base.copy(), np.zeros(4)
-        if self.runs[run].standoff is not None:
-            p[STANDOFF] = self.runs[run].standoff
+        """Parameter vector, shape (P,), and initial states, shape (S,), of one run."""
+        p, start = self.runs[run].here(self.base), np.zeros(len(self.runs[run].plant.states))
         p[self._slots] = theta[: len(self.free)]
         own = theta[self.own_slice(run)]
         p[self._own] = own[: len(self.per_run)]
@@ -119,7 +118,7 @@ class Problem:
         return None if self.forcing is None else self.forcing[run]
 
     def track(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> list[np.ndarray]:
-        """States (x, u, z, wake, d) at the measurements of every run, shapes (M, 5), along the filtered innovations."""
+        """States and disturbances at every run's measurements, shapes (M, S + A), along the filtered innovations."""
         out = []
         for k, (run, f) in enumerate(zip(self.runs, filtered, strict=True)):
             out.append(np.empty((run.time_s.size, run.plant.size)))
@@ -162,10 +161,7 @@ class Problem:
             here, own = slice(rows[k], rows[k + 1]), self.own_slice(k)
             p, start = self._nudged(theta, step, k)
             e = innovations(self.runs[k], p, start, self.noise, f.gain, forcing=self.push(k))
-            e = _tamed(e / np.sqrt(f.variance)[:, None])
-            residual[here] = e[:, 0]
-            J[here, :shared] = (e[:, 1 : shared + 1] - e[:, :1]) / step[:shared]
-            J[here, own] = (e[:, shared + 1 :] - e[:, :1]) / step[own]
+            _differences(e, f.variance, step, shared, own.start, residual[here], J[here])
         return residual, J
 
     def _nudged(self, theta: np.ndarray, step: np.ndarray, run: int) -> tuple[np.ndarray, np.ndarray]:
@@ -199,3 +195,26 @@ class Problem:
 def _tamed(residual: np.ndarray) -> np.ndarray:
     """Residuals of a model that has run away (NaN as well), held at a size that still says which way is worse."""
     return np.asarray(np.fmin(np.fmax(residual, -RUNAWAY), RUNAWAY))
+
+
+@law
+def _held(residual: float) -> float:
+    """The same of one residual."""
+    return min(residual, RUNAWAY) if residual > -RUNAWAY else -RUNAWAY
+
+
+@law
+def _differences(
+    e: np.ndarray, variance: np.ndarray, step: np.ndarray, shared: int, own: int, residual: np.ndarray, J: np.ndarray
+) -> None:
+    """Innovations e, shape (M, 1 + K), over their deviations: those at theta, and their forward differences.
+
+    The columns are moved in the first `shared` unknowns and those from `own` on; see `linearise`.
+    """
+    for m in range(e.shape[0]):
+        sd = math.sqrt(variance[m])
+        base = _held(e[m, 0] / sd)
+        residual[m] = base
+        for c in range(1, e.shape[1]):
+            i = c - 1 if c <= shared else own + c - 1 - shared
+            J[m, i] = (_held(e[m, c] / sd) - base) / step[i]

@@ -15,6 +15,12 @@ from ..effects.effect import Effect
 from .parameters import indices
 
 
+@term
+def unchanged(value, p):
+    """Nothing stands between."""
+    return value
+
+
 def acting_on(place: str) -> tuple[Effect, ...]:
     """The effects of one place, in the order in which they act from the hull to the recording."""
     return tuple(effect for effect in CATALOGUE if effect.place == place)

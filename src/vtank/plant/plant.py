@@ -21,10 +21,13 @@ from ..lanes import where
 
 
 class Axis(NamedTuple):
-    """A degree of freedom that unmodelled accelerations push: indices of its speed and, or -1, of its place."""
+    """A degree of freedom that unmodelled accelerations push: indices of its speed and of its place, where it has one.
+
+    A place is a state that is this speed's integral, in axes that do not turn; -1 where there is none.
+    """
 
     speed: int
-    place: int
+    place: int = -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +70,7 @@ class Plant:
     Attributes:
         name: of the plant.
         states: names of all states.
-        lagging: names of those that lag an input, in the order of `targets`.
+        lagging: those that lag an input, in the order of `targets`, and the parameter that is their time constant.
         axes: where unmodelled accelerations act.
         parameters: what it reads from parameters.
         rates: (t, s, n, push, p) -> d/dt of every state; unused for lagging ones, which s holds as they act.
@@ -80,7 +83,7 @@ class Plant:
 
     name: str
     states: tuple[str, ...]
-    lagging: tuple[str, ...]
+    lagging: Mapping[str, str]
     axes: tuple[Axis, ...]
     parameters: Parameters
     rates: Callable[..., Any]
@@ -118,12 +121,12 @@ rates = targets = lags = along = fourth = lagging = put = acting = settled = fad
 ) = joined = unbound
 
 
-def fades(h, p):  # type: ignore[no-untyped-def]
+def fades(h, p):
     """What half a step of h [s] leaves of the distance between lagging states and their targets."""
     return faded(0.5 * h, lags(p))
 
 
-def advance(t, h, s, n, push, fade, p):  # type: ignore[no-untyped-def]
+def advance(t, h, s, n, push, fade, p):
     """States after one step of h [s] from time t [s]; inputs n and accelerations `push` are held; fade: see `fades`.
 
     Classical fourth-order Runge-Kutta; the lagging states are solved exactly.
@@ -141,12 +144,12 @@ def advance(t, h, s, n, push, fade, p):  # type: ignore[no-untyped-def]
     return put(fourth(s1, h / 6.0, k1, k2, k3, k4), z3)
 
 
-def move(t, h, s, n, push, p):  # type: ignore[no-untyped-def]
+def move(t, h, s, n, push, p):
     """One step by itself."""
     return advance(t, h, s, n, push, fades(h, p), p)
 
 
-def step(t, h, s, n, push, keep, mean, fade, p):  # type: ignore[no-untyped-def]
+def step(t, h, s, n, push, keep, mean, fade, p):
     """States and disturbances after one step; of a disturbance is left the share `keep`, and `mean` within the step.
 
     push: known acceleration on the first axis [m/s2].

@@ -36,7 +36,7 @@ from ..effects import (
 )
 from ..effects.catalogue import CATALOGUE
 from .hooks import chained, shifting
-from .parameters import NAMES, null_vector, slot
+from .parameters import LAG, NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
 
 ALPHA, BETA = slot("alpha"), slot("beta")
@@ -92,21 +92,37 @@ def wake_rate(u, wake, p):
 
 @term
 def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
-    """du/dt [m/s2]; z is the thrust that acts now (`thrust_now`), disturbance an acceleration [m/s2]."""
-    u_r = u - p[CURRENT] - seiche.velocity(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE]) - wake
+    """du/dt [m/s2]; z is the thrust that acts now (`thrust_now`), disturbance an acceleration [m/s2].
+
+    A term whose effect is at its null value is skipped, for speed: it would add nothing.
+    """
+    u_r = u
+    if p[CURRENT] != 0.0:
+        u_r = u_r - p[CURRENT]
+    if p[SEICHE_U] != 0.0:
+        u_r = u_r - seiche.velocity(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
+    if p[WAKE_K] != 0.0:
+        u_r = u_r - wake
     drag = p[ALPHA] * drag_asymmetry.signed_square(u_r, p[DRAG_ASYMMETRY])
-    force = (
-        drag * wall_proximity.drag_factor(gap, p[WALL_DRAG])
-        + z
-        + thrust_loss.acceleration(u_r, effective_speed(n, p), p[GAMMA])
-        + linear_drag.acceleration(u_r, p[LINEAR_DRAG])
-        + coulomb_friction.acceleration(u, p[FRICTION])
-        + tether.acceleration(x, p[TETHER])
-        - wall_proximity.inertia_gradient(gap, p[WALL_MASS]) * u * u
-        + disturbance
-    )
-    water = seiche.acceleration(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
-    return wall_proximity.acceleration(force, gap, p[WALL_MASS]) + water
+    if p[WALL_DRAG] != 0.0:
+        drag = drag * wall_proximity.drag_factor(gap, p[WALL_DRAG])
+    force = drag + z
+    if p[GAMMA] != 0.0:
+        force = force + thrust_loss.acceleration(u_r, effective_speed(n, p), p[GAMMA])
+    if p[LINEAR_DRAG] != 0.0:
+        force = force + linear_drag.acceleration(u_r, p[LINEAR_DRAG])
+    if p[FRICTION] != 0.0:
+        force = force + coulomb_friction.acceleration(u, p[FRICTION])
+    if p[TETHER] != 0.0:
+        force = force + tether.acceleration(x, p[TETHER])
+    if p[WALL_MASS] != 0.0:
+        force = force - wall_proximity.inertia_gradient(gap, p[WALL_MASS]) * u * u
+    force = force + disturbance
+    if p[WALL_MASS] != 0.0:
+        force = force / wall_proximity.inertia_factor(gap, p[WALL_MASS])
+    if p[SEICHE_U] != 0.0:
+        force = force + seiche.acceleration(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
+    return force
 
 
 @term
@@ -147,7 +163,7 @@ def inputs(reading, lone, j, p):
 SURGE = Plant(
     name="surge",
     states=("x_m", "u_m_s", "z_m_s2", "wake_m_s"),
-    lagging=("z_m_s2",),
+    lagging={"z_m_s2": LAG},
     axes=(Axis(speed=1, place=0),),
     parameters=Parameters(NAMES, null_vector()),
     rates=rates,

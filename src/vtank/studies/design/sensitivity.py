@@ -102,7 +102,7 @@ class Probe:
     def known(self) -> Array:
         """Row of what is known of the initial states: of the lag's, the thrust that the run's input could give."""
         row, top = np.zeros(len(self.problem.start_states(0))), self.flown.top_rev_s
-        if self.problem.has_lag:
+        if self.problem.lagging:
             most = max(abs(float(thrust_target(0.0, sign * top, self.p))) for sign in (1.0, -1.0))
             row[-1] = 1.0 / max(most, 1e-6)
         return row
