@@ -73,7 +73,8 @@ class Cause:
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
-        theta = rng.multivariate_normal(self.theta, self.fit.covariance())
+        # an inverse of unknowns of very different sizes is symmetric but for rounding, which needs no warning
+        theta = rng.multivariate_normal(self.theta, self.fit.covariance(), check_valid="ignore")
         return np.clip(theta, self.fit.prior.low, self.fit.prior.high)
 
 
