@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vtank.diagnose.diagnosis import diagnose
-from vtank.diagnose.foreign import thin, thinned
+from vtank.diagnose.thinning import thin, thinned
 from vtank.diagnose.hypothesis import candidates, stretch
 from vtank.diagnose.shrink import shrink
 from vtank.effects.catalogue import BY_NAME
@@ -37,7 +37,7 @@ def test_thinning_keeps_the_impulse_of_the_input() -> None:
 
 def test_slow_recordings_stay_as_they_are() -> None:
     run = fast(rate_hz=10.0)
-    assert thinned([run])[0] is run
+    assert thinned([run], held=False)[0] is run
     assert thinned([fast()])[0].input.size == pytest.approx(1000, abs=2)
 
 

@@ -16,11 +16,12 @@ from ..errors import InputError
 from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
-from .foreign import grow, nominal_of, thinned
+from .foreign import grow, nominal_of
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
 from .shrink import shrink
+from .thinning import thinned
 from .verdict import Verdict, decide, probabilities
 
 SCHEMA = "vtank.diagnosis/1"
@@ -157,9 +158,10 @@ def diagnose(
     with told_apart(runs):
         if nominal is None:
             say("refit of the recording itself")
-            runs = thinned(runs)
+            runs = thinned(runs, held=False)
             selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
         else:
+            runs = thinned(runs, held=True)
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)

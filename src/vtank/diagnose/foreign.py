@@ -23,8 +23,6 @@ from .noise_floor import settle
 from .score import linearise, score
 from .selection import PAIR_GAIN, Selection, weigh_all
 
-SHORTEST_S = 0.02  # [s] period below which recordings are thinned: vehicles and drives answer more slowly; a choice
-MOST_SAMPLES = 3000  # of all runs together, for the time it takes; a choice
 TRIED = 4  # effects that are tried on top of the best hypothesis
 LARGEST = 4  # effects of a hypothesis at most
 NEARER = 0.8  # an effect worth naming beside others takes a fifth off the simulation error; a choice
@@ -34,37 +32,6 @@ def nominal_of(runs: Sequence[Observed]) -> np.ndarray:
     """Parameter vector of the recording's own refit of Model I, shape (P,)."""
     refit = identify(runs, "I", process_noise=False).vector()
     return vector({"linear_input": float(runs[0].input_name == "thrust_N")}, refit)
-
-
-def thinned(runs: Sequence[Observed]) -> tuple[Observed, ...]:
-    """The runs at a period of at least SHORTEST_S, and of so many samples as are needed."""
-    length = sum(float(run.time_s[-1] - run.time_s[0]) for run in runs)
-    period = max(SHORTEST_S, length / MOST_SAMPLES)
-    return tuple(thin(run, period) for run in runs)
-
-
-def thin(run: Observed, period: float) -> Observed:
-    """The run on an even grid of stamps where it is faster: inputs averaged from stamp to stamp, measurements picked.
-
-    Between its samples the input is taken to be straight: at a high rate it is the record of a smooth signal.
-    """
-    if float(np.median(np.diff(run.input_time_s))) > 0.75 * period:
-        return run
-    edges = np.arange(run.time_s[0], run.time_s[-1] + period, period)
-    steps = 0.5 * (run.input[1:] + run.input[:-1]) * np.diff(run.input_time_s)
-    total = np.interp(edges, run.input_time_s, np.concatenate([[0.0], np.cumsum(steps)]))
-    keep = np.zeros(run.time_s.size, dtype=bool)
-    for kind in run.first:
-        own = np.flatnonzero(run.kind == kind)
-        keep[own[np.unique(np.searchsorted(run.time_s[own], edges[:-1] - 1e-6).clip(max=own.size - 1))]] = True
-    return replace(
-        run,
-        input_time_s=edges[:-1],
-        input=np.diff(total) / period,
-        time_s=run.time_s[keep],
-        value=run.value[keep],
-        kind=run.kind[keep],
-    )
 
 
 def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -> Selection:
