@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from vtank.diagnose.diagnosis import diagnose
-from vtank.diagnose.thinning import thin, thinned
 from vtank.diagnose.hypothesis import candidates, stretch
 from vtank.diagnose.shrink import shrink
+from vtank.diagnose.thinning import thin, thinned
 from vtank.effects.catalogue import BY_NAME
 from vtank.estimate.observed import POSITION, SPEED, Observed, observe
 from vtank.plant.parameters import null_vector
@@ -38,7 +38,7 @@ def test_thinning_keeps_the_impulse_of_the_input() -> None:
 def test_slow_recordings_stay_as_they_are() -> None:
     run = fast(rate_hz=10.0)
     assert thinned([run], held=False)[0] is run
-    assert thinned([fast()])[0].input.size == pytest.approx(1000, abs=2)
+    assert thinned([fast()], held=False)[0].input.size == pytest.approx(1000, abs=2)
 
 
 def test_numbers_in_rev_s_follow_the_unit_of_the_input() -> None:

@@ -19,6 +19,8 @@ def test_reprs_are_short_and_say_what_it_is() -> None:
     run = Run("lake", np.arange(30.0), {"n_rev_s": np.ones(30), "range_m": np.ones(30)})
     texts = {
         repr(found): "Diagnosis(none, 0.",
+        repr(found.verdict): "Verdict(kind='none'",
+        repr(runs[0]): "Observed(run_0: ",
         repr(found.selection): "Selection(best of 3 hypotheses: none; run_0)",
         repr(identify(runs, "II", process_noise=False)): "Estimate(alpha = -2.",
         repr(run): "Run('lake', 30 rows, 0 to 29 s: n_rev_s, range_m)",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Verdict:
     rivals: tuple[str, ...]
     channel: str | None
     probability: float
-    fit: Fitted
+    fit: Fitted = field(repr=False)
 
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:

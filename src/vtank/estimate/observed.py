@@ -58,6 +58,11 @@ class Observed:
         if self.lone.shape != self.input.shape:
             object.__setattr__(self, "lone", np.zeros(self.input.shape))
 
+    def __repr__(self) -> str:
+        """The run's name and what was recorded."""
+        names = ", ".join(channels(self.plant)[kind].name for kind in self.first)
+        return f"Observed({self.name}: {self.input.shape[0]} of {self.input_name}, {self.time_s.size} of {names})"
+
     @cached_property
     def record(self) -> Record:
         """The same for the compiled kernels."""

@@ -93,6 +93,10 @@ class Plant:
     acts: Callable[..., Any]
     shifting: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """Its name and states."""
+        return f"Plant({self.name}: {', '.join(self.states)})"
+
     @property
     def size(self) -> int:
         """Number of states, disturbances included."""
