@@ -31,27 +31,26 @@ SEALED = ("clean_m", "spike_rev_s")  # columns: ranges without noise [m], what s
 
 @dataclass(frozen=True)
 class HeldOut:
-    """A run held back: a replay of it, recorded propeller speed [rev/s], ranges and noise-free ones [m], (T,) each."""
+    """A run held back: a replay of it, recorded propeller speed [rev/s], noise-free ranges [m], time [s], (T,) each."""
 
     replay: Replay
     n_read: Array
-    range_m: Array
     clean_m: Array
     time_s: Array
 
     @classmethod
     def of(cls, result: Result, clean_m: Array) -> HeldOut:
         """A run as flown."""
-        run, scenario = result.run, result.plan.scenario
-        replay = _replay(scenario.standoff_m, run.time_s, spikes_of(result.plan))
-        return cls(replay, run.columns["n_rev_s"], run.columns["range_m"], clean_m, run.time_s)
+        run, standoff_m = result.run, result.plan.scenario.standoff_m
+        replay = _replay(standoff_m, run.time_s, spikes_of(result.plan))
+        return cls(replay, run.columns["n_rev_s"], clean_m, run.time_s)
 
     @classmethod
     def read(cls, path: Path, standoff_m: float) -> HeldOut:
         """A run from its file; InputError where it cannot be used."""
         run = read_run(path)
-        n, range_m, clean, spikes = (run.columns[name] for name in ("n_rev_s", "range_m", *SEALED))
-        return cls(_replay(standoff_m, run.time_s, spikes), n, range_m, clean, run.time_s)
+        n, clean, spikes = (run.columns[name] for name in ("n_rev_s", *SEALED))
+        return cls(_replay(standoff_m, run.time_s, spikes), n, clean, run.time_s)
 
     @property
     def sealed(self) -> dict[str, Array]:
@@ -60,15 +59,17 @@ class HeldOut:
 
     def gap(self, p: Array, own: Sequence[str]) -> float:
         """Root mean square of what the model p leaves after WATCHED_S [m]; own: slots that this run has for itself."""
-        watched = np.where(self.time_s <= WATCHED_S, self.clean_m, np.nan)
+        late, still = self.time_s > WATCHED_S, np.zeros(self.n_read.size)
+        equal = Whitener(still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2, 0.1)
+        watched = Recording(self.replay, self.n_read, np.where(late, np.nan, self.clean_m), equal)
         p = p.copy()
         p[slot("standoff")] = self.replay.plan.scenario.standoff_m
-        start = Recording(self.replay, self.n_read, watched, _equal(self.n_read.size))
-        phases = PHASES if own else PHASES[:1]
-        fits = [refit([start], _with(p, own, phase), free=tuple(own)) for phase in phases]
+        fits = []
+        for phase in PHASES if own else PHASES[:1]:
+            p[[slot(name) for name in own]] = phase
+            fits.append(refit([watched], p, free=own))
         fit = min(fits, key=lambda fit: fit.size)
         foretold = self.replay.model(fit.p[0], self.n_read, fit.start[0])
-        late = self.time_s > WATCHED_S
         return float(np.sqrt(np.mean((foretold - self.clean_m)[late] ** 2)))
 
 
@@ -84,12 +85,6 @@ def clean_range(case: Case, result: Result) -> Array:
     return Replay(replace(result.plan, p=p)).pushed(case.causes, result.true["n_rev_s"])[1]
 
 
-def _with(p: Array, own: Sequence[str], value: float) -> Array:
-    p = p.copy()
-    p[[slot(name) for name in own]] = value
-    return p
-
-
 def _replay(standoff_m: float, time_s: Array, spikes: Array) -> Replay:
     truth = load_truth(NOMINAL)
     scenario = Scenario(
@@ -100,8 +95,3 @@ def _replay(standoff_m: float, time_s: Array, spikes: Array) -> Replay:
     p = truth.vector()
     p[slot("standoff")] = standoff_m
     return Replay(Plan(scenario, truth, p, 0, 0, "held_out"), spikes)
-
-
-def _equal(samples: int) -> Whitener:
-    still = np.zeros(samples)
-    return Whitener(still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2, 0.1)

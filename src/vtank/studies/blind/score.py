@@ -15,10 +15,11 @@ from ...present import Picture
 from ...present.document import html, markdown
 from ...record import Kind, results_folder
 from ..processes import processes
+from ..stage import Stage, silent
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
-from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
+from .measures import NOTHING, Measure, brier, first, log_score, mean, quantile, share
 from .rows import STRATA, Row, row
 from .verify import Opened, open_all
 
@@ -54,18 +55,11 @@ KNOWN = {"false none-of-these": ("unknown",), "false no gap": ("none",), "called
 Summary = dict[str, Measure]
 
 
-def score(
-    folder: Path,
-    truth: Path,
-    answers: Path,
-    count: int = 2,
-    stage: Callable[[str, int], Callable[[str], None]] = lambda label, total: lambda note: None,
-) -> dict[str, Any]:
+def score(folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent) -> dict[str, Any]:
     """Rows and measures; InputError where a hash does not hold."""
     opened = open_all(folder, truth, answers)
-    advance = stage("scoring", len(opened.truths))
     rows = []
-    with processes(count) as work:
+    with processes(count) as work, stage("scoring", len(opened.truths)) as advance:
         for one in work(partial(_row, opened, truth), list(opened.truths)):
             rows.append(one)
             advance(one.case)
@@ -136,13 +130,12 @@ def by_stratum(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def naming(rows: Sequence[Row]) -> Summary:
     """How well the cause is named, with the ceiling and simpler methods beside it."""
-    size = [float(len(r.chances)) for r in rows]
+    size, own = [float(len(r.chances)) for r in rows], _scores([(r.chances, r.label) for r in rows])
     out = {
-        "top-1": share([r.right for r in rows]),
+        "top-1": own["top-1"],
         "class correct": share([r.class_right for r in rows]),
         "class size": mean([float(len(r.named)) for r in rows]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-        "brier": mean([brier(r.chances, r.label) for r in rows]),
+        **own,
         "undecided": share([r.verdict.get("kind") == "undecided" for r in rows]),
         "refused": share([bool(r.refused) for r in rows]),
     }
@@ -157,11 +150,17 @@ def naming(rows: Sequence[Row]) -> Summary:
         "brier, random": mean([1.0 - 1.0 / n for n in size]),
     }
     for name in sorted({name for r in rows for name in r.baselines}):
-        stated = [(r.baselines[name], r.label) for r in rows if name in r.baselines]
-        out[f"top-1, {name}"] = share([max(p, key=lambda k, p=p: p[k]) == label for p, label in stated])  # type: ignore[misc]
-        out[f"log score, {name}"] = mean([log_score(p, label) for p, label in stated])
-        out[f"brier, {name}"] = mean([brier(p, label) for p, label in stated])
+        out |= _scores([(r.baselines[name], r.label) for r in rows if name in r.baselines], f", {name}")
     return out
+
+
+def _scores(stated: Sequence[tuple[Mapping[str, float], str]], of: str = "") -> Summary:
+    """Scores of stated probabilities, each with the right answer."""
+    return {
+        f"top-1{of}": share([first(p) == label for p, label in stated]),
+        f"log score{of}": mean([log_score(p, label) for p, label in stated]),
+        f"brier{of}": mean([brier(p, label) for p, label in stated]),
+    }
 
 
 def _over_ceiling(rows: Sequence[Row]) -> Measure:
@@ -175,10 +174,7 @@ def _over_ceiling(rows: Sequence[Row]) -> Measure:
 
 def said(kinds: Mapping[str, tuple[str, ...]], rows: Sequence[Row]) -> Summary:
     """How often a verdict of certain kinds was given, and the scores of RIGHT where they are asked for."""
-    scores = {
-        "top-1": share([r.right for r in rows]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-    }
+    scores = _scores([(r.chances, r.label) for r in rows])
     return {name: scores[name] if some == RIGHT else share([r.verdict.get("kind") in some for r in rows])
             for name, some in kinds.items()}  # fmt: skip
 
@@ -190,7 +186,7 @@ def unknown(rows: Sequence[Row]) -> Summary:
 
 def shrinkage(rows: Sequence[Row]) -> Summary:
     """Gap closed on held-out runs against the oracle, and coverage of the stated interval."""
-    fractions = [r.closed.fraction for r in rows if _reducible(r)]
+    fractions = [r.closed.fraction for r in rows if r.closed.reducible]
     covered = [r.closed.covered for r in rows if r.closed.covered is not None]
     widths = [r.closed.interval[1] - r.closed.interval[0] for r in rows if r.closed.interval is not None]
     return {
@@ -237,10 +233,4 @@ def _subsets(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def _sure(rows: Sequence[Row]) -> Measure:
     wrong = [float(r.verdict.get("probability") or 0.0) >= SURE and not r.class_right for r in rows]
-    return share(wrong) if rows else NOTHING
-
-
-def _reducible(row: Row) -> bool:
-    """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
-    c = row.closed
-    return bool(np.isfinite([c.refit, c.oracle, c.diagnosed]).all()) and c.refit > 1.1 * c.oracle
+    return share(wrong)

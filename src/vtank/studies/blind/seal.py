@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
-from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -41,19 +39,9 @@ def digest(document: Any) -> str:
     return sha256(canonical(document))
 
 
-def new_salt() -> str:
-    """256 random bits in hex, from the operating system and not from the seed, which could be guessed."""
-    return secrets.token_hex(32)
-
-
 def commitment(salt: str, document: Any) -> str:
     """SHA-256 of salt and canonical JSON: binds the document, tells nothing about it."""
     return sha256(salt.encode() + canonical(document))
-
-
-def case_name(number: int) -> str:
-    """Name of the folder of a case, counted from 1."""
-    return f"case_{number:04d}"
 
 
 def fixed_csv(run: Run) -> bytes:
@@ -111,14 +99,6 @@ class Index:
     nominal: str
     entries: tuple[Entry, ...]
     sha256: str
-
-
-def index_bytes(nominal: str, entries: Iterable[Entry]) -> bytes:
-    """The file cases.json."""
-    cases = [
-        {"case": e.case, "runs": e.runs, "withheld": list(e.withheld), "commitment": e.commitment} for e in entries
-    ]
-    return json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": cases})
 
 
 def read_index(folder: Path) -> Index:
