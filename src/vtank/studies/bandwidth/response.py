@@ -6,14 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...experiment import Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_tank
 from ...plant import Truth
 from ...waves import Waves
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from .loop import Array, Complex
 
 FREQUENCIES_RAD_S = np.geomspace(0.05, 2.0, 20)  # [rad/s] around the paper's 0.2 to 0.7; a choice
 AMPLITUDES_M = (0.05, 0.1, 0.2, 0.4)  # [m] up to what the tank's 0.8 m behind the hull allow; a choice

@@ -11,14 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...experiment import Excitation, Plan, Result, Scenario, plan_run, simulate_surge, simulate_tank
 from ...plant import Truth
 from ...waves import Waves, breaking_height
+from .loop import Array
 from .response import TAKEN_OVER, passage, rms, share_at_limit, struck
-
-Array = NDArray[np.float64]
 
 ERROR_M = 0.3  # [m] greatest error of a held station; a choice
 HELD = 1.0 - TAKEN_OVER  # share of the time for which it must not be passed

@@ -139,11 +139,9 @@ def _names(random: np.random.Generator, kind: str, frequencies: Frequencies) -> 
 def _withheld(random: np.random.Generator, kind: str, names: tuple[str, ...], f: Frequencies) -> tuple[str, ...]:
     """The cause and all that is tied to it where it is left out; in some other cases an effect that is no cause."""
     draw, decoy = random.random(), _choose(random, f.effects)
-    if kind == "left_out":
-        return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(names[0]))
-    if draw < DECOYS and tied(decoy) not in map(tied, names) and kind != "outside":
-        return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(decoy))
-    return ()
+    decoyed = draw < DECOYS and tied(decoy) not in map(tied, names) and kind != "outside"
+    missing = names[0] if kind == "left_out" else decoy if decoyed else ""
+    return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(missing))
 
 
 def _choose(random: np.random.Generator, frequencies: dict[str, float]) -> str:

@@ -71,7 +71,7 @@ def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folde
         models: ModelFile = read_model(path)
     files = [folder / "held_out" / case / file for file in sorted(truth["held_out_files"])]
     standoff = truth["experiment"]["standoff_m"][RUNS:]
-    held = [HeldOut.read(file, metres) for file, metres in zip(files, standoff, strict=True)]
+    held = [HeldOut(read_run(file), metres) for file, metres in zip(files, standoff, strict=True)]
     diagnosed = _together(gaps(held, models.diagnosed.p, models.diagnosed.per_run))
     shrink = answer["document"].get("shrink") or {}
     stated = shrink.get("interval90")

@@ -6,15 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, noise
 from ...experiment.flight import SPEED
 from .cause import Cause
-from .outside import OUTSIDE, Memory, OutsideLaw, Sight
+from .outside import OUTSIDE, Array, Memory, OutsideLaw, Sight
 
-Array = NDArray[np.float64]
 DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
 
 

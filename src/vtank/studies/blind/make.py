@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import secrets
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import islice
@@ -14,26 +13,14 @@ import numpy as np
 
 from ...errors import InputError
 from ...experiment import Result, simulate_tank
-from ...record import Run, current_versions, new_folder, refuse_loss, sha256
+from ...record import Run, new_folder, refuse_loss
 from ..processes import processes
 from ..stage import Shares, Stage, silent
 from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
 from .cause import HOLDOUTS, RUNS
 from .fly import TripChunk
 from .held_out import HeldOut
-from .seal import (
-    INDEX,
-    SCHEMA,
-    SEAL,
-    SEAL_SCHEMA,
-    Entry,
-    as_written,
-    commitment,
-    digest,
-    fixed_csv,
-    json_bytes,
-    level_times,
-)
+from .seal import Entry, as_written, digest, seal_truth, write_index, write_runs
 from .sizing import ready_case
 from .truth import truth_of
 
@@ -79,13 +66,7 @@ def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent, shares
     with new_folder(out) as cases_in, new_folder(truth_out) as sealed:
         pairs = zip(made, truths, strict=True)
         entries = [_write(cases_in, sealed, number, one, *truth) for number, (one, truth) in enumerate(pairs, 1)]
-        index = json_bytes({"schema": SCHEMA, "nominal": NOMINAL, "cases": [vars(entry) for entry in entries]})
-        (cases_in / INDEX).write_bytes(index)
-        seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order.seed, "order": vars(order),
-                "versions": current_versions()}  # fmt: skip
-        (sealed / SEAL).write_bytes(json_bytes(seal))
-        level_times(cases_in)
-        level_times(sealed)
+        write_index(cases_in, sealed, NOMINAL, entries, vars(order))
 
 
 def fly_all(order: Order, work: Callable[..., Iterator[Any]], stage: Stage, shares: Shares) -> list[Made]:
@@ -143,19 +124,7 @@ def _ready(order: Order, frequencies: Frequencies, number: int, first: int) -> t
 
 def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], kept: list[HeldOut]) -> Entry:
     (case, attempt, results), name = made, f"case_{number:04d}"
-    runs = [result.run for result in results]
-    opened = [replace(run, columns=run.columns | held.sealed) for run, held in zip(runs[RUNS:], kept, strict=True)]
-    hashes, held = _files(cases / name, runs[:RUNS]), _files(sealed / "held_out" / name, opened)
+    hashes = write_runs(cases / name, [result.run for result in results[:RUNS]])
+    held = write_runs(sealed / "held_out" / name, [held.run for held in kept])
     truth = truth | {"case": name, "data": digest(hashes), "held_out_files": held, "attempt": attempt}
-    salt = secrets.token_hex(32)  # from the operating system and not from the seed, which could be guessed
-    (sealed / f"{name}.json").write_bytes(json_bytes({"salt": salt, "truth": truth}))
-    return Entry(name, hashes, case.withheld, commitment(salt, truth))
-
-
-def _files(folder: Path, runs: Sequence[Run]) -> dict[str, str]:
-    """Write the runs; their files' names and hashes."""
-    folder.mkdir(parents=True)
-    contents = {f"run_{k}.csv": fixed_csv(run) for k, run in enumerate(runs, 1)}
-    for file, data in contents.items():
-        (folder / file).write_bytes(data)
-    return {file: sha256(data) for file, data in contents.items()}
+    return Entry(name, hashes, case.withheld, seal_truth(sealed / f"{name}.json", truth))

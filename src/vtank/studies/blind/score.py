@@ -26,31 +26,22 @@ from .verify import Opened, open_all
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/1")
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
-# Measure -> kinds of verdict that count
-RIGHT: tuple[str, ...] = ()
 EFFECT = ("effect", "effects")
-NO_GAP = {
+COUNTED = {  # measure -> kinds of verdict that count
     "false alarm": (*EFFECT, "unknown", "parameters"),
     "false effect": EFFECT,
     "false none-of-these": ("unknown",),
+    "false no gap": ("none",),
     "undecided": ("undecided",),
-    "top-1": RIGHT,
-    "log score": RIGHT,
-}
-PARAMETERS_ONLY = {
-    "top-1": RIGHT,
-    "false effect": EFFECT,
-    "false none-of-these": ("unknown",),
     "called no gap": ("none",),
-    "log score": RIGHT,
-}
-UNKNOWN = {
+    "called parameters": ("parameters",),
     "called unknown": ("unknown",),
     "called unknown or undecided": ("unknown", "undecided"),
-    "top-1": RIGHT,
-    "log score": RIGHT,
 }
-KNOWN = {"false none-of-these": ("unknown",), "false no gap": ("none",), "called parameters": ("parameters",)}
+NO_GAP = ("false alarm", "false effect", "false none-of-these", "undecided", "top-1", "log score")
+PARAMETERS_ONLY = ("top-1", "false effect", "false none-of-these", "called no gap", "log score")
+UNKNOWN = ("called unknown", "called unknown or undecided", "top-1", "log score")
+KNOWN = ("false none-of-these", "false no gap", "called parameters")
 
 Summary = dict[str, Measure]
 
@@ -136,7 +127,7 @@ def naming(rows: Sequence[Row]) -> Summary:
         "class correct": share([r.class_right for r in rows]),
         "class size": mean([float(len(r.named)) for r in rows]),
         **own,
-        "undecided": share([r.verdict.get("kind") == "undecided" for r in rows]),
+        **said(["undecided"], rows),
         "refused": share([bool(r.refused) for r in rows]),
     }
     bound = [r.ceiling for r in rows if r.ceiling is not None]
@@ -172,11 +163,12 @@ def _over_ceiling(rows: Sequence[Row]) -> Measure:
     return Measure(hits.value / bound, hits.n, hits.low / bound, hits.high / bound)
 
 
-def said(kinds: Mapping[str, tuple[str, ...]], rows: Sequence[Row]) -> Summary:
-    """How often a verdict of certain kinds was given, and the scores of RIGHT where they are asked for."""
-    scores = _scores([(r.chances, r.label) for r in rows])
-    return {name: scores[name] if some == RIGHT else share([r.verdict.get("kind") in some for r in rows])
-            for name, some in kinds.items()}  # fmt: skip
+def said(names: Sequence[str], rows: Sequence[Row]) -> Summary:
+    """Scores, and how often a verdict that counts was given, by the names of the measures."""
+    kinds = [r.verdict.get("kind") for r in rows]
+    counts = {name: share([kind in COUNTED[name] for kind in kinds]) for name in names if name in COUNTED}
+    known = _scores([(r.chances, r.label) for r in rows]) | counts
+    return {name: known[name] for name in names}
 
 
 def unknown(rows: Sequence[Row]) -> Summary:

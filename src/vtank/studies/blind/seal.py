@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Run, read_bytes, read_json, sha256
+from ...record import Run, current_versions, read_bytes, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"
@@ -71,12 +73,6 @@ def json_bytes(document: Any) -> bytes:
     return (json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
-def level_times(folder: Path) -> None:
-    """Give every file and folder below one time stamp, and the folder itself."""
-    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
-        os.utime(path, (EPOCH_S, EPOCH_S))
-
-
 @dataclass(frozen=True)
 class Entry:
     """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth."""
@@ -99,6 +95,37 @@ class Index:
     nominal: str
     entries: tuple[Entry, ...]
     sha256: str
+
+
+def write_runs(folder: Path, runs: Iterable[Run]) -> dict[str, str]:
+    """Write runs as run_1.csv, run_2.csv and so on into a new folder; file -> hash."""
+    folder.mkdir(parents=True)
+    contents = {f"run_{k}.csv": fixed_csv(run) for k, run in enumerate(runs, 1)}
+    for file, data in contents.items():
+        (folder / file).write_bytes(data)
+    return {file: sha256(data) for file, data in contents.items()}
+
+
+def seal_truth(path: Path, truth: Mapping[str, Any]) -> str:
+    """Write a truth and its salt; the commitment to it."""
+    salt = secrets.token_hex(32)  # from the operating system and not from the seed, which could be guessed
+    path.write_bytes(json_bytes({"salt": salt, "truth": truth}))
+    return commitment(salt, truth)
+
+
+def write_index(cases: Path, sealed: Path, nominal: str, entries: Iterable[Entry], order: Mapping[str, Any]) -> None:
+    """Write what the folder of the cases says about itself, and the seal that binds the truths to it.
+
+    Every file and folder gets one time stamp. order: what was asked for, the seed among it.
+    """
+    index = json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": [vars(entry) for entry in entries]})
+    (cases / INDEX).write_bytes(index)
+    seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order["seed"], "order": order,
+            "versions": current_versions()}  # fmt: skip
+    (sealed / SEAL).write_bytes(json_bytes(seal))
+    for folder in (cases, sealed):
+        for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
+            os.utime(path, (EPOCH_S, EPOCH_S))
 
 
 def read_index(folder: Path) -> Index:

@@ -16,7 +16,7 @@ from ...experiment.flight import MULTIPATH
 from ...plant import NAMES, load_truth
 from .case import NOMINAL, Case, given, label
 from .cause import RUNS
-from .held_out import HeldOut, clean_range, gaps
+from .held_out import HeldOut, gaps
 from .refit import NUISANCE, Fit, Recording, parameters, refit
 from .replay import Replay
 from .rivals import best_pair, rivals
@@ -48,7 +48,7 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
         document["rivals"] = rivals(case, clean, left)
         if label(case) == "unknown":
             document["pair"] = best_pair(case, clean, left)
-    held = [HeldOut.of(result, clean_range(case, result)) for result in results[RUNS:]]
+    held = [HeldOut.of(case, result) for result in results[RUNS:]]
     document["held_out"] = _held_out(case, noisy, held)
     return document, held
 

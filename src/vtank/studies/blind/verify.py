@@ -15,9 +15,8 @@ from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, re
 
 @dataclass(frozen=True)
 class Opened:
-    """Everything that is needed to score, verified: index, truths and answers by case."""
+    """Everything that is needed to score, verified: truths and answers by case, sources of the answers."""
 
-    index: Index
     truths: dict[str, dict[str, Any]]
     answers: dict[str, dict[str, Any]]
     sources: str
@@ -42,7 +41,7 @@ def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
     faults += found
     if faults:
         raise InputError("nothing is scored:\n  " + "\n  ".join(faults))
-    return Opened(index, {case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
+    return Opened({case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
 
 
 def _truth(truth: Path, case: str) -> dict[str, Any]:
