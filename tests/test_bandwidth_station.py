@@ -12,12 +12,11 @@ import pytest
 
 from vtank.cli import main
 from vtank.errors import InputError
-from vtank.experiment import plan_run, simulate_surge, simulate_tank
+from vtank.experiment import Plan, plan_run, simulate_surge, simulate_tank
 from vtank.experiment.scenario import Scenario, load_scenario
 from vtank.present.document import plain
 from vtank.studies.bandwidth.bounds import (
     drift_bound_m,
-    quiet_error_m,
     standing_still_rev_s,
     thrust_bound_m,
     water_speed,
@@ -33,6 +32,19 @@ QUIET = ("sonar.noise_m=0", "sonar.resolution_m=0", "sonar.width_deg=0", "tachom
 
 def scenario(*settings: str) -> Scenario:
     return load_scenario("station-keeping", settings)
+
+
+def quiet_error_m(plan: Plan, speed_m_s: float) -> float:
+    """Error at which the controller holds the hull in a steady current U [m], without noise.
+
+    The demand c that balances drag follows from (beta/beta_c) c^2/(c + c_0) = |alpha| U^2, and the error is c over the
+    position gain.
+    """
+    gains = plan.scenario.control
+    ratio = gains.thrust_m_per_rev2 / plan.truth.beta_m_per_rev2
+    needed = -plan.truth.alpha_per_m * speed_m_s**2 * ratio
+    blunt = gains.thrust_m_per_rev2 * gains.blunt_rev_s**2
+    return float(0.5 * (needed + np.sqrt(needed**2 + 4.0 * needed * blunt)) / gains.position_per_s2)
 
 
 @pytest.mark.parametrize("waves", ["waves.significant_height_m=0", "waves={kind='none'}"])

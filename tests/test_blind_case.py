@@ -18,7 +18,7 @@ from vtank.plant.truth import load_truth
 from vtank.studies.blind.case import KINDS, draw_case, draw_frequencies, given, label
 from vtank.studies.blind.cause import RUNS, draw_cause
 from vtank.studies.blind.experiment import amplitude_m
-from vtank.studies.blind.fly import Passenger, Trip, quiet
+from vtank.studies.blind.fly import Passenger, passengers, quiet
 from vtank.studies.blind.outside import OUTSIDE, Sight
 from vtank.studies.blind.refit import NUISANCE, parameters, refit
 from vtank.studies.blind.replay import Replay, repair, spikes_of
@@ -216,7 +216,7 @@ def test_an_outside_push_moves_the_hull_as_its_catalogue_twin_would() -> None:
     sight = Sight(0.1, 0.0, 0.3, 0.0, 10.0, -2.5, 5e-4)
     assert OUTSIDE["cubic_drag"].push(2.0, sight, {}) == pytest.approx(-2.0 * 5.0 * 0.027)  # type: ignore[misc]
     assert np.ptp(with_law) < np.ptp(plain.pushed((), n)[1])
-    assert Trip(plan, case.causes).passengers()[0].law.name == "cubic_drag"
+    assert passengers(plan, case.causes)[0].law.name == "cubic_drag"
 
 
 def test_held_out_runs_repeat_the_given_ones() -> None:

@@ -62,7 +62,7 @@ def _make(args: argparse.Namespace) -> int:
     from ..errors import InputError
     from ..studies.blind.case import KINDS
     from ..studies.blind.make import Order, make
-    from .progress import progress
+    from .progress import percent, progress
 
     for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
         if value < least:
@@ -71,7 +71,7 @@ def _make(args: argparse.Namespace) -> int:
     kinds = KINDS if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
-    make(order, args.out, truth_out, progress)
+    make(order, args.out, truth_out, progress, percent)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 

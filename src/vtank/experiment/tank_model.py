@@ -25,7 +25,7 @@ from .hold import allocation, attitude, hold
 from .noise import TURBULENCE
 from .plan import Plan
 from .result import Result, result
-from .tick import acting_speed, stamp, switch_time, tick
+from .tick import DELAY, acting_speed, stamp, switch_time, tick
 
 Array = NDArray[np.float64]
 CHUNK = 64  # runs stepped together, for memory and the processor's cache; the results do not depend on it
@@ -35,11 +35,14 @@ WATER = ("water_m_s", "water_up_m_s")
 
 
 def simulate_tank(
-    plans: Sequence[Plan], nthread: int = 1, progress: Callable[[float], None] | None = None
+    plans: Sequence[Plan],
+    nthread: int = 1,
+    progress: Callable[[float], None] | None = None,
+    batch: type[Chunk] | None = None,
 ) -> list[Result]:
     """Results in the order of the plans; the same on any number of threads and in any company.
 
-    progress: called now and then with the share of the work that is done, 0 to 1.
+    progress: called now and then with the share of the work that is done, 0 to 1. batch: flies some plans together.
     """
     results: dict[int, Result] = {}
     total = sum(map(ticks, plans))
@@ -52,7 +55,7 @@ def simulate_tank(
             progress(done / total)
 
     for chosen in chunks(plans):
-        chunk = Chunk([plans[i] for i in chosen], nthread)
+        chunk = (batch or Chunk)([plans[i] for i in chosen], nthread)
         results.update(zip(chosen, chunk.run(report), strict=True))
     return [results[i] for i in range(len(plans))]
 
@@ -63,7 +66,8 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
     for i, plan in enumerate(plans):
         s = plan.scenario
         files, axis = (s.vehicle, s.walls), s.excitation.axis
-        alike = (ticks(plan), s.period_s, s.hold, s.sonar.beam, s.sonar.width_deg, files, axis)
+        late = plan.p[DELAY] > 0.0  # delayed commands are stepped more finely, which the others need not be
+        alike = (ticks(plan), s.period_s, s.hold, s.sonar.beam, s.sonar.width_deg, files, axis, late)
         groups.setdefault(alike, []).append(i)
     for group in groups.values():
         for start in range(0, len(group), CHUNK):

@@ -34,18 +34,6 @@ def standing_still_rev_s(plan: Plan, speed_m_s: float, period_s: float) -> float
     return float(np.sqrt(np.abs(z + p[TAU] * rate).max() / p[BETA]))
 
 
-def quiet_error_m(plan: Plan, speed_m_s: float) -> float:
-    """Error at which the controller holds the hull in a steady current U [m], without noise.
-
-    The demand c that balances drag follows from (beta/beta_c) c^2/(c + c_0) = |alpha| U^2 + ..., and the error is c
-    over the position gain.
-    """
-    p, gains = plan.p, plan.scenario.control
-    needed = (-p[ALPHA] * speed_m_s**2 + p[LINEAR_DRAG] * speed_m_s) * gains.thrust_m_per_rev2 / p[BETA]
-    blunt = gains.thrust_m_per_rev2 * gains.blunt_rev_s**2
-    return float(0.5 * (needed + np.sqrt(needed**2 + 4.0 * needed * blunt)) / gains.position_per_s2)
-
-
 def thrust_bound_m(plan: Plan, period_s: float, water_depth_m: float, depth_m: float) -> float:
     """Height of the regular wave in which a hull kept quite still takes all of the propellers' speed [m].
 

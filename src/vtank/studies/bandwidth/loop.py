@@ -28,11 +28,6 @@ class Loop:
     plan: Plan
 
     @property
-    def period_s(self) -> float:
-        """Tick [s]."""
-        return self.plan.scenario.period_s
-
-    @property
     def ratio(self) -> float:
         """Thrust per moving mass that a demand makes, over the demand: beta/beta_c."""
         return float(self.plan.p[BETA]) / self.plan.scenario.control.thrust_m_per_rev2
@@ -46,15 +41,15 @@ class Loop:
 
     def vehicle_step(self) -> tuple[Array, Array]:
         """(step, drive) from tick to tick of (x, u, z), or (x, u) without lag: exact, the thrust being held."""
-        tau, drag = self.plan.p[TAU], self.plan.p[LINEAR_DRAG]
+        tau = self.plan.p[TAU]
+        drag = self.plan.p[LINEAR_DRAG]
+        rates = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, -drag, 1.0, 0.0], [0.0, 0.0, -1.0, 1.0], [0.0, 0.0, 0.0, 0.0]])
         if tau > 0.0:
-            rates = np.array([[0.0, 1.0, 0.0], [0.0, -drag, 1.0], [0.0, 0.0, -1.0 / tau]])
-            drive = np.array([0.0, 0.0, 1.0 / tau])
-        else:
-            rates, drive = np.array([[0.0, 1.0], [0.0, -drag]]), np.array([0.0, 1.0])
-        size = drive.size
-        held = expm(np.block([[rates, drive[:, None]], [np.zeros((1, size + 1))]]) * self.period_s)
-        return held[:size, :size], held[:size, size]
+            rates[2] /= tau
+        else:  # the held thrust, last of the states, acts at once
+            rates = rates[[0, 1, 3], :3]
+        held = expm(rates * self.plan.scenario.period_s)
+        return held[:-1, :-1], held[:-1, -1]
 
     def stable(self) -> bool:
         """Whether the loop comes to rest by itself; where it does not, its response says nothing about a motion."""
@@ -65,17 +60,20 @@ class Loop:
         ahead = np.hstack([step, np.zeros((drive.size, 3))]) + self.ratio * np.outer(drive, demand)
         return bool(np.abs(np.linalg.eigvals(np.vstack([ahead, estimate]))).max() < 1.0)
 
+    def turn(self, rad_s: Array) -> Complex:
+        """z = exp(i w h), the turn of a sinusoid from tick to tick, shape (W, 1, 1)."""
+        return np.asarray(np.exp(1j * np.atleast_1d(rad_s) * self.plan.scenario.period_s)[:, None, None])
+
     def estimate(self, rad_s: Array) -> Complex:
         """Filtered position and rate for a unit position, shape (2, W) [1, 1/s]."""
         keep, gain = self.filter_step()
-        z = np.exp(1j * np.atleast_1d(rad_s) * self.period_s)
-        return np.array([np.linalg.solve(np.eye(3) - keep / each, gain.astype(complex))[:2] for each in z]).T
+        return np.asarray(np.linalg.solve(np.eye(3) - keep / self.turn(rad_s), gain)[:, :2].T, dtype=np.complex128)
 
     def vehicle(self, rad_s: Array) -> Complex:
         """Position for a unit of commanded thrust per moving mass held between ticks, shape (W,) [s2]."""
         step, drive = self.vehicle_step()
-        z = np.exp(1j * np.atleast_1d(rad_s) * self.period_s)
-        return np.array([np.linalg.solve(each * np.eye(drive.size) - step, drive)[0] for each in z])
+        moved = np.linalg.solve(self.turn(rad_s) * np.eye(drive.size) - step, drive)
+        return np.asarray(moved[:, 0], dtype=np.complex128)
 
     def controller(self, rad_s: Array) -> tuple[Complex, Complex]:
         """Demand [m/s2] for a unit of command, and for a unit of position, shape (W,) each [1/s2]."""

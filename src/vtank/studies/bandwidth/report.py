@@ -12,32 +12,8 @@ from .loop import Complex
 from .response import Response, unwrapped
 from .station import ERROR_M, HELD, Stations
 
-RESPONSE_COLUMNS = (
-    "amplitude_m",
-    "frequency_rad_s",
-    "gain",
-    "phase_deg",
-    "share_at_limit",
-    "n_rms_rev_s",
-    "distortion",
-    "unrest",
-    "linear_gain",
-    "linear_phase_deg",
-    "harmonic_balance_gain",
-    "harmonic_balance_phase_deg",
-)
-STATION_COLUMNS = (
-    "kind",
-    "water_depth_m",
-    "height_m",
-    "period_s",
-    "error_rms_m",
-    "error_95_m",
-    "share_at_limit",
-    "n_rms_rev_s",
-    "water_rms_m_s",
-    "held",
-)
+STATION_COLUMNS = ("kind", "water_depth_m", "height_m", "period_s", "error_rms_m", "error_95_m", "share_at_limit",
+                   "n_rms_rev_s", "water_rms_m_s", "held")  # fmt: skip
 FILES = {
     "response.csv": "every amplitude and frequency, measured, by the linear loop and by harmonic balance",
     "seas.csv": "every sea state",
@@ -60,23 +36,31 @@ def page(subject: str, tables: Iterable[Table], files: Iterable[str]) -> str:
 
 def response_csv(measured: Response, linear: Complex, balanced: Complex) -> str:
     """One line for each amplitude and frequency; linear (W,), balanced (A, W)."""
-    phases = (np.degrees(phase) for phase in (measured.phase_rad, unwrapped(linear[None])[0], unwrapped(balanced)))
-    phase, linear_phase, balanced_phase = phases
-    own = (measured.gain, phase, measured.at_limit, measured.n_rms_rev_s, measured.distortion, measured.unrest)
-    models = (np.abs(linear), linear_phase, np.abs(balanced), balanced_phase)
-    columns = np.broadcast_arrays(measured.amplitude_m[:, None], measured.rad_s, *own, *models)
-    return csv_text(RESPONSE_COLUMNS, zip(*(column.flat for column in columns), strict=True))
+    columns = {
+        "amplitude_m": measured.amplitude_m[:, None],
+        "frequency_rad_s": measured.rad_s,
+        "gain": measured.gain,
+        "phase_deg": np.degrees(measured.phase_rad),
+        "share_at_limit": measured.at_limit,
+        "n_rms_rev_s": measured.n_rms_rev_s,
+        "distortion": measured.distortion,
+        "unrest": measured.unrest,
+        "linear_gain": np.abs(linear),
+        "linear_phase_deg": np.degrees(unwrapped(linear)),
+        "harmonic_balance_gain": np.abs(balanced),
+        "harmonic_balance_phase_deg": np.degrees(unwrapped(balanced)),
+    }
+    return csv_text(list(columns), zip(*(each.flat for each in np.broadcast_arrays(*columns.values())), strict=True))
 
 
 def station_csv(seas: Sequence[Stations]) -> str:
     """One line for each sea state that is possible."""
     rows: list[tuple[object, ...]] = []
     for sea in seas:
+        grid = np.meshgrid(sea.water_depth_m, sea.height_m, sea.period_s, indexing="ij")
         measured = (sea.rms_m, sea.most_m, sea.at_limit, sea.n_rms_rev_s, sea.water_rms_m_s)
-        for d, h, p in np.argwhere(np.isfinite(sea.at_limit)):
-            state = (sea.kind, sea.water_depth_m[d], sea.height_m[h], sea.period_s[p])
-            held = int(sea.burden[d, h, p] <= 1.0)
-            rows.append((*state, *(value[d, h, p] for value in measured), held))
+        columns = (each[np.isfinite(sea.at_limit)] for each in (*grid, *measured, (sea.burden <= 1.0).astype(int)))
+        rows += [(sea.kind, *state) for state in zip(*columns, strict=True)]
     return csv_text(STATION_COLUMNS, rows)
 
 

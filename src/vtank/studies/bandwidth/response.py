@@ -6,14 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...experiment import Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_tank
 from ...plant import Truth
 from ...waves import Waves
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
+from .loop import Array, Complex
 
 FREQUENCIES_RAD_S = np.geomspace(0.05, 2.0, 20)  # [rad/s] around the paper's 0.2 to 0.7; a choice
 AMPLITUDES_M = (0.05, 0.1, 0.2, 0.4)  # [m] up to what the tank's 0.8 m behind the hull allow; a choice
@@ -79,16 +76,17 @@ def unwrapped(response: Complex) -> Array:
 
 def crossing(rad_s: Array, value: Array, level: float, falling: bool) -> float:
     """First frequency at which the value passes the level for good or bad, linear in the logarithm of frequency."""
-    sign = -1.0 if falling else 1.0
-    known = np.isfinite(value)
-    w, over = np.log(rad_s[known]), sign * (value[known] - level)
+    known, sign = np.isfinite(value), -1.0 if falling else 1.0
+    return float(np.exp(passage(np.log(rad_s[known]), sign * (value[known] - level))))
+
+
+def passage(x: Array, over: Array) -> float:
+    """Where `over` comes up to 0, linear between the x, shape (N,); the first x if it is there, NaN if it never is."""
     past = np.flatnonzero(over >= 0.0)
     if past.size == 0:
         return float("nan")
     i = int(past[0])
-    if i == 0:
-        return float(np.exp(w[0]))
-    return float(np.exp(w[i - 1] + (w[i] - w[i - 1]) * over[i - 1] / (over[i - 1] - over[i])))
+    return float(np.interp(0.0, over[i - 1 : i + 1], x[i - 1 : i + 1]) if i else x[0])
 
 
 def measured_s(rad_s: float) -> float:
@@ -127,26 +125,34 @@ def sweep(
 
 def measure(result: Result) -> tuple[complex, float, float, float, float]:
     """Response, share at the limit, rms of n [rev/s], distortion and unrest of one run."""
-    scenario, sine = result.plan.scenario, result.plan.scenario.excitation
+    sine = result.plan.scenario.excitation
     w, amplitude = sine.frequencies_rad_s[0], sine.amplitudes[0]
     t = result.run.time_s
     chosen = t > t[-1] - measured_s(w)
     t, x, n = t[chosen], result.true["position_m"][chosen], result.true["n_rev_s"][chosen]
-    at_limit = share_at_limit(result.plan, n)
-    n_rms = float(np.sqrt(np.mean(n * n)))
-    moved = result.true["position_m"]
-    if min(clearances(scenario, float(moved.max()), float(moved.min()))) <= 0.0:
+    at_limit, n_rms = share_at_limit(result.plan, n), rms(n)
+    if struck(result):
         return complex(np.nan, np.nan), at_limit, n_rms, float("nan"), float("nan")
-    tones = harmonics(t, x, w)
     half = t.size // 2
-    change = harmonics(t[half:], x[half:], w)[0] - harmonics(t[:half], x[:half], w)[0]
+    tones, early, late = (harmonics(t[some], x[some], w) for some in (slice(None), slice(half), slice(half, None)))
     distortion = float(np.linalg.norm(tones[1:]) / abs(tones[0]))
-    return complex(tones[0] / amplitude), at_limit, n_rms, distortion, float(abs(change) / amplitude)
+    return complex(tones[0] / amplitude), at_limit, n_rms, distortion, float(abs(late[0] - early[0]) / amplitude)
 
 
 def share_at_limit(plan: Plan, n_rev_s: Array) -> float:
     """Share of the samples at which the propellers run at their limit."""
     return float(np.mean(np.abs(n_rev_s) >= NEAR * plan.n_limit_rev_s))
+
+
+def struck(result: Result) -> bool:
+    """Whether the hull came to a wall."""
+    moved = result.true["position_m"]
+    return min(clearances(result.plan.scenario, float(moved.max()), float(moved.min()))) <= 0.0
+
+
+def rms(value: Array) -> float:
+    """Root mean square of the samples."""
+    return float(np.sqrt(np.mean(value * value)))
 
 
 def harmonics(time_s: Array, value: Array, rad_s: float) -> Complex:

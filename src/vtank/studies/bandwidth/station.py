@@ -11,14 +11,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...experiment import Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_surge, simulate_tank
+from ...experiment import Excitation, Plan, Result, Scenario, plan_run, simulate_surge, simulate_tank
 from ...plant import Truth
 from ...waves import Waves, breaking_height
-from .response import TAKEN_OVER, share_at_limit
-
-Array = NDArray[np.float64]
+from .loop import Array
+from .response import TAKEN_OVER, passage, rms, share_at_limit, struck
 
 ERROR_M = 0.3  # [m] greatest error of a held station; a choice
 HELD = 1.0 - TAKEN_OVER  # share of the time for which it must not be passed
@@ -69,14 +67,10 @@ class Stations:
 def held_height(height_m: Array, burden: Array) -> float:
     """Height at which the burden reaches 1, of increasing heights; NaN where the first is too much or unknown."""
     known = np.isfinite(burden)
-    height, load = height_m[known], burden[known]
-    past = np.flatnonzero(load > 1.0)
-    if height.size == 0 or (past.size and past[0] == 0):
+    if not known.any() or burden[known][0] > 1.0:
         return float("nan")
-    if past.size == 0:
-        return float(height[-1])
-    i = int(past[0])
-    return float(height[i - 1] + (height[i] - height[i - 1]) * (1.0 - load[i - 1]) / (load[i] - load[i - 1]))
+    reached = passage(height_m[known], burden[known] - 1.0)
+    return float(height_m[known][-1]) if np.isnan(reached) else reached
 
 
 def station_plan(
@@ -133,10 +127,7 @@ def measure(result: Result) -> tuple[float, float, float, float, float]:
     """
     later = result.run.time_s >= SETTLING_S
     error, n, water = (result.true[name][later] for name in ("position_m", "n_rev_s", "water_m_s"))
-    moved = result.true["position_m"]
-    at_limit, n_rms = share_at_limit(result.plan, n), float(np.sqrt(np.mean(n * n)))
-    water_rms = float(np.sqrt(np.mean(water * water)))
-    if min(clearances(result.plan.scenario, float(moved.max()), float(moved.min()))) <= 0.0:
-        return float("inf"), float("inf"), at_limit, n_rms, water_rms
-    most = float(np.quantile(np.abs(error), HELD))
-    return float(np.sqrt(np.mean(error * error))), most, at_limit, n_rms, water_rms
+    used = (share_at_limit(result.plan, n), rms(n), rms(water))
+    if struck(result):
+        return float("inf"), float("inf"), *used
+    return rms(error), float(np.quantile(np.abs(error), HELD)), *used

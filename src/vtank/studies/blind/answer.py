@@ -7,7 +7,7 @@ other. Work that was interrupted goes on where it stopped, unless the recordings
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from ...errors import InputError
 from ...plant import load_truth, switched_on
 from ...record import current_versions, jsonable, read_bytes, read_text, sha256, write_bytes
 from ..processes import processes
+from ..stage import Stage, silent
 from .case import NOMINAL
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
@@ -43,7 +44,7 @@ def answer(
     out: Path,
     seed: int = 0,
     count: int = 2,
-    stage: Callable[[str, int], Callable[[str], None]] = lambda label, total: lambda note: None,
+    stage: Stage = silent,
     answer_case: AnswerCase = diagnose_case,
 ) -> str:
     """Write the answers to all cases in `folder` to `out`, their hashes beside it; returns the hash of all.
@@ -58,10 +59,10 @@ def answer(
     part = out.with_name(out.name + ".part")
     done = _resume(part, mark)
     rest = [entry for entry in index.entries if entry.case not in done]
-    said = stage("diagnosing", len(rest))
     out.parent.mkdir(parents=True, exist_ok=True)
-    with part.open("a", encoding="utf-8") as lines, processes(count) as work:
-        for entry, found in zip(rest, work(partial(_one, folder, seed, index.nominal, answer_case), rest), strict=True):
+    one = partial(_one, folder, seed, index.nominal, answer_case)
+    with part.open("a", encoding="utf-8") as lines, processes(count) as work, stage("diagnosing", len(rest)) as said:
+        for entry, found in zip(rest, work(one, rest), strict=True):
             done[entry.case] = found
             lines.write(json.dumps({"mark": mark, "case": entry.case, "answer": found}, allow_nan=False) + "\n")
             lines.flush()
@@ -104,15 +105,9 @@ def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = NOMINAL
     chosen = [e for e in CATALOGUE if e.standing != "absorbed" and not e.same_as and e.name not in known]
     chosen.sort(key=lambda effect: effect.standing == "separable")
     names = ["none", "parameters", "unknown", *(effect.name for effect in chosen)]
-    verdict: dict[str, Any] = {
-        "kind": "undecided",
-        "effects": [],
-        "class": [],
-        "channel": None,
-        "probability": 1.0 / len(names),
-    }
-    chances = dict.fromkeys(names, 1.0 / len(names))
-    return {"refused": message, "document": {"verdict": verdict, "probabilities": chances}}
+    p = 1.0 / len(names)
+    verdict: dict[str, Any] = {"kind": "undecided", "effects": [], "class": [], "channel": None, "probability": p}
+    return {"refused": message, "document": {"verdict": verdict, "probabilities": dict.fromkeys(names, p)}}
 
 
 def _resume(part: Path, mark: str) -> dict[str, Any]:
@@ -135,11 +130,7 @@ def _commit(out: Path, index: Index, seed: int, program: str, answers: dict[str,
     content = {"schema": SCHEMA, "index": index.sha256, "seed": seed, "sources": program,
                "versions": current_versions(), "answers": answers}  # fmt: skip
     data = json_bytes(content)
-    lines = [f"{sha256(data)}  {out.name}", *(f"{digest(found)}  {case}" for case, found in _in_order(answers))]
+    lines = [f"{sha256(data)}  {out.name}", *(f"{digest(found)}  {case}" for case, found in sorted(answers.items()))]
     write_bytes(out, data)
     write_bytes(out.with_suffix(".sha256"), ("\n".join(lines) + "\n").encode())
     return sha256(data)
-
-
-def _in_order(answers: dict[str, Any]) -> Iterator[tuple[str, Any]]:
-    return iter(sorted(answers.items()))

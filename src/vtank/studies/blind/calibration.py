@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import isotonic_regression
 
 Array = NDArray[np.float64]
 
@@ -30,35 +31,18 @@ class Corp:
 def pav(stated: Array, happened: Array) -> Array:
     """Isotonic regression of outcomes (0 or 1) on stated probabilities, at the events themselves, shape (n,)."""
     levels, place = np.unique(stated, return_inverse=True)
-    weight = np.bincount(place).astype(float)
-    mean = np.bincount(place, happened) / weight
-    blocks: list[list[float]] = []  # value, weight, number of levels
-    for value, w in zip(mean.tolist(), weight.tolist(), strict=True):
-        blocks.append([value, w, 1.0])
-        while len(blocks) > 1 and blocks[-2][0] >= blocks[-1][0]:
-            value, w, count = blocks.pop()
-            before = blocks[-1]
-            before[0] = (before[0] * before[1] + value * w) / (before[1] + w)
-            before[1], before[2] = before[1] + w, before[2] + count
-    fitted = np.repeat([block[0] for block in blocks], [int(block[2]) for block in blocks])
-    return np.asarray(fitted[place], dtype=np.float64)
+    count = np.bincount(place)
+    return np.asarray(isotonic_regression(np.bincount(place, happened) / count, weights=count).x[place])
 
 
 def corp(stated: Array, happened: Array, draws: int = 200, seed: int = 0) -> Corp:
     """CORP decomposition of the Brier score of stated probabilities, shape (n,), of events that happened or not."""
-    brier = float(np.mean((stated - happened) ** 2))
-    recalibrated = float(np.mean((pav(stated, happened) - happened) ** 2))
+    brier, miscalibration = float(np.mean((stated - happened) ** 2)), _miscalibration(stated, happened)
     uncertainty = float(np.mean(happened) * (1.0 - np.mean(happened)))
     random = np.random.default_rng(seed)
     by_chance = [_miscalibration(stated, (random.random(stated.size) < stated).astype(float)) for _ in range(draws)]
-    return Corp(
-        int(stated.size),
-        brier,
-        brier - recalibrated,
-        uncertainty - recalibrated,
-        uncertainty,
-        float(np.mean(by_chance)),
-    )
+    discrimination = uncertainty - (brier - miscalibration)
+    return Corp(stated.size, brier, miscalibration, discrimination, uncertainty, float(np.mean(by_chance)))
 
 
 def _miscalibration(stated: Array, happened: Array) -> float:

@@ -9,10 +9,10 @@ import numpy as np
 
 from ...effects import BY_NAME, CATALOGUE
 from ...errors import InputError
-from ...experiment import Plan
 from ...plant import Truth, load_truth, switched_on, vector
 from .cause import RUNS, Cause, draw_cause, log_uniform
 from .experiment import Experiment, draw_experiment
+from .fly import Trip
 from .outside import OUTSIDE
 
 NOMINAL = "paper-ii"
@@ -46,12 +46,13 @@ class Case:
     wanted: tuple[float, ...]
     seed: int
 
-    def plan(self, run: int) -> Plan:
+    def plan(self, run: int) -> Trip:
         """The plan of one run, held-out ones from RUNS on."""
         scenario = self.experiment.scenarios[run]
         slots = {name: value for cause in self.causes for name, value in cause.slots(run).items()}
         p = vector({"standoff": scenario.standoff_m, **slots}, base=self.truth.vector())
-        return Plan(scenario, self.truth, p, self.seed, run, scenario.name)
+        memory = self.experiment.sonar_memory_s
+        return Trip(scenario, self.truth, p, self.seed, run, scenario.name, self.causes, memory)
 
     def sized(self, sizes: Sequence[float]) -> Case:
         """The same case with its causes at other sizes."""
@@ -138,11 +139,9 @@ def _names(random: np.random.Generator, kind: str, frequencies: Frequencies) -> 
 def _withheld(random: np.random.Generator, kind: str, names: tuple[str, ...], f: Frequencies) -> tuple[str, ...]:
     """The cause and all that is tied to it where it is left out; in some other cases an effect that is no cause."""
     draw, decoy = random.random(), _choose(random, f.effects)
-    if kind == "left_out":
-        return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(names[0]))
-    if draw < DECOYS and tied(decoy) not in map(tied, names) and kind != "outside":
-        return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(decoy))
-    return ()
+    decoyed = draw < DECOYS and tied(decoy) not in map(tied, names) and kind != "outside"
+    missing = names[0] if kind == "left_out" else decoy if decoyed else ""
+    return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(missing))
 
 
 def _choose(random: np.random.Generator, frequencies: dict[str, float]) -> str:
@@ -156,11 +155,6 @@ def _check(names: Sequence[str], known: Sequence[str], what: str) -> None:
             raise InputError(f"no {what} '{name}'; there are: {', '.join(known)}")
 
 
-def given(case: Case) -> list[Plan]:
+def given(case: Case) -> list[Trip]:
     """Plans of the runs that are given."""
     return [case.plan(k) for k in range(RUNS)]
-
-
-def held_out(case: Case) -> list[Plan]:
-    """Plans of the runs that are held back."""
-    return [case.plan(k) for k in range(RUNS, len(case.experiment.scenarios))]

@@ -45,6 +45,12 @@ class Closed:
         return (self.refit - self.diagnosed) / (self.refit - self.oracle)
 
     @property
+    def reducible(self) -> bool:
+        """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
+        known = np.isfinite([self.refit, self.oracle, self.diagnosed]).all()
+        return bool(known) and self.refit > 1.1 * self.oracle
+
+    @property
     def covered(self) -> bool | None:
         """Whether the stated interval holds the realised fraction; None where one of them is missing."""
         if self.interval is None or self.realised is None:
@@ -65,7 +71,7 @@ def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folde
         models: ModelFile = read_model(path)
     files = [folder / "held_out" / case / file for file in sorted(truth["held_out_files"])]
     standoff = truth["experiment"]["standoff_m"][RUNS:]
-    held = [HeldOut.read(file, metres) for file, metres in zip(files, standoff, strict=True)]
+    held = [HeldOut(read_run(file), metres) for file, metres in zip(files, standoff, strict=True)]
     diagnosed = _together(gaps(held, models.diagnosed.p, models.diagnosed.per_run))
     shrink = answer["document"].get("shrink") or {}
     stated = shrink.get("interval90")
@@ -86,13 +92,9 @@ def _realised(models: Any, slots: Sequence[Mapping[str, float]], files: Sequence
     errors: list[list[np.ndarray]] = [[], [], []]
     for file, true in zip(files, slots, strict=True):
         target = target_of(observe(read_run(file)), models.noise)
-        truth = Model(vector(dict(true)), _own(true))
+        own = [name for name in true if name in PARAMETERS and PARAMETERS[name].per_run]
+        truth = Model(vector(dict(true)), tuple(own))
         for i, model in enumerate((models.refit, models.diagnosed, truth)):
             errors[i].append(Prediction(model, target).errors())
     refit, diagnosed, floor = map(rms, errors)
     return fraction_closed(refit, diagnosed, floor)
-
-
-def _own(slots: Mapping[str, float]) -> tuple[str, ...]:
-    """Slots that every run has for itself."""
-    return tuple(name for name in slots if name in PARAMETERS and PARAMETERS[name].per_run)

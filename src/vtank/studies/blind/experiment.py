@@ -8,7 +8,7 @@ and no case without a gap may have one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,11 @@ UNSEEN_SHARE, COLOURED_SHARE, STILL_SHARE, WHITE_SHARE = 0.25, 0.25, 0.4, 0.3  #
 NOISE_M, TACHOMETER_REV_S = (0.002, 0.015), (0.01, 0.08)
 TURBULENCE_M_S2, TURBULENCE_S, SONAR_MEMORY_S = (4e-4, 4e-3), (0.5, 6.0), (0.15, 1.5)
 WHITE_S = 0.02  # [s] correlation time below the tick: a fresh acceleration at every tick
+BASE = Scenario(
+    name="trial", path=Path("trial"), description="", truth="", duration_s=DURATION_S, period_s=PERIOD_S,
+    standoff_m=2.7, depth_m=DEPTH_M, n_limit_rev_s=None, hold="rigid", seed=0,
+    excitation=Excitation("speed_sine", "speed", (0.0,), (1.0,)),
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -62,21 +67,18 @@ def draw_experiment(random: np.random.Generator, truth: Truth, familiar: bool) -
     families = [family] * RUNS + [str(random.choice(others))]
     top = random.uniform(*TOP_REV_S)
     bands = _bands(random, len(families))
-    parts = (_sonar(random), Tachometer(log_uniform(random, *TACHOMETER_REV_S), float(random.choice([0.0, 1.0]))))
+    sonar = _sonar(random)
+    tachometer = Tachometer(log_uniform(random, *TACHOMETER_REV_S), float(random.choice([0.0, 1.0])))
     coloured = bool(random.random() < COLOURED_SHARE) and not familiar
     memory = log_uniform(random, *SONAR_MEMORY_S) if coloured else 0.0
     turbulence, same_place = _turbulence(random), random.random() < 0.5
+    common = replace(BASE, sonar=sonar, tachometer=tachometer, turbulence=turbulence)
     standoff = random.uniform(2.2, 3.2)
     scenarios = []
-    for k, (name, rad_s) in enumerate(zip(families, bands, strict=True)):
-        scenarios.append(
-            Scenario(
-                name=f"run_{k + 1}", path=Path("trial"), description="", truth="", duration_s=DURATION_S,
-                period_s=PERIOD_S, standoff_m=standoff if same_place else random.uniform(2.2, 3.2), depth_m=DEPTH_M,
-                n_limit_rev_s=None, hold="rigid", seed=0, excitation=_excitation(name, rad_s, top, random, truth),
-                sonar=parts[0], tachometer=parts[1], turbulence=turbulence,
-            )
-        )  # fmt: skip
+    for k, (name, rad_s) in enumerate(zip(families, bands, strict=True), 1):
+        standoff = standoff if same_place else random.uniform(2.2, 3.2)
+        excitation = _excitation(name, rad_s, top, random, truth)
+        scenarios.append(replace(common, name=f"run_{k}", standoff_m=standoff, excitation=excitation))
     return Experiment(family, (*scenarios[:RUNS], *scenarios), memory)
 
 

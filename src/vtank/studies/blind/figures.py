@@ -77,8 +77,7 @@ def reliability(rows: Sequence[Row]) -> Any:
 @drawn
 def closed(rows: Sequence[Row]) -> Any:
     """Share of the oracle's closing that the diagnosis reaches, over d, for known effects."""
-    some = [r for r in rows if np.isfinite([r.closed.refit, r.closed.oracle, r.closed.diagnosed]).all() and r.d > 0.0]
-    some = [r for r in some if r.closed.refit > 1.1 * r.closed.oracle and "+" not in r.label]
+    some = [r for r in rows if r.closed.reducible and r.d > 0.0 and "+" not in r.label]
     figure = page(f"{len(some)} cases with a single known effect; cut off at -0.5", 5.8, 3.8)
     axes = figure.add_subplot()
     for right, colour, text in ((True, BLUE, "named first"), (False, VERMILION, "another named first")):

@@ -3,22 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ...effects import command_delay
-from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, chunks, noise
-from ...experiment.flight import SPEED, Flight, ticks
-from ...plant import indices
-from ...record import Run
+from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, noise
+from ...experiment.flight import SPEED
 from .cause import Cause
-from .outside import OUTSIDE, Memory, OutsideLaw, Sight
+from .outside import OUTSIDE, Array, Memory, OutsideLaw, Sight
 
-Array = NDArray[np.float64]
-(DELAY,) = indices(command_delay.EFFECT)
 DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
 
 
@@ -51,47 +43,29 @@ class Passenger:
 
 
 @dataclass(frozen=True)
-class Trip:
-    """One run to be flown: its plan, the outside causes, and the memory of the sonar's noise [s]."""
+class Trip(Plan):
+    """A run to be flown with outside causes and a memory of the sonar's noise [s]."""
 
-    plan: Plan
     causes: tuple[Cause, ...] = ()
     sonar_memory_s: float = 0.0
 
-    def passengers(self) -> list[Passenger]:
-        """The outside laws, with fresh memories."""
-        return [Passenger(OUTSIDE[c.name], c.size, self.plan) for c in self.causes if c.outside]
 
-
-def fly_tank(
-    trips: Sequence[Trip], nthread: int = 1, progress: Callable[[float], None] = lambda share: None
-) -> list[Result]:
-    """Results in the MuJoCo tank, in the order of the trips; `progress` is told the share that is done."""
-    results: dict[int, Result] = {}
-    total, done = sum(ticks(trip.plan) for trip in trips), 0
-
-    def report(piece: int) -> None:
-        nonlocal done
-        done += piece
-        progress(done / total)
-
-    for late in (False, True):  # delayed commands are stepped more finely, which the others need not be
-        group = [i for i, trip in enumerate(trips) if (trip.plan.p[DELAY] > 0.0) == late]
-        for some in chunks([trips[i].plan for i in group]):
-            chosen = [group[i] for i in some]
-            chunk = TripChunk([trips[i] for i in chosen], nthread)
-            results.update(zip(chosen, chunk.run(report), strict=True))
-    return [results[i] for i in range(len(trips))]
+def passengers(plan: Plan, causes: Sequence[Cause]) -> list[Passenger]:
+    """The outside laws among the causes, with fresh memories."""
+    return [Passenger(OUTSIDE[c.name], c.size, plan) for c in causes if c.outside]
 
 
 class TripChunk(Chunk):
     """Trips in one batch of the tank."""
 
     def __init__(self, trips: Sequence[Trip], nthread: int) -> None:
-        super().__init__([trip.plan for trip in trips], nthread)
-        self.aboard = [(i, p) for i, trip in enumerate(trips) for p in trip.passengers()]
+        super().__init__(trips, nthread)
+        self.aboard = [(i, p) for i, trip in enumerate(trips) for p in passengers(trip, trip.causes)]
         for i, trip in enumerate(trips):
-            colour(self.flight, i, trip)
+            if trip.sonar_memory_s > 0.0:
+                keep = math.exp(-trip.scenario.period_s / trip.sonar_memory_s)
+                white = self.flight.noise[i, noise.SONAR].copy()
+                self.flight.noise[i, noise.SONAR] = noise.ornstein_uhlenbeck(white, keep)
 
     def _tick(self, k: int) -> None:
         super()._tick(k)
@@ -101,19 +75,10 @@ class TripChunk(Chunk):
 
     def _result(self, i: int) -> Result:
         result = super()._result(i)
-        columns = result.run.columns
-        n, range_m = columns["n_rev_s"], columns["range_m"]
-        for j, passenger in self.aboard:
-            n, range_m = passenger.record(n, range_m) if i == j else (n, range_m)
-        run = Run(result.run.name, result.run.time_s, {"n_rev_s": n, "range_m": range_m})
-        return replace(result, run=run)
-
-
-def colour(flight: Flight, i: int, trip: Trip) -> None:
-    """Give the sonar's noise of run i its memory, in place."""
-    if trip.sonar_memory_s > 0.0:
-        keep = math.exp(-trip.plan.scenario.period_s / trip.sonar_memory_s)
-        flight.noise[i, noise.SONAR] = noise.ornstein_uhlenbeck(flight.noise[i, noise.SONAR].copy(), keep)
+        n, range_m = result.run.columns["n_rev_s"], result.run.columns["range_m"]
+        for passenger in (passenger for j, passenger in self.aboard if j == i):
+            n, range_m = passenger.record(n, range_m)
+        return replace(result, run=replace(result.run, columns={"n_rev_s": n, "range_m": range_m}))
 
 
 def quiet(plan: Plan) -> Plan:

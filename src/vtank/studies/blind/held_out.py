@@ -8,16 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...experiment import Excitation, Plan, Result, Scenario
+from ...experiment import Plan, Result
 from ...experiment.flight import MULTIPATH
 from ...plant import load_truth, slot
-from ...record import read_run
+from ...record import Run
 from .case import NOMINAL, Case
+from .experiment import BASE
 from .refit import Recording, refit
 from .replay import Replay, spikes_of
 from .whitening import Whitener
@@ -26,50 +27,50 @@ Array = NDArray[np.float64]
 WATCHED_S = 10.0  # [s] of the run from which the initial state, and phases, are found
 TYPICAL_M = 0.006  # [m] sonar noise that weights those seconds; any value gives the same fit
 PHASES = (0.0, 2.1, 4.2)  # [rad] where the search for a phase begins
-SEALED = ("clean_m", "spike_rev_s")  # columns: ranges without noise [m], what spikes add to a reading [rev/s]
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """A run held back: a replay of it, recorded propeller speed [rev/s], ranges and noise-free ones [m], (T,) each."""
+    """A run held back, and the stand-off where it began [m].
 
-    replay: Replay
-    n_read: Array
-    range_m: Array
-    clean_m: Array
-    time_s: Array
+    Among its columns is what only the truth knows: ranges without noise, clean_m, and what spikes add to a reading,
+    spike_rev_s.
+    """
+
+    run: Run
+    standoff_m: float
 
     @classmethod
-    def of(cls, result: Result, clean_m: Array) -> HeldOut:
+    def of(cls, case: Case, result: Result) -> HeldOut:
         """A run as flown."""
-        run, scenario = result.run, result.plan.scenario
-        replay = _replay(scenario.standoff_m, run.time_s, spikes_of(result.plan))
-        return cls(replay, run.columns["n_rev_s"], run.columns["range_m"], clean_m, run.time_s)
+        sealed = {"clean_m": clean_range(case, result), "spike_rev_s": spikes_of(result.plan)}
+        run = replace(result.run, columns=result.run.columns | sealed)
+        return cls(run, result.plan.scenario.standoff_m)
 
-    @classmethod
-    def read(cls, path: Path, standoff_m: float) -> HeldOut:
-        """A run from its file; InputError where it cannot be used."""
-        run = read_run(path)
-        n, range_m, clean, spikes = (run.columns[name] for name in ("n_rev_s", "range_m", *SEALED))
-        return cls(_replay(standoff_m, run.time_s, spikes), n, range_m, clean, run.time_s)
-
-    @property
-    def sealed(self) -> dict[str, Array]:
-        """What only the truth knows of the run, as columns of its file, shape (T,) each."""
-        return dict(zip(SEALED, (self.clean_m, self.replay.spikes), strict=True))
+    @cached_property
+    def replay(self) -> Replay:
+        """The same run without noise, at any parameters."""
+        t, truth = self.run.time_s, load_truth(NOMINAL)
+        tick_s = float(round(t[1] - t[0], 6))
+        scenario = replace(BASE, standoff_m=self.standoff_m, duration_s=float(t[-1]), period_s=tick_s)
+        plan = Plan(scenario, truth, truth.vector(), 0, 0, "held_out")
+        return Replay(plan, self.run.columns["spike_rev_s"])
 
     def gap(self, p: Array, own: Sequence[str]) -> float:
         """Root mean square of what the model p leaves after WATCHED_S [m]; own: slots that this run has for itself."""
-        watched = np.where(self.time_s <= WATCHED_S, self.clean_m, np.nan)
+        n_read, clean_m = self.run.columns["n_rev_s"], self.run.columns["clean_m"]
+        late, still = self.run.time_s > WATCHED_S, np.zeros(n_read.size)
+        equal = Whitener(still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2, 0.1)
+        watched = Recording(self.replay, n_read, np.where(late, np.nan, clean_m), equal)
         p = p.copy()
-        p[slot("standoff")] = self.replay.plan.scenario.standoff_m
-        start = Recording(self.replay, self.n_read, watched, _equal(self.n_read.size))
-        phases = PHASES if own else PHASES[:1]
-        fits = [refit([start], _with(p, own, phase), free=tuple(own)) for phase in phases]
+        p[slot("standoff")] = self.standoff_m
+        fits = []
+        for phase in PHASES if own else PHASES[:1]:
+            p[[slot(name) for name in own]] = phase
+            fits.append(refit([watched], p, free=own))
         fit = min(fits, key=lambda fit: fit.size)
-        foretold = self.replay.model(fit.p[0], self.n_read, fit.start[0])
-        late = self.time_s > WATCHED_S
-        return float(np.sqrt(np.mean((foretold - self.clean_m)[late] ** 2)))
+        foretold = self.replay.model(fit.p[0], n_read, fit.start[0])
+        return float(np.sqrt(np.mean((foretold - clean_m)[late] ** 2)))
 
 
 def gaps(held: Sequence[HeldOut], p: Array, own: Sequence[str]) -> list[float]:
@@ -82,26 +83,3 @@ def clean_range(case: Case, result: Result) -> Array:
     p = result.plan.p.copy()
     p[MULTIPATH] = 0.0
     return Replay(replace(result.plan, p=p)).pushed(case.causes, result.true["n_rev_s"])[1]
-
-
-def _with(p: Array, own: Sequence[str], value: float) -> Array:
-    p = p.copy()
-    p[[slot(name) for name in own]] = value
-    return p
-
-
-def _replay(standoff_m: float, time_s: Array, spikes: Array) -> Replay:
-    truth = load_truth(NOMINAL)
-    scenario = Scenario(
-        name="held_out", path=Path("held_out"), description="", truth="", duration_s=float(time_s[-1]),
-        period_s=float(round(time_s[1] - time_s[0], 6)), standoff_m=standoff_m, depth_m=1.0, n_limit_rev_s=None,
-        hold="thrusters", seed=0, excitation=Excitation("speed_sine", "speed", (0.0,), (1.0,)),
-    )  # fmt: skip
-    p = truth.vector()
-    p[slot("standoff")] = standoff_m
-    return Replay(Plan(scenario, truth, p, 0, 0, "held_out"), spikes)
-
-
-def _equal(samples: int) -> Whitener:
-    still = np.zeros(samples)
-    return Whitener(still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2, 0.1)

@@ -16,8 +16,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import Channel
-
 Array = NDArray[np.float64]
 Memory = dict[str, float]
 
@@ -44,8 +42,6 @@ class OutsideLaw:
     """A law of no catalogue; `largest` is the largest plausible size [-], 1 being a moderate one."""
 
     name: str
-    channel: Channel
-    law: str
     largest: float
     push: Push | None = None
     distort: Distortion | None = None
@@ -118,14 +114,14 @@ def tachometer_threshold(size: float, random: np.random.Generator, n: Array, ran
 OUTSIDE: dict[str, OutsideLaw] = {
     law.name: law
     for law in (
-        OutsideLaw("cubic_drag", "hydrodynamics", "du/dt += -c u^3", 4.0, push=cubic_drag),
-        OutsideLaw("drag_crisis", "hydrodynamics", "alpha falls above 0.15 m/s", 2.5, push=drag_crisis),
-        OutsideLaw("speed_inertia", "hydrodynamics", "(1 + m u^2) du/dt = ...", 2.0, push=speed_inertia),
-        OutsideLaw("thrust_hysteresis", "actuator", "more thrust when speeding up", 4.0, thrust_hysteresis),
-        OutsideLaw("propeller_beat", "actuator", "beta (1 + r sin(2 pi revs/60))", 4.0, push=propeller_beat),
-        OutsideLaw("returning_wash", "actuator", "the slipstream returns after 10 s", 2.0, push=returning_wash),
-        OutsideLaw("sonar_bend", "sensor", "range += b (range - first)^3", 6.0, distort=sonar_bend),
-        OutsideLaw("sonar_stick", "sensor", "ranges repeat for up to 1 s", 3.0, distort=sonar_stick),
-        OutsideLaw("tachometer_threshold", "sensor", "n_read = 0 for |n| < n1", 2.5, distort=tachometer_threshold),
+        OutsideLaw("cubic_drag", 4.0, push=cubic_drag),
+        OutsideLaw("drag_crisis", 2.5, push=drag_crisis),
+        OutsideLaw("speed_inertia", 2.0, push=speed_inertia),
+        OutsideLaw("thrust_hysteresis", 4.0, push=thrust_hysteresis),
+        OutsideLaw("propeller_beat", 4.0, push=propeller_beat),
+        OutsideLaw("returning_wash", 2.0, push=returning_wash),
+        OutsideLaw("sonar_bend", 6.0, distort=sonar_bend),
+        OutsideLaw("sonar_stick", 3.0, distort=sonar_stick),
+        OutsideLaw("tachometer_threshold", 2.5, distort=tachometer_threshold),
     )
 }

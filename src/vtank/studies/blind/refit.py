@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
 from ...effects import PARAMETERS, Effect, Parameter
 from ...plant import LAG, slot
@@ -48,7 +49,6 @@ class Fit:
     p: Array
     start: Array
     residual: tuple[Array, ...]
-    free: tuple[str, ...]
 
     @property
     def size(self) -> float:
@@ -83,11 +83,11 @@ def refit(
     """
     shared = [name for name in free if not _per_run(name)]
     own = [name for name in free if _per_run(name)]
-    problem = _Problem(tuple(recordings), tuple(map(slot, shared)), tuple(map(slot, own)), _bounds(shared))
+    problem = _Problem(recordings, [slot(name) for name in shared], [slot(name) for name in own], _bounds(shared))
     if start is None:
         start = np.array([[r.replay.plan.scenario.standoff_m - _first(r.range_m), 0.0, 0.0, 0.0] for r in recordings])
     p = np.tile(p, (len(recordings), 1)) if p.ndim == 1 else p.copy()
-    return _descend(problem, p, start, tuple(free), iterations)
+    return _descend(problem, p, start, iterations)
 
 
 def _per_run(name: str) -> bool:
@@ -105,9 +105,9 @@ def _first(range_m: Array) -> float:
 
 @dataclass(frozen=True)
 class _Problem:
-    recordings: tuple[Recording, ...]
-    shared: tuple[int, ...]
-    own: tuple[int, ...]
+    recordings: Sequence[Recording]
+    shared: list[int]
+    own: list[int]
     bounds: Array
 
     def residual(self, k: int, p: Array, start: Array) -> Array:
@@ -130,15 +130,18 @@ class _Problem:
             columns.append((self.residual(k, p, nudged) - base) / step)
         return self.recordings[k].whitener.whiten(np.column_stack(columns))
 
+    def whitened(self, p: Array, start: Array) -> tuple[Array, ...]:
+        """Whitened residuals of every run."""
+        return tuple(
+            r.whitener.whiten(self.residual(k, p[k], start[k])[:, None])[:, 0] for k, r in enumerate(self.recordings)
+        )
+
     def cost(self, p: Array, start: Array) -> float:
-        total = 0.0
-        for k, recording in enumerate(self.recordings):
-            r = recording.whitener.whiten(self.residual(k, p[k], start[k])[:, None])[:, 0]
-            total += float(r @ r)
+        total = float(sum(r @ r for r in self.whitened(p, start)))
         return total if np.isfinite(total) else np.inf
 
 
-def _descend(problem: _Problem, p: Array, start: Array, free: tuple[str, ...], iterations: int) -> Fit:
+def _descend(problem: _Problem, p: Array, start: Array, iterations: int) -> Fit:
     """Levenberg-Marquardt; the runs' own unknowns are eliminated run by run."""
     cost, damping = problem.cost(p, start), 1e-4
     for _ in range(iterations):
@@ -155,41 +158,29 @@ def _descend(problem: _Problem, p: Array, start: Array, free: tuple[str, ...], i
         p, start, cost, damping = new_p, new_start, new_cost, max(damping / 10.0, 1e-9)
         if drop < SETTLED * (cost + 1.0):
             break
-    residual = tuple(
-        r.whitener.whiten(problem.residual(k, p[k], start[k])[:, None])[:, 0] for k, r in enumerate(problem.recordings)
-    )
-    return Fit(p, start, residual, free)
+    return Fit(p, start, problem.whitened(p, start))
 
 
 def _step(problem: _Problem, blocks: list[Array], p: Array, start: Array, damping: float) -> tuple[Array, Array]:
-    count, runs = len(problem.shared), len(blocks)
-    width = len(problem.own) + 3
-    J = np.zeros((sum(b.shape[0] for b in blocks), count + runs * width))
-    r, row = np.concatenate([b[:, 0] for b in blocks]), 0
-    for k, b in enumerate(blocks):
-        J[row : row + b.shape[0], :count] = b[:, 1 : 1 + count]
-        J[row : row + b.shape[0], count + k * width : count + (k + 1) * width] = b[:, 1 + count :]
-        row += b.shape[0]
+    count = len(problem.shared)
+    r = np.concatenate([b[:, 0] for b in blocks])
+    J = np.hstack([np.vstack([b[:, 1 : 1 + count] for b in blocks]), block_diag(*(b[:, 1 + count :] for b in blocks))])
     scale = np.linalg.norm(J, axis=0) + 1e-12
     J /= scale
     H, gradient = J.T @ J, J.T @ r
     stuck = _stuck(problem, p[0], gradient)
     H[stuck], H[:, stuck], gradient[stuck] = 0.0, 0.0, 0.0
     move = -np.linalg.solve(H + damping * np.diag(np.diag(H)) + 1e-12 * np.eye(len(H)), gradient) / scale
+    own = move[count:].reshape(len(blocks), -1)
     p, start = p.copy(), start.copy()
-    for i, index in enumerate(problem.shared):
-        p[:, index] = np.clip(p[:, index] + move[i], *problem.bounds[i])
-    for k in range(runs):
-        own = move[count + k * width : count + (k + 1) * width]
-        for i, index in enumerate(problem.own):
-            p[k, index] += own[i]
-        start[k, :3] += own[len(problem.own) :]
+    p[:, problem.shared] = np.clip(p[:, problem.shared] + move[:count], *problem.bounds.T)
+    p[:, problem.own] += own[:, :-3]
+    start[:, :3] += own[:, -3:]
     return p, start
 
 
 def _stuck(problem: _Problem, p: Array, gradient: Array) -> list[int]:
     """Shared parameters that lie on a bound and want to leave by it."""
-    values = p[list(problem.shared)]
-    low, high = problem.bounds[:, 0], problem.bounds[:, 1]
+    (low, high), values = problem.bounds.T, p[problem.shared]
     slope = gradient[: values.size]
     return [int(i) for i in np.flatnonzero(((values <= low) & (slope > 0.0)) | ((values >= high) & (slope < 0.0)))]

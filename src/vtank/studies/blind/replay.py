@@ -17,7 +17,7 @@ from ...experiment import noise as streams
 from ...experiment.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
 from ...plant import STANDOFF, indices
 from .cause import Cause
-from .fly import Trip, quiet
+from .fly import passengers, quiet
 
 Array = NDArray[np.float64]
 (SKEW,), (BIAS,), (MULTIPATH, _) = (indices(e.EFFECT) for e in (clock_skew, tachometer_bias, sonar_multipath))
@@ -68,15 +68,7 @@ class Replay:
             n = repair(n, self.spikes, p[SPIKE_SIZE])
         clean = p.copy()
         clean[[BIAS, SPIKE_RATE, MULTIPATH]] = 0.0
-        return self._open_loop(clean, n, start)
-
-    def truth(self, p: Array, n: Array, start: Array) -> tuple[Array, Array]:
-        """Readings (n_read [rev/s], range [m]), shape (T,) each, of a hull whose propellers turn at n (T,) [rev/s]."""
-        range_m = self._open_loop(p, n, start)
-        return self.flight.record[0, SPEED_READING, : self.samples].copy(), range_m
-
-    def _open_loop(self, p: Array, n: Array, start: Array) -> Array:
-        self._prepare(p, n)
+        self._prepare(clean, n)
         play(self.flight, 0, self.samples, STEPS, start, self.motion)
         return self.flight.record[0, READING, : self.samples].copy()
 
@@ -92,7 +84,7 @@ class Replay:
 
         n: true propeller speed where it is given [rev/s]; by default what the pilot makes of the scenario.
         """
-        aboard = Trip(self.plan, causes).passengers()
+        aboard = passengers(self.plan, causes)
         if n is not None:
             self._prepare(self.plan.p, n)
         else:

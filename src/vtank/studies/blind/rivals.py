@@ -80,11 +80,6 @@ def _starts(effect: Effect, p: Array, top_rev_s: float) -> Iterator[Array]:
             near = NEAR * q.scale if q.bounds[1] > 0.0 else -NEAR * q.scale
             values[name] = (SMALL.get(q.unit, near) if shaped else near,)
     for point in product(*values.values()):
-        yield _set(p, dict(zip(values, point, strict=True)))
-
-
-def _set(p: Array, values: dict[str, float]) -> Array:
-    p = p.copy()
-    for name, value in values.items():
-        p[:, slot(name)] = value
-    return p
+        start = p.copy()
+        start[:, [slot(name) for name in values]] = point
+        yield start

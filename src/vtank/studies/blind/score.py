@@ -15,57 +15,42 @@ from ...present import Picture
 from ...present.document import html, markdown
 from ...record import Kind, results_folder
 from ..processes import processes
+from ..stage import Stage, silent
 from .calibration import corp
 from .ceiling import unknown_ceiling
 from .closed import closed
-from .measures import NOTHING, Measure, brier, log_score, mean, quantile, share
+from .measures import NOTHING, Measure, brier, first, log_score, mean, quantile, share
 from .rows import STRATA, Row, row
 from .verify import Opened, open_all
 
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/1")
 SURE = 0.95  # stated probability from which a wrong class is held against an answer
 VISIBLE = 10.0  # d from which the bars on naming and closing hold
-# Measure -> kinds of verdict that count
-RIGHT: tuple[str, ...] = ()
 EFFECT = ("effect", "effects")
-NO_GAP = {
+COUNTED = {  # measure -> kinds of verdict that count
     "false alarm": (*EFFECT, "unknown", "parameters"),
     "false effect": EFFECT,
     "false none-of-these": ("unknown",),
+    "false no gap": ("none",),
     "undecided": ("undecided",),
-    "top-1": RIGHT,
-    "log score": RIGHT,
-}
-PARAMETERS_ONLY = {
-    "top-1": RIGHT,
-    "false effect": EFFECT,
-    "false none-of-these": ("unknown",),
     "called no gap": ("none",),
-    "log score": RIGHT,
-}
-UNKNOWN = {
+    "called parameters": ("parameters",),
     "called unknown": ("unknown",),
     "called unknown or undecided": ("unknown", "undecided"),
-    "top-1": RIGHT,
-    "log score": RIGHT,
 }
-KNOWN = {"false none-of-these": ("unknown",), "false no gap": ("none",), "called parameters": ("parameters",)}
+NO_GAP = ("false alarm", "false effect", "false none-of-these", "undecided", "top-1", "log score")
+PARAMETERS_ONLY = ("top-1", "false effect", "false none-of-these", "called no gap", "log score")
+UNKNOWN = ("called unknown", "called unknown or undecided", "top-1", "log score")
+KNOWN = ("false none-of-these", "false no gap", "called parameters")
 
 Summary = dict[str, Measure]
 
 
-def score(
-    folder: Path,
-    truth: Path,
-    answers: Path,
-    count: int = 2,
-    stage: Callable[[str, int], Callable[[str], None]] = lambda label, total: lambda note: None,
-) -> dict[str, Any]:
+def score(folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent) -> dict[str, Any]:
     """Rows and measures; InputError where a hash does not hold."""
     opened = open_all(folder, truth, answers)
-    advance = stage("scoring", len(opened.truths))
     rows = []
-    with processes(count) as work:
+    with processes(count) as work, stage("scoring", len(opened.truths)) as advance:
         for one in work(partial(_row, opened, truth), list(opened.truths)):
             rows.append(one)
             advance(one.case)
@@ -136,14 +121,13 @@ def by_stratum(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def naming(rows: Sequence[Row]) -> Summary:
     """How well the cause is named, with the ceiling and simpler methods beside it."""
-    size = [float(len(r.chances)) for r in rows]
+    size, own = [float(len(r.chances)) for r in rows], _scores([(r.chances, r.label) for r in rows])
     out = {
-        "top-1": share([r.right for r in rows]),
+        "top-1": own["top-1"],
         "class correct": share([r.class_right for r in rows]),
         "class size": mean([float(len(r.named)) for r in rows]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-        "brier": mean([brier(r.chances, r.label) for r in rows]),
-        "undecided": share([r.verdict.get("kind") == "undecided" for r in rows]),
+        **own,
+        **said(["undecided"], rows),
         "refused": share([bool(r.refused) for r in rows]),
     }
     bound = [r.ceiling for r in rows if r.ceiling is not None]
@@ -157,11 +141,17 @@ def naming(rows: Sequence[Row]) -> Summary:
         "brier, random": mean([1.0 - 1.0 / n for n in size]),
     }
     for name in sorted({name for r in rows for name in r.baselines}):
-        stated = [(r.baselines[name], r.label) for r in rows if name in r.baselines]
-        out[f"top-1, {name}"] = share([max(p, key=lambda k, p=p: p[k]) == label for p, label in stated])  # type: ignore[misc]
-        out[f"log score, {name}"] = mean([log_score(p, label) for p, label in stated])
-        out[f"brier, {name}"] = mean([brier(p, label) for p, label in stated])
+        out |= _scores([(r.baselines[name], r.label) for r in rows if name in r.baselines], f", {name}")
     return out
+
+
+def _scores(stated: Sequence[tuple[Mapping[str, float], str]], of: str = "") -> Summary:
+    """Scores of stated probabilities, each with the right answer."""
+    return {
+        f"top-1{of}": share([first(p) == label for p, label in stated]),
+        f"log score{of}": mean([log_score(p, label) for p, label in stated]),
+        f"brier{of}": mean([brier(p, label) for p, label in stated]),
+    }
 
 
 def _over_ceiling(rows: Sequence[Row]) -> Measure:
@@ -173,14 +163,12 @@ def _over_ceiling(rows: Sequence[Row]) -> Measure:
     return Measure(hits.value / bound, hits.n, hits.low / bound, hits.high / bound)
 
 
-def said(kinds: Mapping[str, tuple[str, ...]], rows: Sequence[Row]) -> Summary:
-    """How often a verdict of certain kinds was given, and the scores of RIGHT where they are asked for."""
-    scores = {
-        "top-1": share([r.right for r in rows]),
-        "log score": mean([log_score(r.chances, r.label) for r in rows]),
-    }
-    return {name: scores[name] if some == RIGHT else share([r.verdict.get("kind") in some for r in rows])
-            for name, some in kinds.items()}  # fmt: skip
+def said(names: Sequence[str], rows: Sequence[Row]) -> Summary:
+    """Scores, and how often a verdict that counts was given, by the names of the measures."""
+    kinds = [r.verdict.get("kind") for r in rows]
+    counts = {name: share([kind in COUNTED[name] for kind in kinds]) for name in names if name in COUNTED}
+    known = _scores([(r.chances, r.label) for r in rows]) | counts
+    return {name: known[name] for name in names}
 
 
 def unknown(rows: Sequence[Row]) -> Summary:
@@ -190,7 +178,7 @@ def unknown(rows: Sequence[Row]) -> Summary:
 
 def shrinkage(rows: Sequence[Row]) -> Summary:
     """Gap closed on held-out runs against the oracle, and coverage of the stated interval."""
-    fractions = [r.closed.fraction for r in rows if _reducible(r)]
+    fractions = [r.closed.fraction for r in rows if r.closed.reducible]
     covered = [r.closed.covered for r in rows if r.closed.covered is not None]
     widths = [r.closed.interval[1] - r.closed.interval[0] for r in rows if r.closed.interval is not None]
     return {
@@ -237,10 +225,4 @@ def _subsets(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 def _sure(rows: Sequence[Row]) -> Measure:
     wrong = [float(r.verdict.get("probability") or 0.0) >= SURE and not r.class_right for r in rows]
-    return share(wrong) if rows else NOTHING
-
-
-def _reducible(row: Row) -> bool:
-    """Whether the oracle closes a gap worth the name, and the diagnosis left a model."""
-    c = row.closed
-    return bool(np.isfinite([c.refit, c.oracle, c.diagnosed]).all()) and c.refit > 1.1 * c.oracle
+    return share(wrong)

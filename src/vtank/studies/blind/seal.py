@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Run, read_bytes, read_json, sha256
+from ...record import Run, current_versions, read_bytes, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"
@@ -41,19 +41,9 @@ def digest(document: Any) -> str:
     return sha256(canonical(document))
 
 
-def new_salt() -> str:
-    """256 random bits in hex, from the operating system and not from the seed, which could be guessed."""
-    return secrets.token_hex(32)
-
-
 def commitment(salt: str, document: Any) -> str:
     """SHA-256 of salt and canonical JSON: binds the document, tells nothing about it."""
     return sha256(salt.encode() + canonical(document))
-
-
-def case_name(number: int) -> str:
-    """Name of the folder of a case, counted from 1."""
-    return f"case_{number:04d}"
 
 
 def fixed_csv(run: Run) -> bytes:
@@ -83,12 +73,6 @@ def json_bytes(document: Any) -> bytes:
     return (json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
-def level_times(folder: Path) -> None:
-    """Give every file and folder below one time stamp, and the folder itself."""
-    for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
-        os.utime(path, (EPOCH_S, EPOCH_S))
-
-
 @dataclass(frozen=True)
 class Entry:
     """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth."""
@@ -113,12 +97,35 @@ class Index:
     sha256: str
 
 
-def index_bytes(nominal: str, entries: Iterable[Entry]) -> bytes:
-    """The file cases.json."""
-    cases = [
-        {"case": e.case, "runs": e.runs, "withheld": list(e.withheld), "commitment": e.commitment} for e in entries
-    ]
-    return json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": cases})
+def write_runs(folder: Path, runs: Iterable[Run]) -> dict[str, str]:
+    """Write runs as run_1.csv, run_2.csv and so on into a new folder; file -> hash."""
+    folder.mkdir(parents=True)
+    contents = {f"run_{k}.csv": fixed_csv(run) for k, run in enumerate(runs, 1)}
+    for file, data in contents.items():
+        (folder / file).write_bytes(data)
+    return {file: sha256(data) for file, data in contents.items()}
+
+
+def seal_truth(path: Path, truth: Mapping[str, Any]) -> str:
+    """Write a truth and its salt; the commitment to it."""
+    salt = secrets.token_hex(32)  # from the operating system and not from the seed, which could be guessed
+    path.write_bytes(json_bytes({"salt": salt, "truth": truth}))
+    return commitment(salt, truth)
+
+
+def write_index(cases: Path, sealed: Path, nominal: str, entries: Iterable[Entry], order: Mapping[str, Any]) -> None:
+    """Write what the folder of the cases says about itself, and the seal that binds the truths to it.
+
+    Every file and folder gets one time stamp. order: what was asked for, the seed among it.
+    """
+    index = json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": [vars(entry) for entry in entries]})
+    (cases / INDEX).write_bytes(index)
+    seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order["seed"], "order": order,
+            "versions": current_versions()}  # fmt: skip
+    (sealed / SEAL).write_bytes(json_bytes(seal))
+    for folder in (cases, sealed):
+        for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
+            os.utime(path, (EPOCH_S, EPOCH_S))
 
 
 def read_index(folder: Path) -> Index:

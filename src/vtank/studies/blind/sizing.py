@@ -13,7 +13,7 @@ import numpy as np
 from ...effects import BY_NAME
 from ...errors import InputError
 from ...experiment import Plan, check_motion
-from .case import Case, Frequencies, draw_case, given, held_out
+from .case import Case, Frequencies, draw_case, given
 from .cause import is_limit, with_limit
 from .refit import Fit, Recording, refit
 from .replay import Replay
@@ -51,7 +51,7 @@ def ready_case(
         try:
             case = _with_top(case)
             case = case.sized([_size(case, i) for i in range(len(case.causes))])
-            noise_free(case, [*given(case), *held_out(case)])
+            noise_free(case, [case.plan(k) for k in range(len(case.experiment.scenarios))])
         except InputError:
             continue
         return case, attempt

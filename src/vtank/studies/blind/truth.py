@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...effects import BY_NAME, sonar_multipath
-from ...experiment import Result
+from ...experiment import Plan, Result
 from ...experiment import noise as streams
 from ...experiment.flight import MULTIPATH
 from ...plant import NAMES, load_truth
 from .case import NOMINAL, Case, given, label
 from .cause import RUNS
-from .held_out import HeldOut, clean_range, gaps
+from .held_out import HeldOut, gaps
 from .refit import NUISANCE, Fit, Recording, parameters, refit
 from .replay import Replay
 from .rivals import best_pair, rivals
@@ -36,7 +37,7 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
         "label": label(case),
         "causes": [{"name": c.name, "size": c.size} for c in case.causes],
         "withheld": list(case.withheld),
-        "slots": [_slots(case, k) for k in range(len(results))],
+        "slots": [_slots(result.plan) for result in results],
         "experiment": _experiment(case),
         "d": left.size,
         "d_each": [_without(case, clean, i).size for i in range(len(case.causes))],
@@ -47,7 +48,7 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
         document["rivals"] = rivals(case, clean, left)
         if label(case) == "unknown":
             document["pair"] = best_pair(case, clean, left)
-    held = [HeldOut.of(result, clean_range(case, result)) for result in results[RUNS:]]
+    held = [HeldOut.of(case, result) for result in results[RUNS:]]
     document["held_out"] = _held_out(case, noisy, held)
     return document, held
 
@@ -68,8 +69,8 @@ def _without(case: Case, clean: Sequence[Recording], i: int) -> Fit:
     others = [BY_NAME[c.name] for j, c in enumerate(case.causes) if j != i and not c.outside]
     p = np.array([plan.p for plan in given(case)])
     null = case.truth.vector()
-    for slot_name in [s for s in NAMES if s.startswith(case.causes[i].name + ".")]:
-        p[:, NAMES.index(slot_name)] = null[NAMES.index(slot_name)]
+    own = [name.startswith(case.causes[i].name + ".") for name in NAMES]
+    p[:, own] = null[own]
     return refit(clean, p, free=(*NUISANCE, *parameters(others)))
 
 
@@ -93,15 +94,12 @@ def _masked(case: Case, noisy: Recording) -> Recording:
         return noisy
     plan = noisy.replay.plan
     drawn = streams.uniform(plan.seed, plan.run, streams.MULTIPATH, plan.p[MULTIPATH], noisy.range_m.size)
-    return Recording(
-        noisy.replay, noisy.n_read, np.where(drawn < plan.p[MULTIPATH], np.nan, noisy.range_m), noisy.whitener
-    )
+    return replace(noisy, range_m=np.where(drawn < plan.p[MULTIPATH], np.nan, noisy.range_m))
 
 
-def _slots(case: Case, run: int) -> dict[str, float]:
-    """Entries of the parameter vector that differ from the null, an infinite limit among them left out."""
-    p, null = case.plan(run).p, np.array([0.0] * len(NAMES))
-    return {name: float(v) for name, v, zero in zip(NAMES, p, null, strict=True) if v != zero and np.isfinite(v)}
+def _slots(plan: Plan) -> dict[str, float]:
+    """Entries of the parameter vector that are not zero, an infinite limit among them left out."""
+    return {name: value for name, value in plan.parameters.items() if value != 0.0 and np.isfinite(value)}
 
 
 def _experiment(case: Case) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,8 @@ from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, re
 
 @dataclass(frozen=True)
 class Opened:
-    """Everything that is needed to score, verified: index, truths and answers by case."""
+    """Everything that is needed to score, verified: truths and answers by case, sources of the answers."""
 
-    index: Index
     truths: dict[str, dict[str, Any]]
     answers: dict[str, dict[str, Any]]
     sources: str
@@ -25,7 +25,9 @@ class Opened:
 def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
     """Verify every hash and open the seals; InputError names all that was changed, is missing or does not belong."""
     index = read_index(folder)
-    faults = [*_cases(folder, index), *_seal(truth, index)]
+    faults = [fault for entry in index.entries for fault in _files(folder / entry.case, entry.runs, "recording")]
+    if read_json(truth / SEAL, SEAL_SCHEMA).get("index") != index.sha256:
+        faults.append(f"{truth / SEAL}: made for other cases, or cases.json was changed")
     truths = {entry.case: _truth(truth, entry.case) for entry in index.entries}
     for entry in index.entries:
         document, salt = truths[entry.case]["truth"], str(truths[entry.case].get("salt", ""))
@@ -39,24 +41,7 @@ def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
     faults += found
     if faults:
         raise InputError("nothing is scored:\n  " + "\n  ".join(faults))
-    return Opened(index, {case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
-
-
-def _cases(folder: Path, index: Index) -> list[str]:
-    faults = []
-    for entry in index.entries:
-        for file, expected in entry.runs.items():
-            faults += _file(folder / entry.case / file, expected, "recording")
-    return faults
-
-
-def _seal(truth: Path, index: Index) -> list[str]:
-    seal = read_json(truth / SEAL, SEAL_SCHEMA)
-    return (
-        []
-        if seal.get("index") == index.sha256
-        else [f"{truth / SEAL}: made for other cases, or cases.json was changed"]
-    )
+    return Opened({case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
 
 
 def _truth(truth: Path, case: str) -> dict[str, Any]:
@@ -71,13 +56,16 @@ def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
     files = document.get("held_out_files")
     if not isinstance(files, dict) or any(Path(file).name != file for file in files):
         return [f"{truth / case}.json: does not list the held-out runs"]
-    return [f for file, hash in files.items() for f in _file(truth / "held_out" / case / file, hash, "held-out run")]
+    return list(_files(truth / "held_out" / case, files, "held-out run"))
 
 
-def _file(path: Path, expected: str, what: str) -> list[str]:
-    if not path.is_file():
-        return [f"{path}: missing"]
-    return [] if sha256(read_bytes(path)) == expected else [f"{path}: the {what} was changed"]
+def _files(folder: Path, hashes: Mapping[str, str], what: str) -> Iterator[str]:
+    """What is wrong with the files of these names and hashes."""
+    for path, expected in ((folder / name, expected) for name, expected in hashes.items()):
+        if not path.is_file():
+            yield f"{path}: missing"
+        elif sha256(read_bytes(path)) != expected:
+            yield f"{path}: the {what} was changed"
 
 
 def _answers(path: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
