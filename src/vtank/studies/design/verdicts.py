@@ -70,10 +70,10 @@ def others(free: Sequence[str], own: Sequence[str]) -> list[str]:
     return [name for name in free if name not in own]
 
 
-def separation(info: Information, a: Effect, b: Effect, free: Sequence[str]) -> float:
-    """Deviations that b, with the model refitted, leaves of a at its typical size."""
+def separation(info: Information, a: Effect, b: Effect | None, free: Sequence[str]) -> float:
+    """Deviations that the model refitted, and b with it if there is one, leave of a at its typical size."""
     own = slots_of(a, info.quantities)
-    rival = [name for name in slots_of(b, info.quantities) if name not in free]
+    rival = [name for name in slots_of(b, info.quantities) if name not in free] if b else []
     return info.separation(own, [*others(free, own), *rival])
 
 
