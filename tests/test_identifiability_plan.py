@@ -205,6 +205,14 @@ def test_the_design_is_better_in_no_more_time_and_never_worse_than_the_plan(pape
     assert np.sum(bare.relative(bare.items) ** 2) <= np.sum(bare.relative(bare.given) ** 2) * (1.0 + 1e-12)
 
 
+def test_a_run_of_the_plan_that_is_no_choice_any_more_is_left_out(paper):
+    """As one is that hits a wall in the tank."""
+    own = given(paper)
+    found = design(paper, own[1:])
+    assert own[0].words not in [item.words for item in found.items]
+    assert 0.0 < minutes(found.items) <= minutes(own)
+
+
 def test_designed_runs_fly_in_the_tank_from_their_files(slow, tmp_path, capsys):
     found = confirmed(slow, pool(slow))
     texts = scenario_texts(found)

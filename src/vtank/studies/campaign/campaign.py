@@ -65,7 +65,7 @@ class Campaign:
     @property
     def varied(self) -> tuple[str, ...]:
         """Keys that the campaign sets."""
-        return tuple(varying.key for varying in (*self.grid, *self.draws))
+        return tuple([axis.key for axis in self.grid] + [draw.key for draw in self.draws])
 
     def choice(self, number: int) -> dict[str, Any]:
         """Key -> value of a run."""

@@ -101,27 +101,19 @@ def fly_campaign(
     with Journal(out, campaign, form, size) as journal:
         if journal.complete:
             return Tally(len(campaign), len(campaign), 0, journal.failed)
-        tally = _fly(journal, campaign, form, executor, progress)
+        left = journal.left()
+        tally = Tally(len(campaign), len(campaign) - sum(map(len, left)))
+        progress(tally)
+        with closing(executor.results(partial(fly_chunk, campaign, form), left)) as pieces:
+            for piece in pieces:
+                if found := differing(piece.versions, versions()):
+                    raise InputError(f"a worker computes with {found}: results would depend on who computes them")
+                journal.add(piece)
+                tally.flown += len(piece.runs)
+                tally.failed += sum(row["status"] == FAILED for row, _ in piece.runs)
+                progress(tally)
         tally.failed = (write_folder if form == "csv" else write_hdf5)(journal, campaign)
         journal.finish(len(campaign), tally.failed)
-    return tally
-
-
-def _fly(
-    journal: Journal, campaign: Campaign, form: str, executor: Executor, progress: Callable[[Tally], None]
-) -> Tally:
-    """Do the chunks that are left."""
-    left, total = journal.left(), len(campaign)
-    tally = Tally(total, total - sum(map(len, left)))
-    progress(tally)
-    with closing(executor.results(partial(fly_chunk, campaign, form), left)) as pieces:
-        for piece in pieces:
-            if found := differing(piece.versions, versions()):
-                raise InputError(f"a worker computes with {found}: results would depend on who computes them")
-            journal.add(piece)
-            tally.flown += len(piece.runs)
-            tally.failed += sum(row["status"] == FAILED for row, _ in piece.runs)
-            progress(tally)
     return tally
 
 

@@ -60,15 +60,8 @@ def _axes(file: Any, campaign: Campaign, longest: int) -> None:
 
 def _recordings(file: Any, journal: Journal, longest: int) -> None:
     runs, channels = file[RUN].size, len(CHANNELS)
-    recording = file.create_dataset(
-        "recording",
-        (runs, longest, channels),
-        "f8",
-        chunks=(1, max(longest, 1), channels),
-        compression="gzip",
-        compression_opts=LEVEL,
-        fillvalue=np.nan,
-    )
+    shape, chunk = (runs, longest, channels), (1, max(longest, 1), channels)
+    recording = file.create_dataset("recording", shape, "f8", chunks=chunk, compression=LEVEL, fillvalue=np.nan)
     for axis, name in enumerate((RUN, TIME, CHANNEL)):
         recording.dims[axis].attach_scale(file[name])
     some = max(1, NUMBERS // (longest * channels)) if longest else runs

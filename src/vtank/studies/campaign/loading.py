@@ -76,8 +76,8 @@ def _check_keys(path: Path, varied: Sequence[Varied]) -> None:
         if key.startswith("lumped.") and key not in LUMPED:
             also = "; gamma and tau are effects.thrust_loss.gamma_per_rev and effects.thrust_lag.tau_s"
             raise refusal(section, key, "unknown key" + meant(key, LUMPED) + also)
-        expected, fits = WANTED.get(key, ("", None))
-        for value in values if fits else ():
+        for value in values if key in WANTED else ():
+            expected, fits = WANTED[key]
             if isinstance(value, bool) or not isinstance(value, int | float) or not fits(value):
                 raise refusal(section, key, f"expected {expected}, found {value!r}")
 

@@ -71,8 +71,7 @@ def remedies(study: Study, some: Sequence[Item]) -> list[Remedy]:
     judged = [v for v in study.verdicts if v.standing in JUDGED and v.effect.name not in twins]
     judged.sort(key=lambda v: v.left)
     weak = [v for i, v in enumerate(judged) if v.left < CLEAR or i == 0][:MOST]
-    close = pairs(study.information, study.verdicts, study.free)
-    near = [pair for i, pair in enumerate(close) if pair.separation < CLEAR or i < FEWEST][:MOST]
+    near = [pair for i, pair in enumerate(pairs(study.verdicts)) if pair.separation < CLEAR or i < FEWEST][:MOST]
     return [_remedy(study, some, v) for v in weak] + [_remedy(study, some, by_name[p.a.name], p) for p in near]
 
 

@@ -26,13 +26,13 @@ FEWEST, MOST, SHARE = 6, 24, 8  # seeds of a cell: one of the plan's seeds in so
 
 @dataclass(frozen=True, eq=False)
 class BiasMap:
-    """Median relative error of single runs, by method, shape (noises, frequencies, P), and its deviation.
+    """Median relative error of single runs, and its deviation.
 
     Attributes:
         rad_s, amplitude_m: of the sinusoids, shape (W,).
         noise_m: of the sonar, shape (S,).
         names: of the P parameters.
-        error, doubt: by method, shape (S, W, P).
+        error: by method, the median and its deviation, shape (S, W, 2, P).
         seeds: of each.
     """
 
@@ -41,7 +41,6 @@ class BiasMap:
     noise_m: Array
     names: tuple[str, ...]
     error: dict[str, Array]
-    doubt: dict[str, Array]
     seeds: int
 
 
@@ -68,16 +67,14 @@ def bias_map(
     """Single runs over frequency and noise on an eighth of so many seeds, six to 24; `over` as for `trials`."""
     sines, seeds = sinusoids(like, truth), min(max(seeds // SHARE, FEWEST), MOST)
     cells = [replace(s, sonar=replace(s.sonar, noise_m=noise)) for noise, s in itertools.product(NOISE_M, sines)]
-    found: dict[str, list[tuple[Array, Array]]] = {method: [] for method in METHODS}
+    tried = []
     with stage("bias over frequency and noise", len(cells)) as advance:
         for cell in cells:
-            tried = trials([cell], truth, model, np.nan, seeds, seed, over)
-            for method in METHODS:
-                found[method].append(tried.bias(method))
+            tried.append(trials([cell], truth, model, np.nan, seeds, seed, over))
             advance(f"{cell.excitation.frequencies_rad_s[0]:g} rad/s, {1e3 * cell.sonar.noise_m:g} mm")
-    shape = (len(NOISE_M), len(sines), len(MODELS[model]))
-    error, doubt = ({m: np.reshape([pair[k] for pair in found[m]], shape) for m in METHODS} for k in (0, 1))
+    shape = (len(NOISE_M), len(sines), 2, -1)
+    error = {method: np.reshape([t.bias(method) for t in tried], shape) for method in METHODS}
     frequencies, amplitudes = np.array(
         [(s.excitation.frequencies_rad_s[0], s.excitation.amplitudes[0]) for s in sines]
     ).T
-    return BiasMap(frequencies, amplitudes, np.array(NOISE_M), MODELS[model], error, doubt, seeds)
+    return BiasMap(frequencies, amplitudes, np.array(NOISE_M), MODELS[model], error, seeds)

@@ -123,10 +123,10 @@ def design(study: Study, items: Sequence[Item]) -> Design:
     matrix = np.array([item.information.matrix[np.ix_(at, at)] for item in items])
     search = Search(matrix, np.array([item.minutes for item in items]))
     words = [item.words for item in items]
-    start = [words.index(item.words) for item in own]
+    start = [words.index(item.words) for item in own if item.words in words]
     chance = np.random.default_rng(study.seed)
     starts = [start, [], *([int(k)] for k in chance.integers(len(items), size=STARTS))]
-    plans = [search.exchanged(search.filled(s, budget) if s != start else s, budget) for s in starts]
+    plans = [search.exchanged(search.filled(plan, budget), budget) for plan in starts]
     best = min(plans, key=search.cost)
     return Design(tuple(items[k] for k in sorted(best)), own, study.free)
 
