@@ -25,14 +25,14 @@ from vtank.estimate.observed import Observed, observe
 from vtank.experiment import plan_run, simulate_surge
 from vtank.experiment.scenario import load_scenario
 from vtank.plant.truth import load_truth
-from vtank.studies.design.montecarlo import SCENARIOS
+from vtank.studies.design import PAPER
 
 sysid = pytest.importorskip("mujoco.sysid", reason="pip install 'mujoco[sysid]'")
 
 TIMES_FASTER = 50.0
 STEP_S = 0.01  # of the peer, as in models/phoenix.xml
 LONGER_S = (0.025, 0.05, 0.1)  # the last is the step of vtank's own surge model
-STANDOFF_M = load_scenario(SCENARIOS[0]).standoff_m
+STANDOFF_M = load_scenario(PAPER[0]).standoff_m
 TRUTH = load_truth("paper-ii").lumped
 NAMES = ("alpha", "beta", "tau")
 VALUES = dict(zip(NAMES, (TRUTH.alpha_per_m, TRUTH.beta_m_per_rev2, TRUTH.tau_s), strict=True))
@@ -58,7 +58,7 @@ SURGE = f"""
 @pytest.fixture(scope="module")
 def runs() -> list[Observed]:
     """The four experiments with the sonar's noise; the tachometer exact, since the peer knows no process noise."""
-    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in SCENARIOS]
+    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in PAPER]
     return [observe(result.run) for result in simulate_surge([plan_run(s, i) for i, s in enumerate(scenarios)])]
 
 
@@ -138,7 +138,7 @@ def test_fit_against_mujoco_sysid(benchmark, runs):  # type: ignore[no-untyped-d
 
 def main() -> None:
     """Print what either side finds, and how long it takes."""
-    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in SCENARIOS]
+    scenarios = [load_scenario(name, ("tachometer.noise_rev_s=0",)) for name in PAPER]
     data = [observe(result.run) for result in simulate_surge([plan_run(s, i) for i, s in enumerate(scenarios)])]
     ours(data)
     times = []

@@ -109,7 +109,7 @@ def test_the_two_delays_are_tied_to_one_sonar_and_to_nothing_else(paper):
         assert found[one].standing == "tied" and found[one].left > SEEN
         assert found[one].rivals[0][0] == other and found[one].rivals[0][1] < 0.1
         assert found[one].rivals[1][1] > SEEN
-    close = pairs(paper.information, paper.verdicts, FREE)
+    close = pairs(paper.verdicts)
     assert {close[0].a.name, close[0].b.name} == {"command_delay", "sonar_latency"}
     assert sum("command_delay" in (p.a.name, p.b.name) for p in close) == 1  # the twin is not told twice
 
@@ -134,7 +134,7 @@ def test_what_is_left_of_an_effect_is_what_a_refit_leaves(paper, name):
     problem = Problem(tuple(runs), paper.flown[0].p, FREE, noise=paper.flown[0].noise)
     theta = problem.initial()
     end = descend(problem, theta, beforehand(problem, theta), problem.filter(theta))
-    assert np.sqrt(2.0 * end.cost) == pytest.approx(paper.information.separation([name], FREE, abs(share)), rel=0.02)
+    assert np.sqrt(2.0 * end.cost) == pytest.approx(abs(share) * paper.information.separation([name], FREE), rel=0.02)
     verdict = next(v for v in paper.verdicts if f"{v.effect.name}." in name)
     refit = (end.theta[:3] - paper.true) / np.abs(paper.true)
     assert refit == pytest.approx(share * np.array([by for _, by in verdict.moves]), abs=2e-4)

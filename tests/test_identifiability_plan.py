@@ -24,9 +24,9 @@ from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import load_scenario, scenario_names
 from vtank.experiment.written import as_toml
 from vtank.plant.truth import load_truth
-from vtank.studies.design.advice import library, options, remedies
-from vtank.studies.design.candidates import AT_LIMIT
-from vtank.studies.design.design import REST_MIN, confirmed, design, given, longest, minutes, pool, scenario_texts
+from vtank.studies.design.advice import options, remedies
+from vtank.studies.design.candidates import AT_LIMIT, library
+from vtank.studies.design.design import REST_MIN, confirmed, design, given, minutes, pool, scenario_texts
 from vtank.studies.design.document import document
 from vtank.studies.design.estimators import METHODS, _paper, likelihood
 from vtank.studies.design.findings import Findings
@@ -36,6 +36,7 @@ from vtank.studies.design.study import PAPER, study
 from vtank.studies.design.trials import Trials, trials
 from vtank.studies.design.verdicts import separation, slots_of
 from vtank.studies.design.words import sentences
+from vtank.studies.processes import processes
 from vtank.waves import Waves
 
 QUIET = ("tachometer.noise_rev_s=0",)
@@ -55,13 +56,12 @@ def paper():
 
 @pytest.fixture(scope="module")
 def advised(slow):
-    some = options(slow, library(slow))
+    some = options(slow)
     return some, remedies(slow, some)
 
 
 def test_candidates_fit_the_tank(slow):
-    for candidate in library(slow):
-        f = candidate.flown
+    for f in library(slow):
         x = np.cumsum(f.surge_m_s) * f.scenario.period_s  # the distance made good, roughly
         assert min(clearances(f.scenario, x.max(), x.min())) > MARGIN_M - 0.05
         assert np.mean(np.abs(f.run.input) > TRUTH.n_limit_rev_s + 0.2) <= AT_LIMIT
@@ -137,7 +137,9 @@ def test_the_likelihood_of_the_trials_is_that_of_the_command():
 
 def test_the_same_seed_gives_the_same_bytes_on_one_process_and_two():
     scenarios = [load_scenario("paper-ds3", ("duration_s=40",))]
-    one, two = (trials(scenarios, TRUTH, "II", np.ones(3), 4, seed=7, workers=n) for n in (1, 2))
+    one = trials(scenarios, TRUTH, "II", np.ones(3), 4, seed=7)
+    with processes(2) as over:
+        two = trials(scenarios, TRUTH, "II", np.ones(3), 4, seed=7, over=over)
     other = trials(scenarios, TRUTH, "II", np.ones(3), 2, seed=8)
     for method in METHODS:
         assert one.found[method].tobytes() == two.found[method].tobytes()
@@ -196,15 +198,23 @@ def test_cost_is_the_trace_of_the_inverse_and_infinite_without_information():
 
 
 def test_the_design_is_better_in_no_more_time_and_never_worse_than_the_plan(paper):
-    found = design(paper, pool(paper, longest(paper)))
+    found = design(paper, pool(paper))
     assert minutes(found.items) <= minutes(found.given) == 4.0 * (2.0 + REST_MIN)
     assert np.sum(found.relative(found.items) ** 2) < 0.6 * np.sum(found.relative(found.given) ** 2)
     bare = design(paper, given(paper))
     assert np.sum(bare.relative(bare.items) ** 2) <= np.sum(bare.relative(bare.given) ** 2) * (1.0 + 1e-12)
 
 
+def test_a_run_of_the_plan_that_is_no_choice_any_more_is_left_out(paper):
+    """As one is that hits a wall in the tank."""
+    own = given(paper)
+    found = design(paper, own[1:])
+    assert own[0].words not in [item.words for item in found.items]
+    assert 0.0 < minutes(found.items) <= minutes(own)
+
+
 def test_designed_runs_fly_in_the_tank_from_their_files(slow, tmp_path, capsys):
-    found = confirmed(slow, pool(slow, longest(slow)))
+    found = confirmed(slow, pool(slow))
     texts = scenario_texts(found)
     for (name, text), item in zip(texts.items(), found.items, strict=True):
         (tmp_path / name).write_text(text, encoding="utf-8")

@@ -6,19 +6,14 @@ fly_campaign(campaign, Path("out"), Threads(2))
 
 from __future__ import annotations
 
-from .campaign import Campaign
-from .executors import Cluster, Executor, LocalCluster, Processes, Threads
-from .flying import Tally, fly_campaign
-from .loading import load_campaign
+from typing import TYPE_CHECKING
 
-__all__ = [
-    "Campaign",
-    "Cluster",
-    "Executor",
-    "LocalCluster",
-    "Processes",
-    "Tally",
-    "Threads",
-    "fly_campaign",
-    "load_campaign",
-]
+from ...facade import facade
+
+if TYPE_CHECKING:
+    from .campaign import Campaign
+    from .executors import Cluster, Executor, LocalCluster, Processes, Threads
+    from .flying import Tally, fly_campaign
+    from .loading import load_campaign
+
+__all__ = facade(__name__)

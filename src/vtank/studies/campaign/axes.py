@@ -105,7 +105,7 @@ def _spaced(section: Table, key: str, entry: dict[str, Any]) -> tuple[Any, ...]:
     if not (_are_numbers(start, end) and isinstance(count, int) and count >= 2) or set(entry) - set(RANGE):
         example = "{ from = 0.1, to = 0.4, count = 4 }, with at least two values"
         raise refusal(section, key, f"expected a value, a list of values or a range such as {example}; found {entry}")
-    if spacing == "log" and _of_one_sign(start, end):
+    if spacing == "log" and start * end > 0.0:
         return tuple(float(value) for value in np.geomspace(start, end, count))
     if spacing != "linear":
         raise refusal(section, key, 'expected spacing = "linear", or "log" between two ends of one sign')
@@ -121,11 +121,12 @@ def _draw(section: Table, key: str, entry: Any) -> Draw:
     law, numbers = next(iter(entry.items()))
     if law not in LAWS:
         raise refusal(section, key, f"expected one of {laws}; found '{law}'")
+    rising = _pair(numbers) and numbers[0] < numbers[1]
     fits, expected = {
         "choice": (isinstance(numbers, list) and numbers, "a list of values"),
         "normal": (_pair(numbers) and numbers[1] >= 0, "[mean, standard deviation]"),
-        "uniform": (_pair(numbers) and numbers[0] < numbers[1], "[low, high]"),
-        "log_uniform": (_pair(numbers) and numbers[0] < numbers[1] and _of_one_sign(*numbers), "[low, high], one sign"),
+        "uniform": (rising, "[low, high]"),
+        "log_uniform": (rising and numbers[0] * numbers[1] > 0.0, "[low, high], one sign"),
     }[law]
     if not fits:
         raise refusal(section, key, f"{law}: expected {expected}; found {numbers}")
@@ -146,7 +147,3 @@ def _pair(numbers: Any) -> bool:
 
 def _are_numbers(*values: Any) -> bool:
     return all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values)
-
-
-def _of_one_sign(a: float, b: float) -> bool:
-    return a * b > 0.0

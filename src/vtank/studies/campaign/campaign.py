@@ -9,6 +9,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...errors import InputError
 from ...experiment import Plan, Scenario, plan_run, read_scenario
 from ...plant import Truth
@@ -63,16 +65,13 @@ class Campaign:
     @property
     def varied(self) -> tuple[str, ...]:
         """Keys that the campaign sets."""
-        return tuple(dict.fromkeys([axis.key for axis in self.grid] + [draw.key for draw in self.draws]))
+        return tuple([axis.key for axis in self.grid] + [draw.key for draw in self.draws])
 
     def choice(self, number: int) -> dict[str, Any]:
         """Key -> value of a run."""
-        chosen, rest = {}, number // self.repeats
-        for axis in reversed(self.grid):
-            rest, place = divmod(rest, len(axis.values))
-            chosen[axis.key] = axis.values[place]
-        drawn = {draw.key: draw.value(self.seed, number) for draw in self.draws}
-        return {axis.key: chosen[axis.key] for axis in self.grid} | drawn
+        places = np.unravel_index(number // self.repeats, [len(axis.values) for axis in self.grid])
+        chosen = {axis.key: axis.values[place] for axis, place in zip(self.grid, places, strict=True)}
+        return chosen | {draw.key: draw.value(self.seed, number) for draw in self.draws}
 
     def plan(self, number: int, choice: Mapping[str, Any]) -> Plan:
         """The plan of a run; InputError where its values do not go together, or lead into a wall."""

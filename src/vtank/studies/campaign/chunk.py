@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
+from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -21,67 +23,49 @@ Choice = Mapping[str, Any]  # key -> value of one run
 
 
 @dataclass(frozen=True)
-class Flown:
-    """One run: its row in the table, and its recording (None: failed), the bytes of a CSV file or of an .npy array."""
-
-    row: Row
-    data: bytes | None = None
-    sha256: str = ""
-
-
-@dataclass(frozen=True)
 class Piece:
-    """A chunk that is done: its runs from number `start` on, and the versions of what computed them."""
+    """A chunk that is done: where it starts, its runs, and the versions of what computed them.
+
+    Each run has its row in the table, and its recording: bytes of a CSV file or .npy array, none if it failed.
+    """
 
     start: int
-    runs: tuple[Flown, ...]
+    runs: tuple[tuple[Row, bytes], ...]
     versions: Mapping[str, str]
 
 
-@dataclass(frozen=True)
-class Work:
-    """What to do with a chunk of run numbers; it can be sent to another process or machine."""
-
-    campaign: Campaign
-    form: str  # "csv" or "hdf5"
-
-    def __call__(self, chunk: range) -> Piece:
-        """Fly the runs of a chunk; one that fails is told in its row and stops nothing."""
-        planned = list(self._planned(chunk))
-        outcomes = iter(simulated(self.campaign.model, [plan for _, _, plan in planned if isinstance(plan, Plan)]))
-        runs = [
-            self._flown(number, choice, plan, next(outcomes) if isinstance(plan, Plan) else plan)
-            for number, choice, plan in planned
-        ]
-        return Piece(chunk.start, tuple(runs), versions())
-
-    def _planned(self, chunk: range) -> Iterator[tuple[int, Choice, Plan | Exception]]:
-        """Number, values and plan of each run, or why it has none. What differs in noise alone is planned once."""
-        before: tuple[Choice, Plan | Exception] | None = None
-        for number in chunk:
-            choice = self.campaign.choice(number)
-            if before is None or before[0] != choice:
-                before = choice, self._plan(number, choice)
-            plan = before[1]
-            yield number, choice, self.campaign.renumbered(plan, number, choice) if isinstance(plan, Plan) else plan
-
-    def _plan(self, number: int, choice: Choice) -> Plan | Exception:
-        try:
-            return self.campaign.plan(number, choice)
-        except Exception as error:
-            return error
-
-    def _flown(self, number: int, choice: Choice, plan: Plan | Exception, outcome: Result | Exception) -> Flown:
-        known = plan if isinstance(plan, Plan) else None
+def fly_chunk(campaign: Campaign, form: str, chunk: range) -> Piece:
+    """Fly the runs of these numbers, for "csv" or "hdf5"; one that fails is told in its row and stops nothing."""
+    planned: list[tuple[int, Choice, Plan | Exception]] = []
+    for first, alike in groupby(((number, campaign.choice(number)) for number in chunk), itemgetter(1)):
+        plan = _plan(campaign, first)  # once for all that differ in noise alone
+        planned += [(k, own, campaign.renumbered(plan, k, own) if isinstance(plan, Plan) else plan) for k, own in alike]
+    outcomes = iter(simulated(campaign.model, [plan for _, _, plan in planned if isinstance(plan, Plan)]))
+    runs = []
+    for number, choice, plan in planned:
+        known, outcome = (plan, next(outcomes)) if isinstance(plan, Plan) else (None, plan)
         message = told(outcome) if isinstance(outcome, Exception) else fault(outcome)
-        entries = row(known, choice, self.campaign.run_name(number), message)
-        if message or isinstance(outcome, Exception):
-            return Flown(entries)
-        data = csv_of(outcome.run) if self.form == "csv" else array_bytes(table_of(outcome.run))
-        return Flown(entries, data, sha256(data))
+        entries, data = row(known, choice, campaign.run_name(number), message), b""
+        if not message and not isinstance(outcome, Exception):
+            data = csv_of(outcome.run) if form == "csv" else array_bytes(table_of(outcome.run))
+            entries["sha256"] = sha256(data)
+        runs.append((entries, data))
+    return Piece(chunk.start, tuple(runs), versions())
+
+
+def _plan(campaign: Campaign, choice: Choice) -> Plan | Exception:
+    try:
+        return campaign.plan(0, choice)
+    except Exception as error:
+        return error
 
 
 versions = functools.cache(current_versions)
+
+
+def differing(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
+    """Their versions that are not ours, in words; empty where all are."""
+    return ", ".join(f"{k} {theirs.get(k)} (here {own})" for k, own in ours.items() if theirs.get(k) != own)
 
 
 def simulated(model: str, plans: Sequence[Plan]) -> list[Result | Exception]:

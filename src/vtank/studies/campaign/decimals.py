@@ -37,11 +37,13 @@ def nearest_step(value: float) -> float:
 
 
 @law
-def steps_of(values: Array, steps: Array) -> None:
-    """Fill `steps`, shape (C, T), with the values in units of the last decimal."""
+def steps_of(values: Array) -> Array:
+    """The values, shape (C, T), in units of the last decimal."""
+    steps = np.empty_like(values)
     for c in range(values.shape[0]):
         for k in range(values.shape[1]):
             steps[c, k] = nearest_step(values[c, k]) + 0.0  # + 0: no negative zero
+    return steps
 
 
 @law
@@ -86,11 +88,7 @@ def write_number(steps: int, digits: NDArray[np.uint8], text: NDArray[np.uint8],
 def table_of(run: Run) -> Array:
     """Time and all columns of a run, shape (C, T), rounded to the decimals that are written."""
     values = np.array([run.time_s, *run.columns.values()])
-    if not np.nanmax(np.abs(values)) < LARGEST:
-        return values
-    steps = np.empty_like(values)
-    steps_of(values, steps)
-    return steps / UNITS
+    return steps_of(values) / UNITS if np.nanmax(np.abs(values)) < LARGEST else values
 
 
 def csv_of(run: Run) -> bytes:
@@ -98,8 +96,6 @@ def csv_of(run: Run) -> bytes:
     values = np.array([run.time_s, *run.columns.values()])
     if not np.nanmax(np.abs(values)) < LARGEST:
         return run_bytes(run)
-    steps = np.empty_like(values)
-    steps_of(values, steps)
     text = np.empty(values.size * CELL, np.uint8)
     header = ",".join([TIME, *run.columns]) + "\n"
-    return header.encode() + text[: write_cells(steps, text)].tobytes()
+    return header.encode() + text[: write_cells(steps_of(values), text)].tobytes()

@@ -37,14 +37,11 @@ class Executor(ABC):
     def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
         """The results of all chunks, in any order."""
 
-    def close(self) -> None:  # noqa: B027  (nothing to end unless a subclass says so)
-        """End what was started."""
-
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self.close()
+    def __exit__(self, *error: object) -> None:  # noqa: B027  (nothing to end unless a subclass says so)
+        """End what was started."""
 
 
 def flow(pool: Pool, work: Callable[[T], R], left: deque[T], window: int) -> Generator[R, None, None]:
@@ -120,7 +117,10 @@ class Cluster(Executor):
     def __init__(self, address: str) -> None:
         """Connect; InputError where nothing answers there."""
         self.address = address
-        self.client = _client(address)
+        try:
+            self.client = _distributed().Client(address, timeout=PATIENCE_S)
+        except (OSError, ValueError) as error:
+            raise InputError(f"{address}: no Dask scheduler answers there ({error})") from None
         self.workers = max(1, sum(self.client.nthreads().values()))
 
     def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
@@ -133,7 +133,7 @@ class Cluster(Executor):
             what = " ".join(f"{type(error).__name__}: {error}".split())
             raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
 
-    def close(self) -> None:
+    def __exit__(self, *error: object) -> None:
         """Leave the cluster, which goes on."""
         self.client.close()
 
@@ -148,22 +148,15 @@ class LocalCluster(Cluster):
         )
         super().__init__(self.cluster.scheduler_address)
 
-    def close(self) -> None:
+    def __exit__(self, *error: object) -> None:
         """End the cluster."""
-        super().close()
+        super().__exit__(*error)
         self.cluster.close()
 
 
 def processors() -> int:
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _client(address: str) -> Any:
-    try:
-        return _distributed().Client(address, timeout=PATIENCE_S)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{address}: no Dask scheduler answers there ({error})") from None
 
 
 def _distributed() -> Any:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from time import monotonic
 
 from ...errors import InputError
 from .campaign import Campaign
-from .chunk import Piece, Work, versions
+from .chunk import differing, fly_chunk, versions
 from .executors import Executor
 from .folder import write_folder
 from .hdf5 import check_hdf5, write_hdf5
@@ -100,23 +101,19 @@ def fly_campaign(
     with Journal(out, campaign, form, size) as journal:
         if journal.complete:
             return Tally(len(campaign), len(campaign), 0, journal.failed)
-        tally = _fly(journal, Work(campaign, form), executor, progress)
+        left = journal.left()
+        tally = Tally(len(campaign), len(campaign) - sum(map(len, left)))
+        progress(tally)
+        with closing(executor.results(partial(fly_chunk, campaign, form), left)) as pieces:
+            for piece in pieces:
+                if found := differing(piece.versions, versions()):
+                    raise InputError(f"a worker computes with {found}: results would depend on who computes them")
+                journal.add(piece)
+                tally.flown += len(piece.runs)
+                tally.failed += sum(row["status"] == FAILED for row, _ in piece.runs)
+                progress(tally)
         tally.failed = (write_folder if form == "csv" else write_hdf5)(journal, campaign)
         journal.finish(len(campaign), tally.failed)
-    return tally
-
-
-def _fly(journal: Journal, work: Work, executor: Executor, progress: Callable[[Tally], None]) -> Tally:
-    """Do the chunks that are left."""
-    left, total = journal.left(), len(work.campaign)
-    tally = Tally(total, total - sum(map(len, left)))
-    progress(tally)
-    with closing(executor.results(work, left)) as pieces:
-        for piece in pieces:
-            check_versions(piece.versions)
-            journal.add(piece)
-            count(tally, piece)
-            progress(tally)
     return tally
 
 
@@ -124,17 +121,3 @@ def chunk_size(campaign: Campaign, workers: int) -> int:
     """Runs per chunk: enough to fly well together, few enough for memory and for every worker to have some."""
     fair = math.ceil(len(campaign) / (SHARE * workers))
     return max(1, min(MOST[campaign.model], SAMPLES // campaign.samples, fair))
-
-
-def count(tally: Tally, piece: Piece) -> None:
-    """Add a chunk to the tally."""
-    tally.flown += len(piece.runs)
-    tally.failed += sum(flown.row["status"] == FAILED for flown in piece.runs)
-
-
-def check_versions(theirs: Mapping[str, str]) -> None:
-    """InputError for a worker whose software differs from ours: its numbers could."""
-    pairs = [(name, theirs.get(name), ours) for name, ours in versions().items()]
-    differ = [f"{name} {found} (here {ours})" for name, found, ours in pairs if found != ours]
-    if differ:
-        raise InputError(f"a worker computes with {', '.join(differ)}: results would depend on who computes them")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
 from textwrap import indent
 from typing import Any
 
@@ -19,14 +18,14 @@ NO_RUNS = "[]"
 def write_folder(journal: Journal, campaign: Campaign) -> int:
     """Write data/manifest.json and runs.csv; returns the number of failed runs."""
     head, tail = manifest_text(Manifest()).rsplit(NO_RUNS, 1)  # campaign.json holds all files, which tell the truth
-    entries = (entry(row) for row in table(journal) if "sha256" in row)
     with whole(journal.out / DATA / FILE) as file:
         file.write(head)
-        separator = "[\n"
-        for text in entries:
-            file.write(separator + text)
-            separator = ",\n"
-        file.write((NO_RUNS if separator == "[\n" else "\n  ]") + tail)
+        lead = "[\n"
+        for row in journal.rows():
+            if "sha256" in row:
+                file.write(lead + entry(row))
+                lead = ",\n"
+        file.write((NO_RUNS if lead == "[\n" else "\n  ]") + tail)
     return write_table(journal, campaign)
 
 
@@ -42,12 +41,7 @@ def write_table(journal: Journal, campaign: Campaign) -> int:
     with whole(journal.out / ROWS) as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(names)
-        for row in table(journal):
+        for row in journal.rows():
             failed += row["status"] == FAILED
             writer.writerow([cell(row.get(name)) for name in names])
     return failed
-
-
-def table(journal: Journal) -> Iterator[Row]:
-    """The rows of all runs, in order."""
-    return (row for _, row in journal.rows())

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
-from itertools import groupby, islice
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from ...errors import InputError
 from ...record import DECIMALS
 from .campaign import Campaign
-from .folder import table, write_table
+from .folder import write_table
 from .journal import HDF5, Journal, renamed
 from .table import Row, cell, columns, numeric
 
@@ -36,7 +36,7 @@ def check_hdf5(campaign: Campaign) -> None:
 
 def write_hdf5(journal: Journal, campaign: Campaign) -> int:
     """Write runs.h5 and runs.csv; returns the number of failed runs."""
-    longest = max((row["samples"] for row in table(journal) if "sha256" in row), default=0)
+    longest = max((row["samples"] for row in journal.rows() if "sha256" in row), default=0)
     with renamed(journal.out / HDF5) as part, _h5py().File(part, "w") as file:
         for name, value in journal.identity.items():
             file.attrs[name] = value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
@@ -60,15 +60,8 @@ def _axes(file: Any, campaign: Campaign, longest: int) -> None:
 
 def _recordings(file: Any, journal: Journal, longest: int) -> None:
     runs, channels = file[RUN].size, len(CHANNELS)
-    recording = file.create_dataset(
-        "recording",
-        (runs, longest, channels),
-        "f8",
-        chunks=(1, max(longest, 1), channels),
-        compression="gzip",
-        compression_opts=LEVEL,
-        fillvalue=np.nan,
-    )
+    shape, chunk = (runs, longest, channels), (1, max(longest, 1), channels)
+    recording = file.create_dataset("recording", shape, "f8", chunks=chunk, compression=LEVEL, fillvalue=np.nan)
     for axis, name in enumerate((RUN, TIME, CHANNEL)):
         recording.dims[axis].attach_scale(file[name])
     some = max(1, NUMBERS // (longest * channels)) if longest else runs
@@ -83,9 +76,9 @@ def _recordings(file: Any, journal: Journal, longest: int) -> None:
 
 def _arrays(journal: Journal) -> Iterator[np.ndarray | None]:
     """Values of every run, shape (1 + channels, T), time first; None for a failed one."""
-    for start, rows in groupby(journal.rows(), key=lambda pair: pair[0]):
-        with journal.spool(start) as spool:
-            for _, row in rows:
+    for start, rows in journal.pages():
+        with journal.spool(start).open("rb") as spool:
+            for row in rows:
                 yield np.load(spool, allow_pickle=False) if "sha256" in row else None
 
 
@@ -97,11 +90,11 @@ def _columns(file: Any, journal: Journal, campaign: Campaign) -> None:
         kind = "f8" if name in numbers else _h5py().string_dtype()
         column = file.create_dataset(name, (file[RUN].size,), kind)
         column.dims[0].attach_scale(file[RUN])
-    rows, start = table(journal), 0
-    while block := list(islice(rows, BLOCK)):
+    rows = journal.rows()
+    for start in range(0, file[RUN].size, BLOCK):
+        block = list(islice(rows, BLOCK))
         for name in names:
             file[name][start : start + len(block)] = [_entry(row, name, name in numbers) for row in block]
-        start += len(block)
 
 
 def _entry(row: Row, name: str, number: bool) -> float | str:

@@ -22,7 +22,8 @@ from typing import IO, Any, Self
 from ...errors import InputError
 from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, parse_json, read_json, read_text
 from .campaign import Campaign
-from .chunk import Piece, versions
+from .chunk import Piece, differing, versions
+from .table import Row
 
 IDENTITY = CAMPAIGN
 SCHEMA = "vtank.campaign/1"
@@ -107,29 +108,28 @@ class Journal:
 
     def add(self, piece: Piece) -> None:
         """Keep the results of a chunk."""
-        rows, sizes = [], {}
-        for flown in piece.runs:
-            rows.append(flown.row | {"sha256": flown.sha256} if flown.data is not None else flown.row)
-            if flown.data is not None and self.form == "csv":
-                name = f"{DATA}/{flown.row['run']}.csv"
-                (self.out / name).write_bytes(flown.data)
-                sizes[name] = len(flown.data)
-        if self.form == "hdf5":
-            spool = self._spool(piece.start)
-            with renamed(spool) as part:
-                part.write_bytes(b"".join(flown.data for flown in piece.runs if flown.data is not None))
-            sizes[f"journal/{spool.name}"] = spool.stat().st_size
-        self._write(self._page(piece.start), {"rows": rows, "sizes": sizes})
+        files = {f"{DATA}/{row['run']}.csv": data for row, data in piece.runs if data}
+        if self.form == "csv":
+            for name, data in files.items():
+                (self.out / name).write_bytes(data)
+            sizes = {name: len(data) for name, data in files.items()}
+        else:
+            with renamed(self.spool(piece.start)) as part:
+                size = part.write_bytes(b"".join(files.values()))
+            sizes = {f"{JOURNAL}/{piece.start:06d}.npy": size}
+        self._write(self._page(piece.start), {"rows": [row for row, _ in piece.runs], "sizes": sizes})
 
-    def rows(self) -> Iterator[tuple[int, dict[str, Any]]]:
-        """Start of its chunk and row of every run, in order."""
-        for chunk in self.chunks:
-            page = self._read(chunk.start)
-            yield from ((chunk.start, row) for row in page["rows"])
+    def pages(self) -> Iterator[tuple[int, list[Row]]]:
+        """Start of every chunk and its runs' rows, in order."""
+        return ((chunk.start, self._read(chunk.start)["rows"]) for chunk in self.chunks)
 
-    def spool(self, start: int) -> IO[bytes]:
+    def rows(self) -> Iterator[Row]:
+        """Row of every run, in order."""
+        return (row for _, rows in self.pages() for row in rows)
+
+    def spool(self, start: int) -> Path:
         """The recordings of a chunk, one .npy array after the other."""
-        return self._spool(start).open("rb")
+        return self.folder / f"{start:06d}.npy"
 
     @property
     def failed(self) -> int:
@@ -147,9 +147,6 @@ class Journal:
 
     def _page(self, start: int) -> Path:
         return self.folder / f"{start:06d}.json"
-
-    def _spool(self, start: int) -> Path:
-        return self.folder / f"{start:06d}.npy"
 
     def _is_done(self, chunk: range) -> bool:
         try:
@@ -206,7 +203,6 @@ def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -
     if found == wanted:
         return True
     if isinstance(found.get("versions"), dict) and found | {"versions": None} == wanted | {"versions": None}:
-        differ = [name for name, version in wanted["versions"].items() if found["versions"].get(name) != version]
-        pairs = ", ".join(f"{name} {found['versions'].get(name)} (here {wanted['versions'][name]})" for name in differ)
+        pairs = differing(found["versions"], wanted["versions"])
         raise InputError(f"{path.parent}: flown with {pairs}: go on with those, or into another folder")
     raise InputError(f"{path.parent}: holds another campaign, or this one in another form: choose another folder")

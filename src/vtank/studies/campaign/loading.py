@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,11 +15,24 @@ from ...experiment import Scenario, load_scenario
 from ...plant import Truth, load_truth, null_vector, slot
 from ...record import GREATEST, Table, find_file, meant, open_table, parse, read_text
 from ...resources import scenarios_dir
-from .axes import MOST_RUNS, Axis, Draw, read_draws, read_grid, refusal
+from .axes import MOST_RUNS, read_draws, read_grid, refusal
 from .campaign import BESIDE, LUMPED, SCENARIO, SEED, TRUTH, Campaign
 
 MODELS = ("tank", "surge")
+WANTED: dict[str, tuple[str, Callable[[float], bool]]] = {
+    SEED: ("whole numbers of at least 0", lambda seed: isinstance(seed, int) and seed >= 0),
+    LUMPED[0]: ("numbers below 0", lambda alpha: -GREATEST <= alpha < 0.0),
+    LUMPED[1]: ("numbers above 0", lambda beta: 0.0 < beta <= GREATEST),
+}
 T = TypeVar("T")
+
+
+class Varied(NamedTuple):
+    """A key of [grid] or [draw], and the values of it to try."""
+
+    section: Table
+    key: str
+    values: tuple[Any, ...]
 
 
 def load_campaign(name_or_path: str | Path) -> Campaign:
@@ -36,63 +49,45 @@ def load_campaign(name_or_path: str | Path) -> Campaign:
     tables = file.table("grid"), file.table("draw")
     file.close()
     grid, draws = read_grid(tables[0]), read_draws(tables[1])
-    _check_keys(tables[0], tables[1], grid, draws)
-    sources = _sources(path, tables, grid, draws)
-    campaign = Campaign(path.stem, read_text(path), model, seed, repeats, grid, draws, *sources)
+    varied = [Varied(tables[0], axis.key, axis.values) for axis in grid]
+    varied += [Varied(tables[1], draw.key, draw.ends) for draw in draws]
+    _check_keys(path, varied)
+    campaign = Campaign(path.stem, read_text(path), model, seed, repeats, grid, draws, *_sources(path, varied))
     if len(campaign) > MOST_RUNS:
         raise InputError(f"{path}: {len(campaign):,} runs; expected {MOST_RUNS:,} at most")
-    tried = list(_tried(campaign, *tables))
+    tried = list(_tried(campaign, varied))
     effects = {slot(name) for scenario in tried for name in scenario.effects}
     preset = {int(i) for truth in campaign.truths.values() for i in np.flatnonzero(truth.vector() != null_vector())}
     longest, periods = max(scenario.samples for scenario in tried), {scenario.period_s for scenario in tried}
     return replace(campaign, samples=longest, periods=frozenset(periods), slots=frozenset(effects | preset))
 
 
-def _check_keys(grid: Table, draw: Table, axes: tuple[Axis, ...], draws: tuple[Draw, ...]) -> None:
-    drawn = [entry.key for entry in draws]
-    for axis in axes:
-        if axis.key in drawn:
-            raise refusal(draw, axis.key, "stands in [grid] too")
-    if SCENARIO not in drawn and SCENARIO not in [axis.key for axis in axes]:
-        raise InputError(f'{grid.path}: grid.scenario: missing; expected names of scenarios, such as ["paper-ds1"]')
-    if SEED in drawn:
-        raise refusal(draw, SEED, "cannot be drawn: give seeds in [grid], or only `seed` and `repeats` at the top")
-    for section, key, values in _settings(grid, draw, axes, draws):
+def _check_keys(path: Path, varied: Sequence[Varied]) -> None:
+    keys = [key for _, key, _ in varied]
+    if SCENARIO not in keys:
+        raise InputError(f'{path}: grid.scenario: missing; expected names of scenarios, such as ["paper-ds1"]')
+    for section, key, values in varied:
+        if section.name == "draw" and keys.count(key) > 1:
+            raise refusal(section, key, "stands in [grid] too")
+        if section.name == "draw" and key == SEED:
+            raise refusal(
+                section, key, "cannot be drawn: give seeds in [grid], or only `seed` and `repeats` at the top"
+            )
         if key.startswith("lumped.") and key not in LUMPED:
             also = "; gamma and tau are effects.thrust_loss.gamma_per_rev and effects.thrust_lag.tau_s"
-            raise refusal(section, key, "unknown key" + meant(key, tuple(LUMPED)) + also)
-        expected = {"lumped.alpha_per_m": "numbers below 0", "lumped.beta_m_per_rev2": "numbers above 0"}.get(key)
-        expected = "whole numbers of at least 0" if key == SEED else expected
-        for value in values if expected else ():
-            if not _fits(key, value):
+            raise refusal(section, key, "unknown key" + meant(key, LUMPED) + also)
+        for value in values if key in WANTED else ():
+            expected, fits = WANTED[key]
+            if isinstance(value, bool) or not isinstance(value, int | float) or not fits(value):
                 raise refusal(section, key, f"expected {expected}, found {value!r}")
 
 
-def _fits(key: str, value: Any) -> bool:
-    """Whether a seed, alpha or beta is one."""
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return False
-    if key == SEED:
-        return isinstance(value, int) and value >= 0
-    return abs(value) <= GREATEST and (value < 0.0 if key == "lumped.alpha_per_m" else value > 0.0)
-
-
-def _settings(
-    grid: Table, draw: Table, axes: tuple[Axis, ...], draws: tuple[Draw, ...]
-) -> Iterator[tuple[Table, str, tuple[Any, ...]]]:
-    """Where it stands, key and values to try of all that varies."""
-    yield from ((grid, axis.key, axis.values) for axis in axes)
-    yield from ((draw, entry.key, entry.ends) for entry in draws)
-
-
-def _sources(
-    path: Path, tables: tuple[Table, Table], grid: tuple[Axis, ...], draws: tuple[Draw, ...]
-) -> tuple[dict[str, str], dict[str, Truth], dict[str, str]]:
+def _sources(path: Path, varied: Sequence[Varied]) -> tuple[dict[str, str], dict[str, Truth], dict[str, str]]:
     """Texts of all scenarios, all truths, and paths of vehicle and walls files, by the names given to them."""
     scenarios: dict[str, str] = {}
     truths: dict[str, Truth] = {}
     files: dict[str, str] = {}
-    for section, key, names in _settings(*tables, grid, draws):
+    for section, key, names in varied:
         for name in names if key in (SCENARIO, TRUTH, *BESIDE) else ():
             if not isinstance(name, str):
                 raise refusal(section, key, f"expected names in quotes, found {name!r}")
@@ -120,18 +115,18 @@ def _keep(kept: dict[str, T], name: str | None, found: T) -> None:
         raise InputError(f"'{name}' is the name of two different files: rename one of them")
 
 
-def _tried(campaign: Campaign, grid: Table, draw: Table) -> Iterator[Scenario]:
+def _tried(campaign: Campaign, varied: Sequence[Varied]) -> Iterator[Scenario]:
     """The scenarios of every value that varies, all others at their first."""
-    settings = list(_settings(grid, draw, campaign.grid, campaign.draws))
-    first = {key: values[0] for _, key, values in settings}
+    first = {key: values[0] for _, key, values in varied}
     for name in campaign.scenarios:
         base = first | {SCENARIO: name}
         try:
             yield campaign.scenario(base)
         except InputError as reason:
-            section, key = next(((s, k) for s, k, _ in settings if _works_without(campaign, base, k)), (grid, SCENARIO))
+            blamed = (v for v in varied if v.key == SCENARIO or _works_without(campaign, base, v.key))
+            section, key, _ = min(blamed, key=lambda v: v.key == SCENARIO)
             raise refusal(section, key, f"{base[key]!r}: {reason}") from None
-        for section, key, values in settings:
+        for section, key, values in varied:
             for value in values[1:] if key != SCENARIO else ():
                 try:
                     yield campaign.scenario(base | {key: value})
@@ -141,8 +136,6 @@ def _tried(campaign: Campaign, grid: Table, draw: Table) -> Iterator[Scenario]:
 
 def _works_without(campaign: Campaign, choice: dict[str, Any], key: str) -> bool:
     """Whether it is this key that the scenario does not take."""
-    if key == SCENARIO:
-        return False
     try:
         campaign.scenario({name: value for name, value in choice.items() if name != key})
     except InputError:

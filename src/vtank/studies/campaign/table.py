@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from operator import attrgetter
 from typing import Any
 
 from ...effects import CATALOGUE
-from ...experiment import Plan, Scenario
+from ...experiment import Plan
 from ...plant import slot
 from .campaign import LUMPED, Campaign
 
@@ -45,12 +46,8 @@ def row(plan: Plan | None, choice: Mapping[str, Any], name: str, message: str = 
     if plan is None:
         return wanted
     known = {"truth": plan.truth.name, "seed": plan.seed, "run_number": plan.run, "samples": plan.scenario.samples}
-    return noise(plan.scenario) | {column: float(plan.p[index]) for column, index in SLOTS.items()} | wanted | known
-
-
-def noise(scenario: Scenario) -> Row:
-    """Column -> value of what NOISE lists."""
-    return {column: float(getattr(getattr(scenario, column.split(".")[0]), column.split(".")[1])) for column in NOISE}
+    noise = {column: float(attrgetter(column)(plan.scenario)) for column in NOISE}
+    return noise | {column: float(plan.p[index]) for column, index in SLOTS.items()} | wanted | known
 
 
 def cell(value: Any) -> Any:

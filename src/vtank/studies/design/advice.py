@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ...diagnose import with_channels
 from ...estimate import RANGE, SPEED
-from .candidates import Candidate, candidates
+from ..stage import Stage, silent
+from .candidates import library
+from .design import Item
 from .flown import SPEED_SD, Flown
 from .information import Information
 from .study import Study
-from .verdicts import CLEAR, JUDGED, SEEN, Pair, Verdict, doubles, pairs, separation, slots_of
+from .verdicts import CLEAR, JUDGED, SEEN, Pair, Verdict, doubles, pairs, separation
 
 MOST = 6  # pairs that are looked at
 FEWEST = 3  # pairs that are named even where all are far apart
@@ -40,32 +42,17 @@ class Remedy:
     sensor: bool = False
 
 
-@dataclass(frozen=True, eq=False)
-class Option:
-    """A run that could be added, and what it tells."""
-
-    words: str
-    information: Information
-    sensor: bool = False
-
-
-def options(
-    study: Study, some: Sequence[Candidate], advance: Callable[[str], None] = lambda note: None
-) -> list[Option]:
-    """New runs, and the plan's own again with a sensor of speed on board; `advance` is called after each new one."""
+def options(study: Study, stage: Stage = silent) -> list[Item]:
+    """New runs that fit the tank, and the plan's own again with a sensor of speed on board."""
+    some = library(study)
+    words = [f.scenario.description for f in some]
+    words += [f"{f.run.name} again with a speed sensor of {SPEED_SD:g} m/s on board" for f in study.flown]
     found = []
-    for c in some:
-        found.append(Option(c.words, study.of(c.flown)))
-        advance(c.words)
-    for f in study.flown:
-        words = f"{f.run.name} again with a speed sensor of {SPEED_SD:g} m/s on board"
-        found.append(Option(words, study.of(with_speed(f)), sensor=True))
+    with stage("runs that could be added", len(words)) as advance:
+        for note, flown in zip(words, [*some, *map(with_speed, study.flown)], strict=True):
+            found.append(Item(note, flown, study.of(flown)))
+            advance(note)
     return found
-
-
-def library(study: Study) -> list[Candidate]:
-    """Experiments that fit the tank, like the plan's first."""
-    return candidates(study.flown[0].scenario, study.truth, study.seed, len(study.flown))
 
 
 def with_speed(flown: Flown) -> Flown:
@@ -77,35 +64,25 @@ def with_speed(flown: Flown) -> Flown:
     return replace(flown, run=replace(run, value=value))
 
 
-def remedies(study: Study, some: Sequence[Option]) -> list[Remedy]:
+def remedies(study: Study, some: Sequence[Item]) -> list[Remedy]:
     """For effects that are hardly seen, at least the weakest, then for the closest pairs, at least a few."""
     by_name = {v.effect.name: v for v in study.verdicts}
     twins = doubles(study.verdicts)
     judged = [v for v in study.verdicts if v.standing in JUDGED and v.effect.name not in twins]
     judged.sort(key=lambda v: v.left)
     weak = [v for i, v in enumerate(judged) if v.left < CLEAR or i == 0][:MOST]
-    found = [_remedy(study, some, None, v, _seen_by(v, study.free)) for v in weak]
-    close = pairs(study.information, study.verdicts, study.free)
-    near = [pair for i, pair in enumerate(close) if pair.separation < CLEAR or i < FEWEST][:MOST]
-    return found + [_remedy(study, some, pair, by_name[pair.a.name], _apart(pair, study.free)) for pair in near]
+    near = [pair for i, pair in enumerate(pairs(study.verdicts)) if pair.separation < CLEAR or i < FEWEST][:MOST]
+    return [_remedy(study, some, v) for v in weak] + [_remedy(study, some, by_name[p.a.name], p) for p in near]
 
 
-def _seen_by(v: Verdict, free: Sequence[str]) -> Callable[[Information], float]:
-    return lambda info: info.separation(slots_of(v.effect, info.quantities), free)
+def _remedy(study: Study, some: Sequence[Item], v: Verdict, pair: Pair | None = None) -> Remedy:
+    """The best item; one with another sensor only where none without it tells the two apart."""
 
+    def size(more: Sequence[Information] = ()) -> float:
+        return separation(sum(more, study.information), v.effect, pair.b if pair else None, study.free)
 
-def _apart(pair: Pair, free: Sequence[str]) -> Callable[[Information], float]:
-    return lambda info: separation(info, pair.a, pair.b, free)
-
-
-def _remedy(
-    study: Study, some: Iterable[Option], pair: Pair | None, v: Verdict, size: Callable[[Information], float]
-) -> Remedy:
-    """The best option; one with another sensor only where none without it tells the two apart."""
-    total = study.information
-    worth = [(size(total + o.information), o) for o in some]
-    plain = max((w for w in worth if not w[1].sensor), key=lambda w: w[0], default=None)
-    best = max(worth, key=lambda w: w[0])
-    after, option = plain if plain and plain[0] >= SEEN else best
-    repeat = max(size(total + single) for single in study.single)
-    return Remedy(pair, v, size(total), repeat, after, option.words, option.sensor)
+    worth = [(size([item.information]), SPEED in item.flown.run.kind, item.words) for item in some]
+    after, sensor, words = max(worth, key=lambda w: w[0])
+    if plain := [w for w in worth if not w[1] and w[0] >= SEEN]:
+        after, sensor, words = max(plain, key=lambda w: w[0])
+    return Remedy(pair, v, size(), max(size([single]) for single in study.single), after, words, sensor)

@@ -3,37 +3,36 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 
 from ...estimate import MODELS
 from ...estimate.paper import Model
-from ...experiment import Excitation, Scenario, plan_run, simulate_surge
-from ...plant import Truth, slot
-from ..processes import processes
+from ...experiment import Excitation, Scenario, simulate_surge
+from ...plant import Truth
+from ..stage import Stage, silent
 from .candidates import AMPLITUDES_M, RAMP_S, fits, planned
 from .estimators import METHODS
 from .flown import Array
-from .trials import one_seed
+from .trials import trials
 
 FREQUENCIES_RAD_S = (0.2, 0.3, 0.4, 0.5, 0.7, 1.0)  # from the paper's slowest; beyond 1 rad/s the hull hardly moves
 NOISE_M = (0.002, 0.006, 0.02)  # [m] of the sonar: a third of the scenarios', theirs, and three times it
-FEWEST, MOST = 6, 24  # seeds of a cell
-MEDIAN = 1.2533  # deviation of a median over that of a mean
+FEWEST, MOST, SHARE = 6, 24, 8  # seeds of a cell: one of the plan's seeds in so many
 
 
 @dataclass(frozen=True, eq=False)
 class BiasMap:
-    """Median relative error of single runs, by method, shape (noises, frequencies, P), and its deviation.
+    """Median relative error of single runs, and its deviation.
 
     Attributes:
         rad_s, amplitude_m: of the sinusoids, shape (W,).
         noise_m: of the sonar, shape (S,).
         names: of the P parameters.
-        error, doubt: by method, shape (S, W, P).
+        error: by method, the median and its deviation, shape (S, W, 2, P).
         seeds: of each.
     """
 
@@ -42,7 +41,6 @@ class BiasMap:
     noise_m: Array
     names: tuple[str, ...]
     error: dict[str, Array]
-    doubt: dict[str, Array]
     seeds: int
 
 
@@ -57,51 +55,26 @@ def sinusoids(like: Scenario, truth: Truth) -> list[Scenario]:
     return list(found.values())
 
 
-def seeds_of_cell(seeds: int) -> int:
-    """Seeds of one frequency and noise, for so many seeds of the whole plan."""
-    return min(max(seeds // 8, FEWEST), MOST)
-
-
-def cells(like: Scenario, truth: Truth) -> list[Scenario]:
-    """All frequencies at the first noise, then at the next."""
-    some = sinusoids(like, truth)
-    return [replace(s, sonar=replace(s.sonar, noise_m=noise)) for noise, s in itertools.product(NOISE_M, some)]
-
-
 def bias_map(
-    some: Sequence[Scenario],
+    like: Scenario,
     truth: Truth,
     model: Model,
     seeds: int,
     seed: int = 1,
-    workers: int = 1,
-    advance: Callable[[str], None] = lambda note: None,
+    over: Callable[..., Iterable[Any]] = map,
+    stage: Stage = silent,
 ) -> BiasMap:
-    """Single runs over frequency and noise, as by `cells`; `advance` is called after each."""
-    p = plan_run(some[0], 0, seed, truth).p
-    true = np.array([p[slot(name)] for name in MODELS[model]])
-    table: dict[str, list[tuple[Array, Array]]] = {method: [] for method in METHODS}
-    with processes(workers) as over:
-        for scenario in some:
-            found = list(over(partial(one_seed, [scenario], truth, model, seed), range(seeds)))
-            for method in METHODS:
-                error = np.array([answer[method].value for answer in found]) - true
-                table[method].append(_median(error / np.abs(true)))
-            advance(f"{scenario.excitation.frequencies_rad_s[0]:g} rad/s, {1e3 * scenario.sonar.noise_m:g} mm")
-    across = len(some) // len(NOISE_M)
-    shape = (len(NOISE_M), across, true.size)
-    return BiasMap(
-        np.array([s.excitation.frequencies_rad_s[0] for s in some[:across]]),
-        np.array([s.excitation.amplitudes[0] for s in some[:across]]),
-        np.array(NOISE_M),
-        MODELS[model],
-        {method: np.reshape([middle for middle, _ in rows], shape) for method, rows in table.items()},
-        {method: np.reshape([doubt for _, doubt in rows], shape) for method, rows in table.items()},
-        seeds,
-    )
-
-
-def _median(error: Array) -> tuple[Array, Array]:
-    """Median of N errors and its deviation, shapes (P,)."""
-    low, middle, high = np.nanpercentile(error, (15.87, 50.0, 84.13), axis=0)
-    return middle, MEDIAN * 0.5 * (high - low) / np.sqrt(error.shape[0])
+    """Single runs over frequency and noise on an eighth of so many seeds, six to 24; `over` as for `trials`."""
+    sines, seeds = sinusoids(like, truth), min(max(seeds // SHARE, FEWEST), MOST)
+    cells = [replace(s, sonar=replace(s.sonar, noise_m=noise)) for noise, s in itertools.product(NOISE_M, sines)]
+    tried = []
+    with stage("bias over frequency and noise", len(cells)) as advance:
+        for cell in cells:
+            tried.append(trials([cell], truth, model, np.nan, seeds, seed, over))
+            advance(f"{cell.excitation.frequencies_rad_s[0]:g} rad/s, {1e3 * cell.sonar.noise_m:g} mm")
+    shape = (len(NOISE_M), len(sines), 2, -1)
+    error = {method: np.reshape([t.bias(method) for t in tried], shape) for method in METHODS}
+    frequencies, amplitudes = np.array(
+        [(s.excitation.frequencies_rad_s[0], s.excitation.amplitudes[0]) for s in sines]
+    ).T
+    return BiasMap(frequencies, amplitudes, np.array(NOISE_M), MODELS[model], error, seeds)

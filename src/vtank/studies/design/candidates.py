@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from ...errors import InputError
 from ...experiment import MARGIN_M, Excitation, Plan, Result, Scenario, clearances, plan_run, simulate_surge
 from ...plant import Truth
 from .flown import Flown, flown
+from .study import Study
 
 FREQUENCIES_RAD_S = (0.1, 0.2, 0.3, 0.4, 0.5, 0.7, 1.0, 1.4, 2.0)
 AMPLITUDES_M = (0.1, 0.15, 0.23, 0.3, 0.46, 0.61, 0.76)
@@ -29,14 +30,6 @@ SLOW_M, FAST_M = (0.23, 0.46, 0.61), (0.05, 0.1, 0.15, 0.23, 0.3)  # amplitudes 
 SWEEPS_RAD_S = ((0.1, 1.0), (0.2, 1.4), (0.5, 2.0))
 RAMP_S = 5.0  # [s] as in the paper's scenarios
 AT_LIMIT = 0.01  # share of the time that propellers may spend at their limit; a choice
-
-
-@dataclass(frozen=True, eq=False)
-class Candidate:
-    """An experiment that fits, in words, and flown."""
-
-    words: str
-    flown: Flown
 
 
 def excitations(limit_rev_s: float) -> Iterator[Excitation]:
@@ -84,12 +77,14 @@ def _listed(items: Sequence[str]) -> str:
     return f"{', '.join(items[:-1])} and {items[-1]}"
 
 
-def candidates(like: Scenario, truth: Truth, seed: int, first: int = 0) -> list[Candidate]:
-    """All that fit; run numbers from `first` on."""
+def library(study: Study, duration_s: float | None = None) -> list[Flown]:
+    """All that fit the tank, like the plan's first experiment but for the excitation, and the duration if given."""
+    first, truth, number = study.flown[0].scenario, study.truth, len(study.flown)
+    like = replace(first, duration_s=duration_s or first.duration_s)
     limit = truth.n_limit_rev_s if like.n_limit_rev_s is None else like.n_limit_rev_s
-    plans = [plan for e in excitations(limit) if (plan := planned(like, e, truth, seed, first))]
-    found = [Candidate(in_words(plan.scenario.excitation), f) for plan, f in _flown(plans)]
-    return found
+    plans = [plan for e in excitations(limit) if (plan := planned(like, e, truth, study.seed, number))]
+    results = zip(plans, simulate_surge(plans), strict=True)
+    return [flown(plan, result) for plan, result in results if fits(plan, result)]
 
 
 def planned(like: Scenario, e: Excitation, truth: Truth, seed: int, number: int) -> Plan | None:
@@ -101,18 +96,16 @@ def planned(like: Scenario, e: Excitation, truth: Truth, seed: int, number: int)
         return None
 
 
-def _flown(plans: Sequence[Plan]) -> Iterator[tuple[Plan, Flown]]:
-    for plan, result in zip(plans, simulate_surge(plans), strict=True):
-        if fits(plan, result):
-            yield plan, flown(plan, result)
-
-
 def fits(plan: Plan, result: Result) -> bool:
     """Whether hull and walls keep their margin, and the propellers are hardly ever at their limit."""
-    x, n = result.true["position_m"], np.abs(result.true["n_rev_s"])
-    if min(clearances(plan.scenario, float(x.max()), float(x.min()))) < MARGIN_M:
-        return False
-    return bool(np.mean(n >= plan.n_limit_rev_s - 1e-6) <= AT_LIMIT)
+    limited = np.abs(result.true["n_rev_s"]) >= plan.n_limit_rev_s - 1e-6
+    return clearance_m(result) >= MARGIN_M and bool(np.mean(limited) <= AT_LIMIT)
+
+
+def clearance_m(result: Result) -> float:
+    """Least water between hull and walls in a simulated run [m]."""
+    x = result.true["position_m"]
+    return min(clearances(result.plan.scenario, float(x.max()), float(x.min())))
 
 
 def file_name(e: Excitation) -> str:

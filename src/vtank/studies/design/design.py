@@ -7,14 +7,17 @@ included. The search starts from the given plan too, so that it never ends worse
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
 from pathlib import Path
 
 import numpy as np
 
-from ...experiment import as_toml, clearances, plan_run, simulate_tank
-from .candidates import Candidate, candidates
+from ...experiment import as_toml, plan_run, simulate_tank
+from ..stage import Stage, silent
+from .candidates import clearance_m, library
 from .flown import Array, Flown
 from .information import Information, information
 from .search import Search
@@ -59,11 +62,6 @@ class Design:
         return np.asarray(np.sqrt(np.diag(summed(items).covariance(self.free))))
 
     @property
-    def information(self) -> Information:
-        """Of the whole plan."""
-        return summed(self.items)
-
-    @property
     def gain(self) -> Array:
         """Bounds of the given plan over those of the new one, shape (P,)."""
         return self.relative(self.given) / self.relative(self.items)
@@ -82,7 +80,7 @@ class Design:
 
 def summed(items: Sequence[Item]) -> Information:
     """Information of these runs together."""
-    return sum((item.information for item in items[1:]), items[0].information)
+    return reduce(add, (item.information for item in items))
 
 
 def minutes(items: Sequence[Item]) -> float:
@@ -95,23 +93,18 @@ def given(study: Study) -> tuple[Item, ...]:
     return tuple(Item(f.run.name, f, single) for f, single in zip(study.flown, study.single, strict=True))
 
 
-def longest(study: Study) -> list[Candidate]:
-    """All experiments that fit the tank, in the greatest length."""
-    like = replace(study.flown[0].scenario, duration_s=60.0 * LENGTHS_MIN[-1])
-    return candidates(like, study.truth, study.seed, len(study.flown))
-
-
-def pool(study: Study, some: Sequence[Candidate], advance: Callable[[str], None] = lambda note: None) -> list[Item]:
-    """Runs to choose from: the plan's, and these in several lengths; `advance` is called after each of them."""
-    items = list(given(study))
-    for candidate in some:
-        whole = sensitivity(candidate.flown, study.quantities)
-        sweep = candidate.flown.scenario.excitation.kind == "chirp"  # a short one is not the beginning of a long one
-        for length in LENGTHS_MIN[-1:] if sweep else LENGTHS_MIN:
-            seen = int(np.sum(candidate.flown.run.time_s <= 60.0 * length + 1e-9))
-            info = information(study.quantities, whole.shortened(seen), length)
-            items.append(Item(f"{candidate.words}, {length:g} min", _cut(candidate.flown, length), info))
-        advance(candidate.words)
+def pool(study: Study, stage: Stage = silent) -> list[Item]:
+    """Runs to choose from: the plan's, and all that fit the tank in several lengths."""
+    items, some = list(given(study)), library(study, 60.0 * LENGTHS_MIN[-1])
+    with stage("runs to choose from", len(some)) as advance:
+        for flown in some:
+            whole = sensitivity(flown, study.quantities)
+            sweep = flown.scenario.excitation.kind == "chirp"  # a short one is not the beginning of a long one
+            for length in LENGTHS_MIN[-1:] if sweep else LENGTHS_MIN:
+                seen, cut = int(np.sum(flown.run.time_s <= 60.0 * length + 1e-9)), _cut(flown, length)
+                info = information(study.quantities, whole.shortened(seen), length)
+                items.append(Item(cut.scenario.description, cut, info))
+            advance(flown.scenario.description)
     return items
 
 
@@ -129,33 +122,27 @@ def design(study: Study, items: Sequence[Item]) -> Design:
     at = study.information.index(study.free)
     matrix = np.array([item.information.matrix[np.ix_(at, at)] for item in items])
     search = Search(matrix, np.array([item.minutes for item in items]))
-    start = [items.index(next(i for i in items if i.words == item.words)) for item in own]
+    words = [item.words for item in items]
+    start = [words.index(item.words) for item in own if item.words in words]
     chance = np.random.default_rng(study.seed)
     starts = [start, [], *([int(k)] for k in chance.integers(len(items), size=STARTS))]
-    plans = [search.exchanged(search.filled(s, budget) if s != start else s, budget) for s in starts]
+    plans = [search.exchanged(search.filled(plan, budget), budget) for plan in starts]
     best = min(plans, key=search.cost)
     return Design(tuple(items[k] for k in sorted(best)), own, study.free)
 
 
 def confirmed(study: Study, items: Sequence[Item], threads: int = 1) -> Design:
-    """The best plan whose new runs keep clear of the walls in the tank as well, with all its degrees of freedom."""
+    """The best plan whose runs keep clear of the walls in the MuJoCo tank as well, with all its degrees of freedom."""
     while True:
         found = design(study, items)
-        new = [item for _, item in found.counted() if item not in found.given]
-        hit = {item.words for item, keeps in zip(new, in_tank(new, study.seed, threads), strict=True) if not keeps}
+        plans = [
+            plan_run(item.flown.scenario, k, study.seed, study.truth) for k, (_, item) in enumerate(found.counted())
+        ]
+        results = zip(found.counted(), simulate_tank(plans, threads), strict=True)
+        hit = {item.words for (_, item), result in results if clearance_m(result) <= 0.0}
         if not hit:
             return found
         items = [item for item in items if item.words not in hit]
-
-
-def in_tank(items: Sequence[Item], seed: int, threads: int = 1) -> list[bool]:
-    """Whether each run keeps clear of the walls in the MuJoCo tank."""
-    plans = [plan_run(item.flown.scenario, k, seed, item.flown.truth) for k, item in enumerate(items)]
-    out = []
-    for result in simulate_tank(plans, threads):
-        x = result.true["position_m"]
-        out.append(min(clearances(result.plan.scenario, float(x.max()), float(x.min()))) > 0.0)
-    return out
 
 
 def scenario_texts(found: Design) -> dict[str, str]:

@@ -69,7 +69,7 @@ def _trials(t: Trials) -> dict[str, Any]:
 
 def _bias(b: BiasMap) -> dict[str, Any]:
     axes = {"noise_m": b.noise_m, "rad_s": b.rad_s, "parameters": b.names, "seeds": b.seeds}
-    return {**axes, "amplitude_m": b.amplitude_m, "median_error": {method: b.error[method] for method in METHODS}}
+    return {**axes, "amplitude_m": b.amplitude_m, "median_error": {m: b.error[m][:, :, 0] for m in METHODS}}
 
 
 def _design(d: Design, checked: Trials | None) -> dict[str, Any]:

@@ -55,7 +55,8 @@ def answers(runs: Sequence[Run], model: Model, effects: dict[str, float], noise:
     """
     found = {LIKELIHOOD: likelihood(runs, model, effects, noise)}
     rows = _rows(runs, model)
-    return found | {name: _paper(rows, model, name) for name in ESTIMATORS}
+    nothing = Answer(*np.full((2, len(MODELS[model])), np.nan))
+    return found | {name: _paper(rows, model, name) if rows else nothing for name in ESTIMATORS}
 
 
 def likelihood(runs: Sequence[Run], model: Model, effects: dict[str, float], noise: Noise) -> Answer:
@@ -79,12 +80,11 @@ def _rows(runs: Sequence[Run], model: Model) -> Regression | None:
         parts = [regression(s.u_m_s, s.n_rev_s, s.step_s, model) for s in seen]
     except InputError:
         return None
-    return Regression(model, parts[0].step_s, np.concatenate([r.z for r in parts]), np.vstack([r.h for r in parts]))
+    z, h = np.concatenate([r.z for r in parts]), np.vstack([r.h for r in parts])
+    return Regression(model, parts[0].step_s, z, h)
 
 
-def _paper(rows: Regression | None, model: Model, name: Estimator) -> Answer:
-    if rows is None:
-        return _none(model)
+def _paper(rows: Regression, model: Model, name: Estimator) -> Answer:
     evolution = estimate(rows, PaperSettings(estimator=name, compiled=True))
     chosen = [LUMPED.index(slot) for slot in MODELS[model]]  # of the order of `lump_all`
     c = evolution.final
@@ -96,8 +96,3 @@ def _paper(rows: Regression | None, model: Model, name: Estimator) -> Answer:
     slopes = (lumped(c + steps) - lumped(c - steps)) / (2.0 * np.diag(steps)[:, None])
     variance = np.einsum("ip,ij,jp->p", slopes, evolution.covariance, slopes)
     return Answer(lumped(c), np.sqrt(np.maximum(variance, 0.0)))
-
-
-def _none(model: Model) -> Answer:
-    nothing = np.full(len(MODELS[model]), np.nan)
-    return Answer(nothing, nothing)

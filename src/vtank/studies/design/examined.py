@@ -13,15 +13,17 @@ from ...experiment import Scenario, load_scenario
 from ...plant import Truth, load_truth
 from ...present.document import csv_text
 from ...record import Kind, results_folder
+from ..processes import processes as pool_of
 from ..stage import Stage, silent
-from .advice import library, options, remedies
-from .bias import bias_map, cells, seeds_of_cell
-from .design import confirmed, longest, pool, scenario_texts
+from .advice import options, remedies
+from .bias import bias_map
+from .design import confirmed, pool, scenario_texts
 from .document import document
 from .findings import Findings
+from .flown import Array
 from .profile import profiles
 from .study import PAPER, natural_model, study
-from .trials import trials
+from .trials import Trials, trials
 
 RESULTS = Kind("results of vtank identifiability", "identifiability.json", "vtank-identifiability-1")
 PLAN = Kind("a plan of vtank identifiability", "plan.json", "vtank.plan/1")
@@ -48,13 +50,24 @@ def examine(
     loaded = [load_scenario(name, settings) for name in scenarios]
     common = _common_truth(loaded, truth)
     looked = study(loaded, common, model or natural_model(common), seed)
-    some = library(looked)
-    with stage("runs that could be added", len(some)) as advance:
-        advice = remedies(looked, options(looked, some, advance))
-    found = Findings(looked, tuple(advice), tuple(profiles(looked)))
-    if seeds:
-        found = _tried(found, loaded, seeds, seed, processes, stage)
-    return _designed(found, seeds, seed, processes, stage) if design else found
+    found = Findings(looked, tuple(remedies(looked, options(looked, stage))), tuple(profiles(looked)))
+
+    def tried(label: str, some: Sequence[Scenario], bound: Array) -> Trials:
+        with stage(label, seeds) as advance:
+            return trials(some, common, looked.model, bound, seeds, seed, over, advance)
+
+    with pool_of(processes if seeds else 1) as over:
+        if seeds:
+            found = replace(found, trials=tried("Monte Carlo", loaded, looked.bound))
+            found = replace(found, bias=bias_map(loaded[0], common, looked.model, seeds, seed, over, stage))
+        if design:
+            plan = confirmed(looked, pool(looked, stage), processes)
+            found = replace(found, design=plan)
+        if design and seeds:
+            bound = plan.relative(plan.items) * looked.information.sizes(looked.free)
+            some = [item.flown.scenario for item in plan.items]
+            found = replace(found, checked=tried("Monte Carlo of the design", some, bound))
+    return found
 
 
 def _common_truth(scenarios: Sequence[Scenario], truth: str | Path | None) -> Truth:
@@ -62,35 +75,6 @@ def _common_truth(scenarios: Sequence[Scenario], truth: str | Path | None) -> Tr
     if truth is None and len(truths) > 1:
         raise InputError(f"the scenarios have different truths ({', '.join(truths)}): choose one with --truth")
     return load_truth(truth or truths[0])
-
-
-def _tried(
-    found: Findings, scenarios: Sequence[Scenario], seeds: int, seed: int, processes: int, stage: Stage
-) -> Findings:
-    """With the Monte Carlo of the plan, and single runs over frequency and noise."""
-    looked, rest = found.study, (seed, processes)
-    with stage("Monte Carlo", seeds) as advance:
-        tried = trials(scenarios, looked.truth, looked.model, looked.bound, seeds, *rest, advance)
-    some = cells(scenarios[0], looked.truth)
-    with stage("bias over frequency and noise", len(some)) as advance:
-        bias = bias_map(some, looked.truth, looked.model, seeds_of_cell(seeds), *rest, advance)
-    return replace(found, trials=tried, bias=bias)
-
-
-def _designed(found: Findings, seeds: int, seed: int, processes: int, stage: Stage) -> Findings:
-    """With a better plan, and its Monte Carlo."""
-    looked = found.study
-    some = longest(looked)
-    with stage("runs to choose from", len(some)) as advance:
-        items = pool(looked, some, advance)
-    plan = confirmed(looked, items, processes)
-    if not seeds:
-        return replace(found, design=plan)
-    scenarios = [item.flown.scenario for item in plan.items]
-    bound = plan.relative(plan.items) * looked.information.sizes(looked.free)
-    with stage("Monte Carlo of the design", seeds) as advance:
-        checked = trials(scenarios, looked.truth, looked.model, bound, seeds, seed, processes, advance)
-    return replace(found, design=plan, checked=checked)
 
 
 def write_findings(folder: Path | str, found: Findings) -> list[str]:

@@ -29,7 +29,9 @@ ELLIPSES = 3  # pairs of parameters that are drawn, those that go together most
 def page(study: Study, trials: Trials | None, bias: BiasMap | None, profiles: Sequence[Profile]) -> Any:
     """Ellipses, profiles, coverage, bias against frequency and noise; what was not run is left out."""
     heights = [3.2, *([2.7] if trials else []), *([0.6 + 1.75 * len(bias.names)] if bias else [])]
-    figure = canvas.page(title(study, trials), 11.0, 0.4 + sum(heights))
+    seeds = f", {trials.seeds} seeds" if trials else ""
+    about = f"Model {study.model} from {', '.join(f.run.name for f in study.flown)}: truth {study.truth.name}{seeds}"
+    figure = canvas.page(about, 11.0, 0.4 + sum(heights))
     bands = iter(figure.subfigures(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
     _first_row(next(bands), study, trials, profiles)
     if trials:
@@ -37,13 +39,6 @@ def page(study: Study, trials: Trials | None, bias: BiasMap | None, profiles: Se
     if bias:
         _bias_rows(next(bands), bias)
     return figure
-
-
-def title(study: Study, trials: Trials | None) -> str:
-    """What the page is about."""
-    names = ", ".join(f.run.name for f in study.flown)
-    seeds = f", {trials.seeds} seeds" if trials else ""
-    return f"Model {study.model} from {names}: truth {study.truth.name}{seeds}"
 
 
 def _first_row(band: Any, study: Study, trials: Trials | None, profiles: Sequence[Profile]) -> None:
@@ -125,13 +120,12 @@ def _bias_rows(band: Any, bias: BiasMap) -> None:
 
 def _bias(ax: Any, bias: BiasMap, i: int, s: int) -> None:
     for k, method in enumerate(METHODS):
-        middle, doubt = 100.0 * bias.error[method][s, :, i], 100.0 * bias.doubt[method][s, :, i]
+        middle, doubt = 100.0 * bias.error[method][s, :, :, i].T
         at = bias.rad_s * (1.0 + 0.02 * (k - 1.5))
         ax.errorbar(at, np.clip(middle, BIASES[0], BIASES[-1]), yerr=2.0 * doubt, color=COLOURS[method],
                     marker=MARKS[method], ms=4, lw=1.0, elinewidth=0.6, label=TITLES[method])  # fmt: skip
     ax.axhline(0.0, color=INK, lw=1.0)
-    ax.set_xscale("log")
     ax.set_yscale("symlog", linthresh=LINEAR_PERCENT)
-    ax.set_ylim(1.3 * BIASES[0], 1.3 * BIASES[-1])
+    ax.set(xscale="log", ylim=(1.3 * BIASES[0], 1.3 * BIASES[-1]))
     ticks(ax.yaxis, BIASES)
     ticks(ax.xaxis, bias.rad_s)

@@ -12,7 +12,7 @@ from ...present import Heading, Paragraph, Picture, Table, effect_name
 from ...present.document import html
 from .advice import Remedy
 from .bias import BiasMap
-from .design import REST_MIN, Design, minutes
+from .design import REST_MIN, Design, minutes, summed
 from .estimators import METHODS
 from .profile import Profile
 from .study import Study
@@ -81,7 +81,7 @@ class Findings:
             seen = ", ".join(f"{called(n)} {r:.2g}" for n, r in zip(d.free, ratio, strict=True))
             doubt = 100.0 * 0.9 * np.sqrt(1.0 / self.trials.seeds + 1.0 / self.checked.seeds)
             text += f" On {self.checked.seeds} seeds the likelihood's spread is smaller by {seen} (+- {doubt:.0f} %)."
-        near = [closest(info, s.flown, s.free) for info in (s.information, d.information)]
+        near = [closest(info, s.flown, s.free) for info in (s.information, summed(d.items))]
         told = [
             f"{effect_name(p.a.name)} and {effect_name(p.b.name)} ({p.separation:.0f} deviations)" for p in near if p
         ]

@@ -90,10 +90,10 @@ def check(scenario: Scenario) -> None:
     sonar_variance(scenario)
 
 
-def fly(scenarios: Sequence[Scenario], truth: Truth, seed: int, first: int = 0, threads: int = 1) -> list[Flown]:
-    """Each scenario once, run numbers from `first` on; InputError where one hits a wall."""
-    plans = [plan_run(scenario, first + i, seed, truth) for i, scenario in enumerate(scenarios)]
-    return [flown(plan, result) for plan, result in zip(plans, simulate_surge(plans, threads), strict=True)]
+def fly(scenarios: Sequence[Scenario], truth: Truth, seed: int) -> list[Flown]:
+    """Each scenario once; InputError where one hits a wall."""
+    plans = [plan_run(scenario, i, seed, truth) for i, scenario in enumerate(scenarios)]
+    return [flown(plan, result) for plan, result in zip(plans, simulate_surge(plans), strict=True)]
 
 
 def flown(plan: Plan, result: Result) -> Flown:

@@ -55,24 +55,20 @@ class Information:
         at = self.index(free)
         return np.asarray(inverse(self.matrix[np.ix_(at, at)]))
 
-    def separation(self, of: Sequence[str], refitted: Sequence[str], at: float = 1.0) -> float:
-        """Deviations left of these quantities together, at that multiple of their sizes, after refit of the others."""
-        seiche = WAVE in refitted
-        matrix = self.in_seiche if seiche else self.matrix
-        return at * _left(matrix, self.index(of), self.index([name for name in refitted if name != WAVE]))
+    def separation(self, of: Sequence[str], refitted: Sequence[str]) -> float:
+        """Deviations left of these quantities together, at their sizes, after the refit of the others."""
+        matrix = self.in_seiche if WAVE in refitted else self.matrix
+        here, others = self.index(of), self.index([name for name in refitted if name != WAVE])
+        shared = matrix[np.ix_(others, here)].sum(axis=1)
+        change = matrix[np.ix_(here, here)].sum()
+        if others:
+            change -= shared @ inverse(matrix[np.ix_(others, others)]) @ shared
+        return float(np.sqrt(max(change, 0.0)))
 
     def signature(self, of: Sequence[str]) -> float:
         """Deviations of these quantities together before any refit."""
         here = self.index(of)
         return float(np.sqrt(self.raw[np.ix_(here, here)].sum()))
-
-
-def _left(matrix: Array, of: list[int], refitted: list[int]) -> float:
-    change = matrix[np.ix_(of, of)].sum()
-    if refitted:
-        shared = matrix[np.ix_(refitted, of)].sum(axis=1)
-        change -= shared @ inverse(matrix[np.ix_(refitted, refitted)]) @ shared
-    return float(np.sqrt(max(change, 0.0)))
 
 
 def inverse(information: Array) -> Array:
@@ -85,10 +81,9 @@ def inverse(information: Array) -> Array:
 
 def information(wanted: tuple[Quantity, ...], s: Sensitivity, minutes: float) -> Information:
     """Of one run."""
-    columns = np.column_stack([s.columns, s.seiche])
     basis, _ = np.linalg.qr(s.own / np.maximum(np.linalg.norm(s.own, axis=0), 1e-300))
-    left = columns - basis @ (basis.T @ columns)
+    left = s.columns - basis @ (basis.T @ s.columns)
     columns, seiche = left[:, :-2], left[:, -2:]
     waves, _ = np.linalg.qr(seiche)
-    calm = columns - waves @ (waves.T @ columns)
-    return Information(wanted, columns.T @ columns, calm.T @ calm, s.columns.T @ s.columns, minutes)
+    calm, raw = columns - waves @ (waves.T @ columns), s.columns[:, :-2]
+    return Information(wanted, columns.T @ columns, calm.T @ calm, raw.T @ raw, minutes)

@@ -13,8 +13,8 @@ from ...estimate.paper import Array, Model
 from ...experiment import load_scenario, plan_run, simulate_surge, simulate_tank
 from ...plant import load_truth, slot
 from ...present import NAMES, Table, number, plain_names
+from .study import PAPER
 
-SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 AT_A_TIME = 25  # seeds simulated together, for memory; the results do not depend on it
 
 
@@ -23,7 +23,7 @@ class Trials:
     """Estimates on many seeds beside the truth.
 
     Attributes:
-        model, truth, simulator: what was fitted to what, made where ("surge" or "tank").
+        title: what was fitted to what, made where.
         names: of the parameters.
         true: their values, shape (P,).
         found, claimed, bound: estimates, their claimed deviations and the Cramer-Rao deviations, shape (N, P).
@@ -32,9 +32,7 @@ class Trials:
         warnings: how often each was given.
     """
 
-    model: Model
-    truth: str
-    simulator: str
+    title: str
     names: tuple[str, ...]
     true: Array
     found: Array
@@ -79,27 +77,25 @@ def monte_carlo(
 
     settings: `key=value` laid over the scenarios, such as "hold=rigid" or "tachometer.noise_rev_s=0".
     """
-    scenarios = [load_scenario(name, settings) for name in SCENARIOS]
+    scenarios = [load_scenario(name, settings) for name in PAPER]
     preset = load_truth(truth)
     p, names = preset.vector(), MODELS[model]
     simulate = simulate_tank if simulator == "tank" else simulate_surge
+    variance = rounded_variance(scenarios[0].sonar.noise_m, scenarios[0].sonar.resolution_m)
     estimates: list[Estimate] = []
     bounds: list[Array] = []
     for first in range(0, seeds, AT_A_TIME):
         some = range(first, min(first + AT_A_TIME, seeds))
         plans = [plan_run(s, len(scenarios) * k + i, seed, preset) for k in some for i, s in enumerate(scenarios)]
-        results = simulate(plans, threads)
-        for k in range(len(some)):
-            runs = [observe(result.run) for result in results[len(scenarios) * k : len(scenarios) * (k + 1)]]
-            sonar = scenarios[0].sonar
-            bound = cramer_rao(runs, p, names, rounded_variance(sonar.noise_m, sonar.resolution_m))
-            bounds.append(np.sqrt(np.diag(bound)))
+        seen = [observe(result.run) for result in simulate(plans, threads)]
+        for k in range(0, len(seen), len(scenarios)):
+            runs = seen[k : k + len(scenarios)]
+            bounds.append(np.sqrt(np.diag(cramer_rao(runs, p, names, variance))))
             estimates.append(identify(runs, model))
-            advance(f"seed {first + k + 1}")
+            advance(f"seed {len(estimates)}")
+    where = "tank" if simulator == "tank" else "surge model"
     return Trials(
-        model,
-        truth,
-        simulator,
+        f"Model {model} on {seeds} seeds of the paper's four experiments, truth {truth}, {where}",
         names,
         true=np.array([p[slot(name)] for name in names]),
         found=np.array([list(estimate.values.values()) for estimate in estimates]),
@@ -120,14 +116,14 @@ def trials_sheet(t: Trials) -> Table:
     """Bias, coverage and variance as a table."""
     count = t.found.shape[0]
     header = ("parameter", "truth", "bias %", "+-", "sd %", "coverage %", "var/claimed", "var/bound")
-    rows = []
-    for i, name in enumerate(t.names):
-        size = abs(t.true[i]) or 1.0
-        sd = float(t.found[:, i].std(ddof=1))
-        bias = f"{100 * t.bias[i] / size:+.3f}", f"{100 * sd / np.sqrt(count) / size:.3f}"
-        ratios = f"{t.variance_over_claim[i]:.2f}", f"{t.variance_over_bound[i]:.2f}"
-        cover = f"{100 * t.coverage[i]:.1f}"
-        rows.append((NAMES[name], number(float(t.true[i])), *bias, f"{100 * sd / size:.3f}", cover, *ratios))
+    percent = 100.0 / np.where(t.true == 0.0, 1.0, np.abs(t.true))
+    sd = t.found.std(axis=0, ddof=1) * percent
+    shares = 100.0 * t.coverage, t.variance_over_claim, t.variance_over_bound
+    forms = ("+.3f", ".3f", ".3f", ".1f", ".2f", ".2f")
+    rows = [
+        (NAMES[name], number(float(true)), *map(format, values, forms))
+        for name, true, *values in zip(t.names, t.true, t.bias * percent, sd / np.sqrt(count), sd, *shares, strict=True)
+    ]
     names, pairs = [NAMES[name] for name in t.names], np.argwhere(np.triu(np.ones_like(t.correlation), 1))
     correlation = ", ".join(f"{names[i]}-{names[j]} {t.correlation[i, j]:+.2f}" for i, j in pairs)
     notes = [
@@ -139,6 +135,4 @@ def trials_sheet(t: Trials) -> Table:
         f"Process noise found on {t.disturbed} of {count} seeds.",
         *(f"Warning on {number_of} of {count} seeds: {warning}." for warning, number_of in t.warnings.most_common()),
     ]
-    title = f"Model {t.model} on {count} seeds of the paper's four experiments, truth {t.truth}, {t.simulator} model"
-    title = title.replace("tank model", "tank")
-    return Table(header, tuple(rows), tuple(notes), name="monte_carlo", title=title)
+    return Table(header, tuple(rows), tuple(notes), name="monte_carlo", title=t.title)

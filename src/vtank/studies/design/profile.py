@@ -20,6 +20,7 @@ from .study import Study
 
 LOOSE = 0.01  # relative bound from which a parameter counts as weak; a choice
 STRONG = 0.9  # |correlation| from which it does as well; a convention
+ROOT95 = np.sqrt(3.8415)  # root of the drop at the ends of a 95 % interval
 REACH = np.linspace(-3.0, 3.0, 13)  # deviations by the bound at which the profile is taken
 
 
@@ -40,16 +41,9 @@ class Profile:
     @property
     def interval95(self) -> tuple[float, float]:
         """Where the drop passes 3.84, in deviations by the bound; NaN beyond the reach."""
-        low, high = self.deviations < 0.0, self.deviations > 0.0
-        return -_crossing(-self.deviations[low][::-1], self.drop[low][::-1]), _crossing(
-            self.deviations[high], self.drop[high]
-        )
-
-
-def _crossing(distance: Array, drop: Array, level: float = 3.8415) -> float:
-    if drop[-1] < level:
-        return float("nan")
-    return float(np.interp(np.sqrt(level), np.sqrt(np.maximum(drop, 0.0)), distance))
+        signed_root = np.sign(self.deviations) * np.sqrt(np.maximum(self.drop, 0.0))
+        low, high = np.interp((-ROOT95, ROOT95), signed_root, self.deviations, left=np.nan, right=np.nan)
+        return float(low), float(high)
 
 
 def weak(study: Study) -> list[str]:
@@ -93,8 +87,7 @@ def bound(truth: Problem, filtered: Sequence[Filtered]) -> Array:
 def at_rest(problem: Problem) -> Array:
     """Unknowns as in the problem's base, every run at rest at x = 0 at first, shape (size,)."""
     theta = problem.initial()
-    for k in range(len(problem.runs)):
-        theta[problem.own_slice(k)] = 0.0
+    theta[len(problem.free) :] = 0.0
     return theta
 
 

@@ -7,12 +7,13 @@ compiled model by small differences; what the tachometer adds to the recorded pr
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...effects import CATALOGUE, PARAMETERS, Effect, Parameter
-from ...estimate import Problem, innovations
+from ...estimate import Problem
 from ...plant import slot, thrust_target, vector
 from .flown import Array, Flown
 
@@ -53,70 +54,46 @@ class Sensitivity:
     """Columns of one run of M measurements; the last row is what is known beforehand of the lag's first state.
 
     Attributes:
-        columns: one per quantity, shape (M + 1, C).
+        columns: one per quantity, then a seiche in two phases, shape (M + 1, C + 2).
         own: one per unknown initial state, shape (M + 1, S).
-        seiche: a seiche in two phases, shape (M + 1, 2).
     """
 
     columns: Array
     own: Array
-    seiche: Array
 
     def shortened(self, measurements: int) -> Sensitivity:
         """Of the first measurements alone."""
         keep = np.r_[:measurements, self.columns.shape[0] - 1]
-        return Sensitivity(self.columns[keep], self.own[keep], self.seiche[keep])
-
-
-class Probe:
-    """A flown experiment that tells how its innovations answer to changes of parameters and initial states."""
-
-    def __init__(self, flown: Flown) -> None:
-        self.flown, self.p, self.start = flown, flown.p, np.zeros(4)
-        self.problem = Problem((flown.run,), flown.p, (), noise=flown.noise)
-        self.filtered = self.problem.filter(np.zeros(self.problem.size))[0]
-        self.base = self.innovations(self.p, self.start)
-
-    def innovations(self, p: Array, start: Array) -> Array:
-        """Whitened innovations with the gains held, shape (M,)."""
-        e = innovations(self.flown.run, p, start, self.flown.noise, self.filtered.gain)
-        return np.asarray(e / np.sqrt(self.filtered.variance))
-
-    def quantity(self, q: Quantity, p: Array) -> Array:
-        """Change by a quantity at its reference size, shape (M,); a saturation by the whole of it."""
-        here = float(p[slot(q.name)])
-        if not np.isfinite(here):
-            return self.innovations(vector({q.name: q.size}, p), self.start) - self.base
-        low, high = q.parameter.bounds if q.parameter else (-np.inf, np.inf)
-        a, b = max(low, here - SHARE * q.size), min(high, here + SHARE * q.size)
-        moved = [self.innovations(vector({q.name: value}, p), self.start) for value in (a, b)]
-        return (moved[1] - moved[0]) * (q.size / (b - a))
-
-    def state(self, i: int) -> Array:
-        """Derivative with respect to an initial state, shape (M,)."""
-        step = np.zeros(4)
-        step[i] = STATE_STEP
-        ahead, back = (self.innovations(self.p, self.start + sign * step) for sign in (1.0, -1.0))
-        return (ahead - back) / (2.0 * STATE_STEP)
-
-    def known(self) -> Array:
-        """Row of what is known of the initial states: of the lag's, the thrust that the run's input could give."""
-        row, top = np.zeros(len(self.problem.start_states(0))), self.flown.top_rev_s
-        if self.problem.lagging:
-            most = max(abs(float(thrust_target(0.0, sign * top, self.p))) for sign in (1.0, -1.0))
-            row[-1] = 1.0 / max(most, 1e-6)
-        return row
+        return Sensitivity(self.columns[keep], self.own[keep])
 
 
 def sensitivity(flown: Flown, wanted: tuple[Quantity, ...]) -> Sensitivity:
-    """Sensitivities of a flown experiment at the truth."""
-    probe = Probe(flown)
-    columns = [probe.quantity(q, flown.p) for q in wanted]
+    """Sensitivities of a flown experiment at the truth, the filter's gains held."""
+    problem = Problem((flown.run,), flown.p, (), noise=flown.noise)
+    rest = np.zeros(problem.size)
+    filtered = problem.filter(rest)[0]
+
+    def innovations(p: Array, theta: Array = rest) -> Array:
+        return problem.varied(theta, filtered, 0, p=p)
+
     wave = next(q for q in wanted if q.name == WAVE)
-    waves = [probe.quantity(wave, vector(phase, flown.p)) for phase in PHASES]
-    own = [probe.state(i) for i in probe.problem.start_states(0)]
-    return Sensitivity(
-        np.vstack([np.transpose(columns), np.zeros(len(columns))]),
-        np.vstack([np.transpose(own), probe.known()]),
-        np.vstack([np.transpose(waves), np.zeros(len(waves))]),
-    )
+    columns = [_change(innovations, q, flown.p) for q in wanted]
+    columns += [_change(innovations, wave, vector(phase, flown.p)) for phase in PHASES]
+    steps = STATE_STEP * np.eye(problem.size)[len(problem.per_run) :]
+    states = [(innovations(flown.p, s) - innovations(flown.p, -s)) / (2.0 * STATE_STEP) for s in steps]
+    known = np.zeros(len(states))
+    if problem.lagging:  # the thrust that the run's input could give
+        most = max(abs(float(thrust_target(0.0, n, flown.p))) for n in (flown.top_rev_s, -flown.top_rev_s))
+        known[-1] = 1.0 / max(most, 1e-6)
+    whole = np.vstack([np.transpose(columns), np.zeros(len(columns))])
+    return Sensitivity(whole, np.vstack([np.transpose(states), known]))
+
+
+def _change(innovations: Callable[[Array], Array], q: Quantity, p: Array) -> Array:
+    """Change of the innovations by a quantity at its reference size, shape (M,); a saturation by the whole of it."""
+    here = float(p[slot(q.name)])
+    if not np.isfinite(here):
+        return innovations(vector({q.name: q.size}, p)) - innovations(p)
+    low, high = q.parameter.bounds if q.parameter else (-np.inf, np.inf)
+    a, b = max(low, here - SHARE * q.size), min(high, here + SHARE * q.size)
+    return (innovations(vector({q.name: b}, p)) - innovations(vector({q.name: a}, p))) * (q.size / (b - a))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import reduce
 from operator import add
@@ -105,14 +105,8 @@ def natural_model(truth: Truth) -> Model:
     return "II" if truth.tau_s > 0.0 else "I"
 
 
-def study(
-    scenarios: Sequence[Scenario],
-    truth: Truth,
-    model: Model,
-    seed: int = 1,
-    advance: Callable[[str], None] = lambda note: None,
-) -> Study:
-    """Fly the plan once on the surge model and weigh it; `advance` is called after each run.
+def study(scenarios: Sequence[Scenario], truth: Truth, model: Model, seed: int = 1) -> Study:
+    """Fly the plan once on the surge model and weigh it.
 
     InputError where a run is none of surge, still water and a noisy sonar, or the truth lacks what the model has.
     """
@@ -127,10 +121,7 @@ def study(
     flown = tuple(fly(scenarios, truth, seed))
     top = max(f.top_rev_s for f in flown)
     wanted = quantities(flown[0].p, top, MODELS[model])
-    single = []
-    for f in flown:
-        single.append(information(wanted, sensitivity(f, wanted), f.minutes))
-        advance(f.run.name)
+    single = [information(wanted, sensitivity(f, wanted), f.minutes) for f in flown]
     total = reduce(add, single)
     found = tuple(verdicts(total, flown, MODELS[model]))
     return Study(model, seed, flown, wanted, tuple(single), total, found)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,6 @@ from ...estimate.paper import Model
 from ...experiment import Scenario, plan_run, simulate_surge
 from ...plant import LUMPED, Truth, null_vector, slot
 from ...plant import NAMES as SLOTS
-from ..processes import processes
 from .estimators import METHODS, Answer, answers
 from .flown import Array, noise_of
 
@@ -27,7 +27,7 @@ class Trials:
 
     Attributes:
         names: of the P parameters.
-        true, bound: their values and Cramer-Rao deviations, shape (P,).
+        true, bound: their values and Cramer-Rao deviations, shape (P,); NaN where no bound is known.
         found, claimed: by method, estimates and claimed deviations, shape (N, P); NaN where there was none.
     """
 
@@ -84,23 +84,20 @@ def trials(
     scenarios: Sequence[Scenario],
     truth: Truth,
     model: Model,
-    bound: Array,
+    bound: Array | float,
     seeds: int,
     seed: int = 1,
-    workers: int = 1,
+    over: Callable[..., Iterable[Any]] = map,
     advance: Callable[[str], None] = lambda note: None,
 ) -> Trials:
-    """Simulate and estimate on each seed, the same on any number of workers; `advance` is called after each seed."""
+    """Simulate and estimate on each seed; `over` may be the map of a pool; `advance` is called after each seed."""
     p, names = plan_run(scenarios[0], 0, seed, truth).p, MODELS[model]
     found: list[dict[str, Answer]] = []
-    with processes(workers) as over:
-        for answer in over(partial(one_seed, scenarios, truth, model, seed), range(seeds)):
-            found.append(answer)
-            advance(f"seed {len(found)}")
-    return Trials(
-        names,
-        np.array([p[slot(name)] for name in names]),
-        bound,
-        {method: np.array([answer[method].value for answer in found]) for method in METHODS},
-        {method: np.array([answer[method].sd for answer in found]) for method in METHODS},
+    for answer in over(partial(one_seed, scenarios, truth, model, seed), range(seeds)):
+        found.append(answer)
+        advance(f"seed {len(found)}")
+    values, deviations = (
+        {m: np.array([getattr(answer[m], name) for answer in found]) for m in METHODS} for name in ("value", "sd")
     )
+    true = np.array([p[slot(name)] for name in names])
+    return Trials(names, true, np.broadcast_to(bound, true.shape), values, deviations)

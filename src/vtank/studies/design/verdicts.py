@@ -70,25 +70,27 @@ def others(free: Sequence[str], own: Sequence[str]) -> list[str]:
     return [name for name in free if name not in own]
 
 
-def separation(info: Information, a: Effect, b: Effect, free: Sequence[str]) -> float:
-    """Deviations that b, with the model refitted, leaves of a at its typical size."""
+def separation(info: Information, a: Effect, b: Effect | None, free: Sequence[str]) -> float:
+    """Deviations that the model refitted, and b with it if there is one, leave of a at its typical size."""
     own = slots_of(a, info.quantities)
-    rival = [name for name in slots_of(b, info.quantities) if name not in free]
+    rival = [name for name in slots_of(b, info.quantities) if name not in free] if b else []
     return info.separation(own, [*others(free, own), *rival])
 
 
 def verdicts(info: Information, flown: Sequence[Flown], free: Sequence[str]) -> list[Verdict]:
     """For every effect of the catalogue, in its order."""
-    return [_lone_readings(effect, flown) if effect.outliers else _verdict(info, effect, free) for effect in CATALOGUE]
+    rivals = [effect for effect in CATALOGUE if _adds(info, effect, free)]
+    return [_lone_readings(e, flown) if e.outliers else _verdict(info, e, free, rivals) for e in CATALOGUE]
 
 
-def _verdict(info: Information, effect: Effect, free: Sequence[str]) -> Verdict:
+def _verdict(info: Information, effect: Effect, free: Sequence[str], seen: Sequence[Effect]) -> Verdict:
     own = slots_of(effect, info.quantities)
     refitted = others(free, own)
     signature, left = info.signature(own), info.separation(own, refitted)
     q = info.quantities[info.index(own)[0]]
     needed = _needed(q, left)
-    rivals = _rivals(info, effect, free)
+    apart = [(rival.name, separation(info, effect, rival, free)) for rival in seen if rival is not effect]
+    rivals = tuple(sorted(apart, key=lambda pair: pair[1]))
     if set(own) & set(free):
         standing = "in the model"
     elif left < SEEN:
@@ -108,18 +110,12 @@ def _needed(q: Quantity, left: float) -> float:
     return size if size <= max(np.abs(q.parameter.bounds)) else float("nan")
 
 
-def _rivals(info: Information, effect: Effect, free: Sequence[str]) -> tuple[tuple[str, float], ...]:
-    found = []
-    for rival in CATALOGUE:
-        slots = slots_of(rival, info.quantities)
-        if rival is not effect and slots and not set(slots) & set(free) and not _unseen(info, slots, free):
-            found.append((rival.name, separation(info, effect, rival, free)))
-    return tuple(sorted(found, key=lambda pair: pair[1]))
-
-
-def _unseen(info: Information, slots: Sequence[str], free: Sequence[str]) -> bool:
-    """Whether the model imitates an effect without a rest, so that it adds nothing to the model."""
-    return info.separation(slots, free) < NONE_LEFT * info.signature(slots)
+def _adds(info: Information, effect: Effect, free: Sequence[str]) -> bool:
+    """Whether an effect adds to the model, which neither holds it nor imitates it without a rest."""
+    slots = slots_of(effect, info.quantities)
+    if not slots or set(slots) & set(free):
+        return False
+    return info.separation(slots, free) >= NONE_LEFT * info.signature(slots)
 
 
 def _moved(info: Information, own: Sequence[str], refitted: Sequence[str]) -> Array:
@@ -149,7 +145,7 @@ class Pair:
     separation: float
 
 
-def pairs(info: Information, found: Sequence[Verdict], free: Sequence[str]) -> list[Pair]:
+def pairs(found: Sequence[Verdict]) -> list[Pair]:
     """Pairs of effects of which one imitates the other in part, the closest first, each the closer way round.
 
     Of effects that are one and the same to these runs, the last in the catalogue stands for all in pairs with others.
@@ -176,5 +172,5 @@ def doubles(found: Sequence[Verdict]) -> set[str]:
 
 def closest(info: Information, flown: Sequence[Flown], free: Sequence[str]) -> Pair | None:
     """The closest pair of effects that are two at all to these runs."""
-    found = pairs(info, verdicts(info, flown, free), free)
+    found = pairs(verdicts(info, flown, free))
     return next((pair for pair in found if pair.separation > ONE), None)

@@ -76,9 +76,8 @@ def _remedy(r: Remedy) -> str:
     rival = effect_name(r.pair.b.name)
     if r.before < SEEN:
         return f"{size(r.verdict)} is indistinguishable from {rival} ({r.before:.1f} deviations); {_help(r)}."
-    if r.before < CLEAR:
-        return f"{size(r.verdict)} and {rival} are barely separable ({r.before:.1f} deviations); {_help(r)}."
-    return f"{size(r.verdict)} and {rival} are separable ({r.before:.0f} deviations); {_help(r)}."
+    separable = "barely separable" if r.before < CLEAR else "separable"
+    return f"{size(r.verdict)} and {rival} are {separable} ({_deviations(r.before)} deviations); {_help(r)}."
 
 
 def _help(r: Remedy) -> str:
