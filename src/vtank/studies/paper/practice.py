@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...estimate.paper import Array, Model, cross_validation, identify_signals
+from ...experiment import Result
 from ...units import FOOT_M
 from .campaign import TRUTHS
 from .published import SETS
-from .records import Record, records, signals
+from .records import records, signals
 from .study import FAST
 
 COMBINATIONS: tuple[tuple[str, Model], ...] = (
@@ -62,7 +63,7 @@ def practise(
     return practice
 
 
-def _cross(runs: Sequence[Record], method: str, model: Model) -> tuple[Array, Array]:
+def _cross(runs: Sequence[Result], method: str, model: Model) -> tuple[Array, Array]:
     """Deviations [ft/s], shape (origin, data set), and a [1/m] by origin."""
     settings = FAST[method]
     seen = [signals(run, settings) for run in runs]
@@ -71,7 +72,7 @@ def _cross(runs: Sequence[Record], method: str, model: Model) -> tuple[Array, Ar
     return np.where(np.isfinite(deviation), deviation, np.inf), np.array([p.alpha_per_m for p in parameters])
 
 
-def _smallest(flown: Sequence[Sequence[Record]], method: str) -> float:
+def _smallest(flown: Sequence[Sequence[Result]], method: str) -> float:
     """Share of runs in which C4 = T^2 b/tau has the smallest final variance, in the units in which Q counts."""
     settings, hits = FAST[method], []
     for runs in flown:
