@@ -11,7 +11,7 @@ from recorded import DRIVES, NOISE_M, NOMINAL, record, recordings, select, sine
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.estimate.observed import Observed
 from vtank.plant.parameters import slot
-from vtank.present.sections import UNNAMED
+from vtank.present.words import WORDS
 
 BETA = NOMINAL[slot("beta")]
 SEEN = 5.0  # log evidence
@@ -28,7 +28,7 @@ def test_nothing_is_noticed_where_nothing_is_missing() -> None:
 
 
 def test_every_family_has_a_caption() -> None:
-    assert set(gains(recordings()[:1])) == set(UNNAMED)
+    assert set(gains(recordings()[:1])) == set(WORDS["unnamed"])
 
 
 def test_a_thrust_gain_that_wanders_is_noticed_as_one() -> None:

@@ -15,12 +15,12 @@ import pytest
 from vtank.cli import demo as demo_command
 from vtank.cli import main
 from vtank.errors import InputError
-from vtank.experiment import simulate_surge
+from vtank.experiment import plan_all, simulate_surge
 from vtank.present.document import literal, markdown
 from vtank.record import read_dataset, read_truth
 from vtank.record.folder import results_folder
 from vtank.studies.paper import run as reproduction
-from vtank.studies.paper.campaign import campaign_plans, identify_campaign, pieces
+from vtank.studies.paper.campaign import PIECES, SCENARIOS, identify_campaign
 from vtank.studies.paper.overview import overview
 from vtank.studies.paper.published import SETS, published
 from vtank.studies.paper.run import REPRODUCTION
@@ -33,8 +33,8 @@ LITTLE = reproduction.Effort(1, 1, 1, (1.0, 30.0))
 @pytest.fixture(scope="module")
 def campaign():
     notes: list[str] = []
-    found = identify_campaign(simulate_surge(campaign_plans("paper-ii", 1996)), notes.append)
-    assert len(notes) == pieces()
+    found = identify_campaign(simulate_surge(plan_all(SCENARIOS, seed=1996, truth="paper-ii")), notes.append)
+    assert len(notes) == PIECES
     return found
 
 

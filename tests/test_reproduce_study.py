@@ -15,7 +15,7 @@ from vtank.studies.paper.calibration import Calibration, calibrate
 from vtank.studies.paper.evidence import positive_within, pure_noise, reproduced, within
 from vtank.studies.paper.practice import practise
 from vtank.studies.paper.published import SETS, brutzman_a_per_ft
-from vtank.studies.paper.records import records, signals, with_amplitude, with_duration, with_noise
+from vtank.studies.paper.records import records, signals
 from vtank.studies.paper.study import EXPERIMENTS, FAST, QUANTITIES, Level, levels, quantiles, study, study_csv
 
 LSE = FAST["least_squares"]
@@ -23,13 +23,16 @@ LSE = FAST["least_squares"]
 
 @pytest.fixture(scope="module")
 def flown():
-    return records("physical", 2, 7, with_duration(60.0))
+    return records("physical", 2, 7, ["duration_s=60"])
 
 
 def test_recorded_signals_are_those_of_the_papers_method(flown):
     for settings in (LSE, replace(LSE, filter_propeller=False), replace(LSE, regression_step_s=0.2)):
         r = flown[0][0]
-        ours, method = signals(r, settings), range_signals(r.range_m, r.n_rev_s, r.period_s, settings)
+        ours, method = (
+            signals(r, settings),
+            range_signals(*(r.run.columns[name] for name in ("range_m", "n_rev_s")), 0.1, settings),
+        )
         np.testing.assert_array_equal(ours.u_m_s, method.u_m_s)
         np.testing.assert_array_equal(ours.n_rev_s, method.n_rev_s)
 
@@ -45,7 +48,7 @@ def test_measured_speed_is_truth_and_distortion_and_noise(flown):
 
 
 def test_cases_without_noise_leave_out_its_every_trace(flown):
-    quiet = records("physical", 2, 7, lambda s: with_noise(0.0)(with_duration(60.0)(s)))
+    quiet = records("physical", 2, 7, [*EXPERIMENTS["no noise"], "duration_s=60"])
     r = quiet[1][2]
     np.testing.assert_array_equal(signals(r, LSE).u_m_s, signals(r, LSE, "filter u").u_m_s)
     np.testing.assert_array_equal(signals(r, LSE).n_rev_s, signals(r, LSE, "filter u,n").n_rev_s)
@@ -60,7 +63,7 @@ def test_noise_alone_makes_drag_and_lag_as_derived():
     for _ in range(40):
         u = 0.3048 * deviation * rng.standard_normal(4000)
         n = 10.0 * np.sin(0.3 * np.arange(u.size))
-        a, _, _, tau = to_feet(recover(least_squares(regression(u, n, step, "II")).c, step, "II"))
+        a, _, _, tau = to_feet(recover(least_squares(regression(u, n, step, "II")).final, step, "II"))
         found.append((a, tau))
     error = np.std(found, axis=0) / np.sqrt(len(found))
     np.testing.assert_array_less(np.abs(np.mean(found, axis=0) - pure_noise(deviation, step)), 4.0 * error)
@@ -99,11 +102,9 @@ def test_every_level_has_an_experiment_and_the_base_is_computed_once():
 
 
 def test_experiments_change_what_they_say():
-    half, whole = (
-        records("paper-ii", 1, 5, lambda s, f=f: with_amplitude(f)(with_duration(40.0)(s))) for f in (0.5, 1.0)
-    )
+    half, whole = (records("paper-ii", 1, 5, ["duration_s=40"], factor) for factor in (0.5, 1.0))
     for small, large in zip(half[0], whole[0], strict=True):
-        assert np.ptp(small.true_range_m) == pytest.approx(0.5 * np.ptp(large.true_range_m), rel=0.25)
+        assert np.ptp(small.true["range_m"]) == pytest.approx(0.5 * np.ptp(large.true["range_m"]), rel=0.25)
 
 
 def test_quantiles_count_a_diverged_value_as_beyond_all_others():

@@ -5,11 +5,25 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vtank.estimate.paper.sonar_filter import frequency_response, sonar_filter, sonar_filter_compiled
+from vtank.estimate.paper.sonar_filter import sonar_filter, sonar_filter_compiled
 from vtank.experiment.sonar_filter import filter_step, steady_state, transition, white_jerk
 
 PERIOD_S = 0.1
 R_FT2 = 0.01  # the paper's measurement variance
+
+
+def frequency_response(rad_s: np.ndarray, period_s: float, q: float, r: float) -> np.ndarray:
+    """What the steady filter makes of a sinusoid, shape (W, 3), complex.
+
+    Each channel (position, velocity, acceleration) is divided by the true position, velocity, acceleration of the
+    sinusoid at rad_s, shape (W,) [rad/s]: 1 is a perfect estimate, the modulus a gain, the argument a phase [rad].
+    """
+    gain = steady_state(period_s, q, r)[0]
+    closed_loop = (np.eye(3) - np.outer(gain, [1.0, 0.0, 0.0])) @ transition(period_s)
+    s = 1j * np.asarray(rad_s, dtype=float)[:, None]
+    delay = np.exp(-s * period_s)[:, :, None]
+    channels = np.linalg.solve(np.eye(3) - closed_loop * delay, gain[:, None] * np.ones_like(delay))[:, :, 0]
+    return channels / s ** np.arange(3)
 
 
 # gains, and velocity gain and phase [deg] at 0.2, 0.5, 0.7 rad/s: an independent calculation, printed digits

@@ -19,24 +19,14 @@ import sys
 import warnings
 from collections.abc import Sequence
 from types import ModuleType
-from typing import NoReturn, TextIO
+from typing import NoReturn
 
 from vtank import __version__
 from vtank.errors import InputError
 
 COMMANDS = (  # in the order of `vtank --help`
-    "demo",
-    "run",
-    "campaign",
-    "identify",
-    "reproduce",
-    "check-data",
-    "diagnose",
-    "predict",
-    "effects",
-    "bandwidth",
-    "identifiability",
-    "blind",
+    *("demo", "run", "campaign", "identify", "reproduce", "check-data"),
+    *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),
 )
 
 
@@ -93,8 +83,8 @@ def _show_warning(
     category: type[Warning],
     filename: str,
     lineno: int,
-    file: TextIO | None = None,
-    line: str | None = None,
+    file: object = None,
+    line: object = None,
 ) -> None:
     where = "" if issubclass(category, UserWarning) else f"{filename}:{lineno}: {category.__name__}: "
     print(f"vtank: warning: {where}{message}", file=sys.stderr)

@@ -5,6 +5,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from ..errors import InputError
+from .checks import at_least, refuse_unwritable
+
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Declare `blind make`, `blind answer` and `blind score`."""
@@ -59,14 +62,12 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make(args: argparse.Namespace) -> int:
-    from ..errors import InputError
     from ..studies.blind.case import KINDS
     from ..studies.blind.make import Order, make
     from .progress import percent, progress
 
-    for name, value, least in (("trials", args.trials, 1), ("seed", args.seed, 0), ("threads", args.threads, 1)):
-        if value < least:
-            raise InputError(f"--{name} {value}: expected at least {least}")
+    at_least(1, trials=args.trials, threads=args.threads)
+    at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
     kinds = KINDS if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
@@ -78,12 +79,12 @@ def _make(args: argparse.Namespace) -> int:
 
 def _answer(args: argparse.Namespace) -> int:
     from ..studies.blind.answer import answer
-    from .checks import refuse_unwritable
     from .progress import progress
 
+    at_least(1, processes=args.processes)
     out = args.out or args.folder / "answers.json"
     refuse_unwritable(out)
-    total = answer(args.folder, out, args.seed, _at_least_one(args.processes), progress)
+    total = answer(args.folder, out, args.seed, args.processes, progress)
     print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
     return 0
 
@@ -95,10 +96,11 @@ def _score(args: argparse.Namespace) -> int:
     from ..studies.blind.tables import tables
     from .progress import progress
 
+    at_least(1, processes=args.processes)
     answers = args.answers or args.folder / "answers.json"
     out = args.out or _beside(args.folder, "-score")
     refuse_loss(out, RESULTS)
-    scored = score(args.folder, args.truth, answers, _at_least_one(args.processes), progress)
+    scored = score(args.folder, args.truth, answers, args.processes, progress)
     write_score(out, scored)
     print(plain(tables(scored["measures"])[0]))
     print(f"wrote {out}")
@@ -107,17 +109,7 @@ def _score(args: argparse.Namespace) -> int:
 
 def _beside(folder: Path, ending: str) -> Path:
     """The folder next to this one whose name has the ending."""
-    from ..errors import InputError
-
     place = folder if folder.name not in ("", "..") else folder.resolve()
     if not place.name:
         raise InputError(f"{folder}: the root of the file system has no folder beside it; choose another")
     return place.with_name(place.name + ending)
-
-
-def _at_least_one(processes: int) -> int:
-    from ..errors import InputError
-
-    if processes < 1:
-        raise InputError(f"--processes {processes}: expected at least 1")
-    return processes

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .checks import at_least
+from .reproduce import DEFAULT_SEED, TRUTHS
+
 if TYPE_CHECKING:
     from ..experiment import Result
     from ..present.blocks import Block
-
-TRUTHS = ("paper-ii", "paper-iii", "physical")
-DEFAULT_SEED = 1996
 
 
 @dataclass
@@ -39,13 +38,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Take the steps, then say what was made, what it says and where to look."""
-    from ..errors import InputError
     from ..present.blocks import Heading, Links
     from ..present.document import html, markdown, plain
     from ..record.folder import Kind, results_folder
 
-    if args.seed < 0:
-        raise InputError(f"--seed {args.seed}: expected a whole number of at least 0")
+    at_least(0, seed=args.seed)
     start, kind = time.monotonic(), Kind("what vtank demo makes", "demo.json", "vtank.demo/1")
     with results_folder(args.out, kind, {"seed": args.seed}) as folder:
         demo = Demo(folder, args.seed)
@@ -77,14 +74,10 @@ def fly_experiments(demo: Demo) -> None:
 def picture_tank(demo: Demo) -> None:
     """A picture of vehicle and tank."""
     from ..present.blocks import Picture
-    from ..record.atomic import write_bytes
     from ..tank.render import picture
     from ..tank.world import load_model
 
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "tank.png"
-        how = picture(file, load_model())
-        write_bytes(demo.out / "tank.png", file.read_bytes())
+    how = picture(demo.out / "tank.png", load_model())
     demo.page.append(Picture("tank.png", "The Phoenix in the virtual tank, ten feet from the wall ahead."))
     demo.links.append(("tank.png", f"the Phoenix in the tank, {how}"))
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..studies.paper.evidence import Results
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
 DEFAULT_SEED = 1996
@@ -34,6 +31,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
     from ..record import current_versions, results_folder
+    from ..studies.paper.findings import summary
     from ..studies.paper.run import FULL, QUICK, REPRODUCTION, fly, reproduce, write_flights
     from .checks import at_least
     from .progress import percent, progress
@@ -46,15 +44,6 @@ def run(args: argparse.Namespace) -> int:
             flights = fly(truths, args.seed, report)
         write_flights(folder / "data", flights)
         results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)
-    print("\n".join(answer(results)))
+    print(textwrap.fill(summary(results), 110))
     print(f"wrote {args.out}: start at {args.out / 'index.html'}")
     return 0
-
-
-def answer(results: Results) -> list[str]:
-    """The central finding in lines for a terminal."""
-    import textwrap
-
-    from ..studies.paper.findings import summary
-
-    return textwrap.wrap(summary(results), 110)

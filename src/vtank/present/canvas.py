@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Callable, Iterable, Sequence
 from functools import wraps
+from pathlib import Path
 from typing import Any
 
 # Okabe and Ito's colours, told apart by the colour-blind (jfly.uni-koeln.de/color)
@@ -16,27 +17,7 @@ TRUTH: dict[str, Any] = {"color": INK, "lw": 1.3, "ls": (0, (5, 2)), "label": "t
 PUBLISHED: dict[str, Any] = {"color": VERMILION, "lw": 1.2, "ls": (0, (1, 1.5)), "label": "published"}
 TRUTH_COLOURS = {"physical": GREEN, "paper-ii": BLUE, "paper-iii": PURPLE}
 
-STYLE = {
-    "font.family": "DejaVu Sans",
-    "font.size": 9.0,
-    "axes.titlesize": 9.5,
-    "axes.titlelocation": "left",
-    "axes.labelcolor": INK,
-    "axes.edgecolor": GREY,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e6eaec",
-    "grid.linewidth": 0.7,
-    "axes.axisbelow": True,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "lines.linewidth": 1.2,
-    "figure.titlesize": 11.0,
-    "figure.titleweight": "bold",
-}
+STYLE = Path(__file__).with_name("canvas.mplstyle")
 DPI = 120
 
 
@@ -45,9 +26,9 @@ def drawn(draw: Callable[..., Any]) -> Callable[..., bytes]:
 
     @wraps(draw)
     def png(*args: Any, **keywords: Any) -> bytes:
-        from matplotlib import rc_context
+        from matplotlib import style
 
-        with rc_context(STYLE):
+        with style.context(STYLE):
             file = io.BytesIO()
             draw(*args, **keywords).savefig(file, format="png", dpi=DPI, metadata={"Software": None})
         return file.getvalue()

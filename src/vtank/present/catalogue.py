@@ -60,26 +60,10 @@ def parameter_text(parameter: Parameter) -> str:
 
 def as_data(effect: Effect) -> dict[str, Any]:
     """An effect as plain data; in JSON an infinite bound, or a null value that is never reached, is null."""
-    parameters = [
-        {
-            "name": q.name,
-            "key": q.key,
-            "unit": q.unit,
-            "meaning": q.meaning,
-            "null": q.null,
-            "bounds": list(q.bounds),
-            "per_run": q.per_run,
-            "shape": q.shape,
-        }
-        for q in effect.parameters
-    ]
-    return {
-        "name": effect.name,
-        "channel": effect.channel,
-        "sentence": effect.sentence,
-        "law": effect.law,
-        "parameters": parameters,
-        "source": effect.source,
-        "confused_with": list(effect.confused_with),
-        "standing": effect.standing,
-    }
+    parameters = [_fields(q, "name key unit meaning null bounds per_run shape") for q in effect.parameters]
+    told = _fields(effect, "name channel sentence law parameters source confused_with standing")
+    return told | {"parameters": parameters}
+
+
+def _fields(of: Effect | Parameter, names: str) -> dict[str, Any]:
+    return {name: getattr(of, name) for name in names.split()}

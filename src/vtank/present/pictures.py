@@ -16,7 +16,7 @@ LEFT = 170.0  # [px] for the runs' names
 ROW = 34.0  # [px] of a run
 SIMULATORS = ("nominal", "refit", "diagnosed")
 BARS = Scale(3.0, 0.0, 122.0, 14.0)  # three rows of a picture of bars
-CALLED = {"nominal": "as it is", "refit": "refitted", "diagnosed": "diagnosed"}
+CALLED = words.WORDS["called"]
 
 
 def in_thousandths(sizes: Sequence[float], unit: str) -> tuple[float, str]:

@@ -20,14 +20,6 @@ MOST_SPECTRA = 4  # runs whose spectrum is shown
 SMOOTH_S = 2.0  # [s] over which the strong lines are averaged, so that they stand out of the noise
 STRIP = 96.0  # [px] height of a run over time
 PITCH = 140.0  # [px] from one run to the next
-LABELS = {
-    "surge_m_s": "speed ahead [m/s]",
-    "n_rev_s": "propeller speed [rev/s]",
-    "command": "command [-]",
-    "thrust_N": "thrust [N]",
-    "distance_m": "distance to the wall [m]",
-    "position_m": "position ahead [m]",
-}
 
 
 def shown(gaps: Sequence[RunGap], most: int) -> list[int]:
@@ -130,14 +122,14 @@ def force_picture(profiles: Sequence[Profile]) -> str:
         panel = Panel(Scale(float(p.edges[0]), float(p.edges[-1]), left, left + wide), y)
         force_panel(panel, p, factor, unit, f"missing acceleration [{unit}]" if k == 0 else "")
         panels.append(panel)
-        said.append(f"{LABELS[p.name]}: {int(p.significant.sum())} of {p.force.size} bins")
+        said.append(f"{words.WORDS['quantity'][p.name][2]}: {int(p.significant.sum())} of {p.force.size} bins")
     alt = f"Acceleration that the refit lacks. Bins whose band excludes zero: {'; '.join(said)}."
     return picture("force", WIDTH, 310.0, panels, alt)
 
 
 def force_panel(panel: Panel, p: Profile, factor: float, unit: str, label: str) -> None:
     """One variable: a band and a line for every bin."""
-    panel.frame(LABELS[p.name], label, x_ticks=4, y_ticks=5)
+    panel.frame(words.WORDS["quantity"][p.name][2], label, x_ticks=4, y_ticks=5)
     for b in range(p.force.size):
         low, high = p.edges[b], p.edges[b + 1]
         f, h, rest = factor * p.force[b], factor * p.half_width[b], factor * p.left[b]

@@ -7,17 +7,9 @@ from collections.abc import Iterator
 from ..diagnose.localise.where import WhereData
 from . import pictures, pictures_where, words
 from .blocks import Bars, Block, Drawing, Heading, Paragraph, Table, Terms
-from .words import Document
+from .words import WORDS, Document
 
 MOST_BARS = 8  # hypotheses listed by name; the rest are summed up
-UNNAMED = {
-    "smooth force": "an unknown force",
-    "force lines": "an unknown force with a rhythm of its own",
-    "wandering thrust": "an unknown thrust that comes and goes",
-    "smooth error": "an unknown error of the sensor",
-    "lone ranges": "single ranges that are wrong",
-    "lone speeds": "single readings of the propeller that are wrong",
-}  # families of discrepancies in words
 
 
 def sections(document: Document, data: WhereData) -> Iterator[Block]:
@@ -56,8 +48,7 @@ def which_in_short(document: Document) -> tuple[str, str]:
     pair = v["kind"] == "effects"
     chosen = v["effects"] if pair else v["class"] or v["effects"]
     found = words.listed([words.effect_name(name) for name in chosen], "and" if pair else "or")
-    plain = {"none": "Nothing", "parameters": "Parameters", "unknown": "Unmodelled cause"}
-    name = plain.get(v["kind"], found or "Undecided")
+    name = WORDS["short"].get(v["kind"], found or "Undecided")
     return name[:1].upper() + name[1:], f"probability {words.percent(v['probability'])}"
 
 
@@ -70,28 +61,22 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]
     change = f"{words.length(sizes[0], unit)} to {words.length(sizes[1], unit)}"
-    return change, f"error, simulator {pictures.CALLED[before]} to {pictures.CALLED[after]}, on these runs"
+    return change, f"error, simulator {WORDS['called'][before]} to {WORDS['called'][after]}, on these runs"
+
+
+def drawing(name: str, svg: str, **values: object) -> Drawing:
+    """A picture with the caption and the legend of that name in words.toml, the values in their places."""
+    legend = tuple((style.format(**values), text.format(**values)) for style, text in WORDS[name].get("legend", ()))
+    return Drawing(svg, " ".join(WORDS[name]["caption"].format(**values).split()), legend)
 
 
 def how_far(document: Document, data: WhereData) -> Iterator[Block]:
     """Gap before and after: on these runs, and on runs left out."""
-    legend = (
-        ("dot nominal", "simulator as it is"),
-        ("dot refit", "its parameters refitted"),
-        ("dot diagnosed", "with the diagnosis"),
-        ("area floor", "noise floor"),
-    )
-    caption = (
-        "Each row is a run, simulated from the start that suits it best. The further left a dot, the closer the "
-        "simulator follows the recording; "
-        "inside the grey bar it misses no more than noise and turbulence make."
-    )
     yield Heading("How far the gap shrinks")
-    yield Drawing(pictures.gap_picture(data.gaps), caption, legend)
+    yield drawing("gap", pictures.gap_picture(data.gaps))
     yield Paragraph(words.shrinkage(document))
     if document.get("shrink"):
-        caption = "Each is predicted by simulators that were chosen and fitted without it."
-        yield Drawing(pictures.shrink_picture(document), caption)
+        yield drawing("shrink", pictures.shrink_picture(document))
 
 
 def where(document: Document, data: WhereData) -> Iterator[Block]:
@@ -106,23 +91,15 @@ def where(document: Document, data: WhereData) -> Iterator[Block]:
 def over_time(document: Document, data: WhereData) -> Iterator[Block]:
     """Residuals with the windows that matter."""
     pair = pictures_where.pair_of(document["verdict"]["kind"])
-    before, after = (pictures.CALLED[name] for name in pair)
+    before, after = (WORDS["called"][name] for name in pair)
     better = f"the simulator {after} predicts better than {before}"
-    if found := UNNAMED.get(data.windows[0].after):
+    if found := WORDS["unnamed"].get(data.windows[0].after):
         better = f"{found}, put on top of the best known explanation, predicts better than that alone"
-    caption = (
-        f"Measured less simulated: every sample (pale) and its mean over 2 s. Marked are the windows in which {better} "
-        f"beyond chance (1 % in all windows together).{hidden(data, pictures_where.MOST_RUNS)}"
-    )
-    legend = (
-        (pair[0], f"simulator {before}"),
-        (pair[1], f"simulator {after}"),
-        ("area floor", "noise, two deviations"),
-        ("area mark", "significant"),
-    )
+    left = hidden(data, pictures_where.MOST_RUNS)
+    svg = pictures_where.time_picture(data.gaps, data.windows, pair)
     yield Heading("Over time", 3)
     yield Paragraph(words.time(document))
-    yield Drawing(pictures_where.time_picture(data.gaps, data.windows, pair), caption, legend)
+    yield drawing("time", svg, pair=pair, before=before, after=after, better=better, hidden=left)
 
 
 def hidden(data: WhereData, most: int) -> str:
@@ -134,32 +111,17 @@ def hidden(data: WhereData, most: int) -> str:
 
 def over_frequency(document: Document, data: WhereData) -> Iterator[Block]:
     """Spectra and coherences."""
-    caption = (
-        "Above: spectrum of what the refitted simulator cannot predict; 1 is pure noise. A peak above the dashed line "
-        "comes up by chance in 1 % of data sets; its frequency stands beside it, with the multiple of the drive "
-        "frequency (dotted). Below: coherence with the thrust asked for; above the dashed line the two are "
-        "linked, because the thrust makes the error or because a controller answers to it."
-        f"{hidden(data, pictures_where.MOST_SPECTRA)}"
-    )
+    svg = pictures_where.spectrum_picture(data.gaps, data.spectra)
     yield Heading("Over frequency", 3)
     yield Paragraph(words.frequency(document))
-    yield Drawing(pictures_where.spectrum_picture(data.gaps, data.spectra), caption)
+    yield drawing("frequency", svg, hidden=hidden(data, pictures_where.MOST_SPECTRA))
 
 
 def over_motion(document: Document, data: WhereData) -> Iterator[Block]:
     """Missing force over speed, input and place."""
-    caption = (
-        "Acceleration that would have to be added to the simulator, as a sum over speed, input and place. All bands "
-        "hold together with a probability of 95 %: where one is filled it excludes zero, and a force is missing there."
-    )
-    legend = (
-        ("refit", "missing after refitting"),
-        ("area found", "band excludes zero"),
-        ("diagnosed", "missing after the diagnosis"),
-    )
     yield Heading("Over speed, input and place", 3)
     yield Paragraph(words.region(document))
-    yield Drawing(pictures_where.force_picture(data.profiles), caption, legend)
+    yield drawing("motion", pictures_where.force_picture(data.profiles))
 
 
 def which(document: Document) -> Iterator[Block]:
@@ -179,21 +141,13 @@ def which(document: Document) -> Iterator[Block]:
 
 def estimates(document: Document) -> Iterator[Block]:
     """Sizes of the named effects, and the simulator's own parameters before and after."""
-    rows = []
-    for name, found in document["estimates"].items():
-        for key, e in found.items():
-            span = " to ".join(map(words.number, e["interval95"] or ())) or "\N{EM DASH}"
-            value, unit = words.number(e["value"], 4), words.unit_text(document, e["unit"])
-            rows.append((words.effect_name(name), words.meaning(name, key), value, span, unit))
-    own = []
-    for name, p in document["parameters"].items():
-        values = (words.number(p[key], 4) for key in ("nominal", "refit", "diagnosed"))
-        own.append((words.OWN.get(name, name), *values, words.unit_text(document, p["unit"])))
+    rows = tuple((*names, span or "\N{EM DASH}", unit) for *names, span, unit in words.estimates(document))
     yield Heading("Estimates")
     if rows:
-        yield Table(("effect", "quantity", "value", "95 % interval", "unit"), tuple(rows), left=2)
+        yield Table(("effect", "quantity", "value", "95 % interval", "unit"), rows, left=2)
     yield Heading("The simulator's own parameters", 3)
-    yield Table(("parameter", "as it is", "refitted", "with the diagnosis", "unit"), tuple(own))
+    header = ("parameter", "as it is", "refitted", "with the diagnosis", "unit")
+    yield Table(header, tuple(words.own_parameters(document)))
 
 
 def what_next(document: Document) -> Iterator[Block]:

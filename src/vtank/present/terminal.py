@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from . import words
 from .blocks import Bars, Heading, Paragraph, Table, Terms
 from .document import plain
@@ -36,30 +38,17 @@ def leading(document: Document) -> Bars:
     return Bars(tuple((words.hypothesis(name), p, False) for name, p in ranked[:LISTED] if p >= 0.001))
 
 
-def sizes(document: Document) -> list[str]:
+def sizes(document: Document) -> Iterator[str]:
     """Estimates of the named effects, one sentence each."""
-    lines = []
-    for name, found in document["estimates"].items():
-        for key, e in found.items():
-            text = f"{words.effect_name(name)}, {words.meaning(name, key)}: {words.number(e['value'], 4)}"
-            text = f"{text} {words.unit_text(document, e['unit'])}".rstrip()
-            if e["interval95"]:
-                low, high = e["interval95"]
-                text += f" (95 %: {words.number(low)} to {words.number(high)})"
-            lines.append(text)
-    return lines
+    for effect, meaning, value, span, unit in words.estimates(document):
+        yield f"{effect}, {meaning}: {value} {unit}".rstrip() + (f" (95 %: {span})" if span else "")
 
 
-def own(document: Document) -> list[str]:
+def own(document: Document) -> Iterator[str]:
     """The simulator's own parameters before and after, one sentence each; none where it is right as it is."""
-    if document["verdict"]["kind"] == "none":
-        return []
-    lines = []
-    for name, p in document.get("parameters", {}).items():
-        unit = words.unit_text(document, p["unit"])
-        text = f"{words.OWN.get(name, name)}: {words.number(p['diagnosed'], 4)} {unit}".rstrip()
-        lines.append(f"{text} (as it is {words.number(p['nominal'], 4)})")
-    return lines
+    if document["verdict"]["kind"] != "none":
+        for name, nominal, _, diagnosed, unit in words.own_parameters(document):
+            yield f"{name}: {diagnosed} {unit}".rstrip() + f" (as it is {nominal})"
 
 
 def gap_table(document: Document) -> Table:

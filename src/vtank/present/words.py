@@ -2,36 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 from ..effects.catalogue import BY_NAME, PARAMETERS
-from ..plant.parameters import LAG, LOSS
 from .numbers import percent
 
 Document = dict[str, Any]
 
-ACTS = {
-    "hydrodynamics": "as a force of the water on the hull",
-    "actuator": "through the thrust",
-    "sensor": "in the sensors",
-}
-QUANTITY = {
-    "surge_m_s": ("speed", "m/s"),
-    "n_rev_s": ("propeller speed", "rev/s"),
-    "command": ("command", ""),
-    "thrust_N": ("thrust", "N"),
-    "distance_m": ("distance to the wall", "m"),
-    "position_m": ("position", "m"),
-}
-OWN = {"alpha": "quadratic drag", "beta": "thrust gain"} | {
-    slot: slot.split(".")[0].replace("_", " ") for slot in (LOSS, LAG)
-}  # the simulator's own parameters in words
-PERHAPS = {
-    "none": "there is no gap",
-    "parameters": "only the simulator's parameters are off",
-    "unknown": "an unmodelled cause, which no known effect explains",
-}
+WORDS = tomllib.loads(Path(__file__).with_name("words.toml").read_text(encoding="utf-8"))
 SLOW = 0.5  # share of the drive frequency up to which a line is told as a drift
 MINOR = 0.2  # share of the evidence below which a variable explains little, or little beside the leading one
 COUNTS = {2: "two", 3: "three", 4: "four", 5: "five"}
@@ -49,13 +30,7 @@ def effect_name(name: str) -> str:
 
 def hypothesis(name: str) -> str:
     """A hypothesis in words."""
-    known = {"none": "no gap", "parameters": "only the parameters", "unknown": "an unmodelled cause"}
-    return known.get(name) or effect_name(name)
-
-
-def meaning(effect: str, parameter: str) -> str:
-    """What a parameter of an effect is."""
-    return PARAMETERS[f"{effect}.{parameter}"].meaning
+    return WORDS["hypothesis"].get(name) or effect_name(name)
 
 
 def unit_text(document: Document, unit: str) -> str:
@@ -106,7 +81,7 @@ def headline(document: Document) -> str:
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "undecided" if not effects:
-            return f"Undecided: perhaps {PERHAPS[likeliest(document)]}, but these recordings do not settle it."
+            return f"Undecided: perhaps {WORDS['perhaps'][likeliest(document)]}, but these recordings do not settle it."
         case "undecided":
             return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
     return "Something is missing from the simulator, and no known effect explains it."
@@ -115,7 +90,23 @@ def headline(document: Document) -> str:
 def likeliest(document: Document) -> str:
     """The most probable answer that names no effect."""
     chances = document["probabilities"]
-    return max(PERHAPS, key=lambda name: float(chances.get(name, 0.0)))
+    return max(WORDS["perhaps"], key=lambda name: float(chances.get(name, 0.0)))
+
+
+def estimates(document: Document) -> Iterator[tuple[str, str, str, str, str]]:
+    """Sizes of the named effects: effect, quantity, value, 95 % interval (empty where there is none) and unit."""
+    for name, found in document["estimates"].items():
+        for key, e in found.items():
+            span = " to ".join(map(number, e["interval95"] or ()))
+            meaning = PARAMETERS[f"{name}.{key}"].meaning
+            yield effect_name(name), meaning, number(e["value"], 4), span, unit_text(document, e["unit"])
+
+
+def own_parameters(document: Document) -> Iterator[tuple[str, str, str, str, str]]:
+    """The simulator's own parameters: name, as it is, refitted, diagnosed and unit."""
+    for name, p in document.get("parameters", {}).items():
+        nominal, refit, diagnosed = (number(p[key], 4) for key in ("nominal", "refit", "diagnosed"))
+        yield WORDS["own"].get(name, name), nominal, refit, diagnosed, unit_text(document, p["unit"])
 
 
 def explanation(document: Document) -> list[str]:
@@ -153,9 +144,9 @@ def channel(document: Document) -> str:
         return f"No channel is at fault (probability {percent(chances['none'])})."
     acting = {effect: BY_NAME[effect].channel for effect in document["verdict"]["effects"]}
     if document["verdict"]["kind"] == "effects" and len(set(acting.values())) > 1:
-        told = [f"{effect_name(effect)} acts {ACTS[where]} ({where})" for effect, where in acting.items()]
+        told = [f"{effect_name(effect)} acts {WORDS['acts'][where]} ({where})" for effect, where in acting.items()]
         return f"{listed(told).capitalize()}."
-    return f"It acts {ACTS[name]} ({name}, probability {percent(chances[name])})."
+    return f"It acts {WORDS['acts'][name]} ({name}, probability {percent(chances[name])})."
 
 
 def runs(document: Document) -> str:
@@ -216,7 +207,7 @@ def region(document: Document) -> str:
     for name, found in sorted(over.items(), key=lambda item: -item[1]["log_likelihood_gain"]):
         if found["log_likelihood_gain"] > MINOR * most:
             b = max(found["bins"], key=lambda b: abs(b["acceleration"]))
-            what, unit = QUANTITY[name]
+            what, unit, _ = WORDS["quantity"][name]
             span = f"{number(b['from'])} to {number(b['to'])} {unit}".rstrip()
             parts.append(f"the {what} ({length(b['acceleration'], 'm/s2')} at {span})")
     return f"The force that the refit lacks goes with {listed(parts)}."

@@ -26,9 +26,9 @@ from ..residuals import (
 )
 from .kalman import Evolution, kalman, kalman_compiled, scales
 from .least_squares import least_squares
-from .regression import Array, Model, Regression, lump_all, recover, redundancy, regression, unstable
+from .regression import Array, Model, Regression, lump_all, recover, regression, unstable
 from .settings import PaperSettings
-from .signals import Signals, range_signals, run_signals
+from .signals import Signals, run_signals
 from .two_stage import second_stage
 
 if TYPE_CHECKING:
@@ -80,11 +80,6 @@ class PaperEstimate:
         """alpha [1/m], beta [m/rev2], gamma [1/rev], tau [s] after each step, shape (rows, 4)."""
         return lump_all(self.evolution.c, self.signals.step_s, self.model)
 
-    @property
-    def redundancy(self) -> dict[str, tuple[float, float]]:
-        """(estimated, implied by the others) for C3 and C6."""
-        return redundancy(self.evolution.final, self.model)
-
 
 def identify_signals(signals: Signals, model: Model, settings: PaperSettings) -> PaperEstimate:
     """Estimate one model, run it free on the same record and describe the residuals."""
@@ -108,17 +103,8 @@ def identify_signals(signals: Signals, model: Model, settings: PaperSettings) ->
     )
 
 
-def identify_paper(
-    range_m: Array, n_rev_s: Array, period_s: float, model: Model, settings: PaperSettings | None = None
-) -> PaperEstimate:
-    """The paper's method on a sonar range and a tachometer record, both shape (T,), at one period [s]."""
-    settings = settings or PaperSettings()
-    return identify_signals(range_signals(range_m, n_rev_s, period_s, settings), model, settings)
-
-
-def identify_run(run: Run, model: Model, settings: PaperSettings | None = None) -> PaperEstimate:
+def identify_run(run: Run, model: Model, settings: PaperSettings) -> PaperEstimate:
     """The paper's method on a run. InputError if it is too short or lacks a channel."""
-    settings = settings or PaperSettings()
     if run.input == "thrust_N" and model == "III":
         raise InputError(f"run {run.name}: model III needs a propeller speed for its thrust loss, the run has thrust_N")
     return identify_signals(run_signals(run, settings), model, settings)
@@ -138,8 +124,7 @@ def cross_validation(parameters: Sequence[Lumped], records: Sequence[Signals]) -
 def estimate(rows: Regression, settings: PaperSettings) -> Evolution:
     """Coefficients C of a regression by the estimator that the settings name."""
     if settings.estimator == "least_squares":
-        fit = least_squares(rows)
-        return Evolution(fit.c[None], fit.covariance.diagonal()[None], fit.covariance)
+        return least_squares(rows)
     run_estimator = kalman_compiled if settings.compiled else kalman
     unit, output = scales(rows, settings.scaling)
     r = settings.r * output**2
@@ -147,4 +132,4 @@ def estimate(rows: Regression, settings: PaperSettings) -> Evolution:
     first = run_estimator(rows.z, rows.h, settings.q_ii(rows.model) * unit**2, r, start, covariance)
     if settings.estimator == "kalman":
         return first
-    return second_stage(rows, first, settings.q_second_stage * unit**2, r, estimator=run_estimator)[0]
+    return second_stage(rows, first, settings.q_second_stage * unit**2, r, run_estimator)

@@ -5,7 +5,7 @@
 Misprints set right: F, called "null", is the identity (with F = 0 every step would forget the estimate); G = I; the
 covariance in the gain (22) is the predicted one throughout. With Q = 0 the filter is recursive least squares.
 
-h comes in the paper's feet (`regression`), where the print's q_ii and R are literal numbers. Two further scalings are
+h comes in the paper's feet (`regression`), where the print's q_ii and R are literal numbers. Another scaling is
 offered, because literal q_ii do not let the estimates settle (see `scales`): the same filter with another Q and R.
 """
 
@@ -22,9 +22,7 @@ from ...compiled import law
 from .regression import Regression
 
 Array = NDArray[np.float64]
-Scaling = Literal["literal", "rates", "normalised"]
-SCALINGS: tuple[Scaling, ...] = ("literal", "rates", "normalised")
-POWERS_OF_STEP = {"I": (1, 1), "II": (1, 1, 2, 2), "III": (1, 1, 2, 2, 1, 2)}  # C = T^power times a rate
+Scaling = Literal["literal", "normalised"]
 
 
 @dataclass(frozen=True)
@@ -45,14 +43,10 @@ def scales(rows: Regression, scaling: Scaling) -> tuple[Array, float]:
     """Unit of each coefficient, shape (p,), and of z, in which q_ii, the initial variance and R count.
 
     literal     one: the paper's numbers on z = h C as they stand.
-    rates       as if z / T^2 were regressed on h for a, 1/tau, a/tau, b/tau, gamma, gamma/tau (Model I: z / T).
     normalised  as if z and every column of h had been divided by their root mean squares.
     """
     if scaling == "literal":
         return np.ones(rows.h.shape[1]), 1.0
-    if scaling == "rates":
-        powers = np.array(POWERS_OF_STEP[rows.model], dtype=float)
-        return rows.step_s**powers, rows.step_s ** float(powers.max())
     size = np.sqrt(np.mean(rows.h[rows.complete] ** 2, axis=0))
     output = float(np.sqrt(np.mean(rows.z[rows.complete] ** 2)))
     return output / np.where(size > 0.0, size, 1.0), output
@@ -99,9 +93,3 @@ def _kalman(z, h, q, r, start, covariance):  # type: ignore[no-untyped-def]
 def kalman_compiled(z: Array, h: Array, q: Array, r: float, start: Array, covariance: Array) -> Evolution:
     """`kalman`, some hundred times faster, for Monte Carlo studies; equal to it within rounding."""
     return Evolution(*_kalman(z, np.ascontiguousarray(h), q, r, start, covariance))
-
-
-def recursive_least_squares(rows: Regression, initial_variance: float = 1e6) -> Evolution:
-    """The estimator with Q = 0: regularised least squares, whose weight on the zero start is 1 / initial_variance."""
-    size = rows.h.shape[1]
-    return kalman_compiled(rows.z, rows.h, np.zeros(size), 1.0, np.zeros(size), initial_variance * np.eye(size))

@@ -8,9 +8,8 @@ From the discrete surge model (6)-(7), with f = u|u|, m = u|n|, p = n|n| and the
 
     u_{k+1} - u_k = C1 f_k + C2 p_k,    C1 = T a    C2 = T b                           (Model I)
 
-C3 and C6 follow from the others; the estimators leave them free, as the paper does, and `redundancy` tells by how
-much they come out wrong. Misprints of the paper set right: gamma multiplies u|n| (not n|n|, equations (4) and (6)),
-and b in (10) stands for b / tau (8).
+C3 and C6 follow from the others; the estimators leave them free, as the paper does. Misprints of the paper set right:
+gamma multiplies u|n| (not n|n|, equations (4) and (6)), and b in (10) stands for b / tau (8).
 
 Arguments and parameters are SI; z, h and C are in the paper's feet, since its q_ii and R are bare numbers in feet.
 """
@@ -24,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...plant.lumped import Lumped, to_feet
+from ...plant.lumped import Lumped
 from ...units import FOOT_M
 
 Array = NDArray[np.float64]
@@ -77,21 +76,6 @@ def unstable(parameters: Lumped, step_s: float = 0.0) -> tuple[str, ...]:
     return tuple(name for name, is_wrong in wrong.items() if is_wrong)
 
 
-def coefficients(parameters: Lumped, step_s: float, model: Model) -> Array:
-    """C of given parameters, shape (p,): the truth that an estimate of C is compared with.
-
-    ValueError if the model has a lag and tau is zero.
-    """
-    a, b, gamma, tau = to_feet(parameters)
-    drag, gain, loss = step_s * a, step_s * b, step_s * gamma
-    if model == "I":
-        return np.array([drag, gain])
-    if tau == 0.0:
-        raise ValueError(f"model {model} has no coefficients for tau = 0")
-    lag = step_s / tau
-    return np.array([drag, lag, drag * lag, gain * lag, loss, loss * lag])[: COEFFICIENTS[model]]
-
-
 def lump_all(c: Array, step_s: float, model: Model) -> Array:
     """alpha [1/m], beta [m/rev2], gamma [1/rev], tau [s] of coefficients C, shape (..., p) -> (..., 4).
 
@@ -112,9 +96,3 @@ def lump_all(c: Array, step_s: float, model: Model) -> Array:
 def recover(c: Array, step_s: float, model: Model) -> Lumped:
     """The lumped parameters of one coefficient vector C, shape (p,)."""
     return Lumped(*(float(value) for value in lump_all(c, step_s, model)))
-
-
-def redundancy(c: Array, model: Model) -> dict[str, tuple[float, float]]:
-    """(estimated, implied) of each coefficient that follows from the others: C3 = C1 C2, C6 = C5 C2."""
-    pairs = {"I": (), "II": ((2, 0),), "III": ((2, 0), (5, 4))}[model]
-    return {f"C{free + 1}": (float(c[free]), float(c[base] * c[1])) for free, base in pairs}

@@ -58,43 +58,31 @@ def run_signals(run: Run, settings: PaperSettings) -> Signals:
     time, measured = run.samples(output)
     if time.size < 3:
         raise InputError(f"run {run.name}: {output} has {time.size} samples, expected at least 3")
-    grid = Grid(float(time[0]), float(np.median(np.diff(time))), float(time[-1]))
-    if grid.size > SPARSEST * time.size:
+    start_s, period_s, span_s = float(time[0]), float(np.median(np.diff(time))), float(time[-1] - time[0])
+    size = round(span_s / period_s) + 1
+    if size > SPARSEST * time.size:
         raise InputError(
-            f"run {run.name}: {output} has {time.size} samples {grid.period_s:g} s apart and gaps that span "
-            f"{grid.stop_s - grid.start_s:g} s; split the run at its gaps"
+            f"run {run.name}: {output} has {time.size} samples {period_s:g} s apart and gaps that span "
+            f"{span_s:g} s; split the run at its gaps"
         )
-    y, n = grid.place(time, measured), grid.place(*run.samples(run.input))
+    y, n = (_placed(*of, start_s, period_s, size) for of in ((time, measured), run.samples(run.input)))
     if output == "surge_m_s":
-        signals = speed_signals(y, n, grid.period_s, settings)
+        signals = speed_signals(y, n, period_s, settings)
     else:
-        signals = range_signals(y if output == "range_m" else -y, n, grid.period_s, settings)
+        signals = range_signals(y if output == "range_m" else -y, n, period_s, settings)
     if run.input != "thrust_N":
         return signals
     force = signals.n_rev_s
     return Signals(signals.time_s, signals.u_m_s, np.sign(force) * np.sqrt(np.abs(force)), signals.step_s)
 
 
-@dataclass(frozen=True)
-class Grid:
-    """Regular times from start to stop [s]."""
-
-    start_s: float
-    period_s: float
-    stop_s: float
-
-    @property
-    def size(self) -> int:
-        """Number of grid points."""
-        return round((self.stop_s - self.start_s) / self.period_s) + 1
-
-    def place(self, time_s: Array, values: Array) -> Array:
-        """Each sample at its nearest grid point, NaN between."""
-        on_grid = np.full(self.size, np.nan)
-        index = np.rint((time_s - self.start_s) / self.period_s).astype(int)
-        inside = (index >= 0) & (index < on_grid.size)
-        on_grid[index[inside]] = values[inside]
-        return on_grid
+def _placed(time_s: Array, values: Array, start_s: float, period_s: float, size: int) -> Array:
+    """Each sample at its nearest point of a regular grid, shape (size,), NaN between."""
+    on_grid = np.full(size, np.nan)
+    index = np.rint((time_s - start_s) / period_s).astype(int)
+    inside = (index >= 0) & (index < size)
+    on_grid[index[inside]] = values[inside]
+    return on_grid
 
 
 def _decimated(u: Array, n: Array, period_s: float, regression_step_s: float, settle_s: float) -> Signals:

@@ -69,17 +69,3 @@ def sonar_filter_compiled(measured: Array, period_s: float, q: float, r: float) 
     covariance = steady_state(period_s, q, r)[1]
     estimate[first:] = _filter_record(measured[first:], start, covariance, float(period_s), float(q), float(r))
     return estimate
-
-
-def frequency_response(rad_s: Array, period_s: float, q: float, r: float) -> NDArray[np.complex128]:
-    """What the steady filter makes of a sinusoid, shape (W, 3), complex.
-
-    Each channel (position, velocity, acceleration) is divided by the true position, velocity, acceleration of the
-    sinusoid at rad_s, shape (W,) [rad/s]: 1 is a perfect estimate, the modulus a gain, the argument a phase [rad].
-    """
-    gain = steady_state(period_s, q, r)[0]
-    closed_loop = (np.eye(3) - np.outer(gain, [1.0, 0.0, 0.0])) @ transition(period_s)
-    s = 1j * np.asarray(rad_s, dtype=float)[:, None]
-    delay = np.exp(-s * period_s)[:, :, None]
-    channels = np.linalg.solve(np.eye(3) - closed_loop * delay, gain[:, None] * np.ones_like(delay))[:, :, 0]
-    return channels / s ** np.arange(3)

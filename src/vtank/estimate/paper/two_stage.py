@@ -14,25 +14,19 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .kalman import Array, Evolution, kalman_compiled
+from .kalman import Array, Evolution
 from .regression import Regression
 
 
 def second_stage(
-    rows: Regression,
-    first: Evolution,
-    q: Array,
-    r: float,
-    held: int | None = None,
-    estimator: Callable[..., Evolution] = kalman_compiled,
-) -> tuple[Evolution, int]:
-    """Stage two; returns the evolution of all p coefficients and the index of the one that was held.
+    rows: Regression, first: Evolution, q: Array, r: float, estimator: Callable[..., Evolution]
+) -> Evolution:
+    """Stage two by the estimator of stage one; returns the evolution of all p coefficients.
 
-    q, shape (p,): diagonal of Q. held: None takes the smallest diagonal element of stage one's final covariance.
-    The held coefficient keeps stage one's variance.
+    q, shape (p,): diagonal of Q. The coefficient with the smallest diagonal element of stage one's final covariance is
+    held, and keeps its variance.
     """
-    if held is None:
-        held = int(np.argmin(first.covariance.diagonal()))
+    held = int(np.argmin(first.covariance.diagonal()))
     free = np.delete(np.arange(rows.h.shape[1]), held)
     block = np.ix_(free, free)
     reduced = rows.z - rows.h[:, held] * first.final[held]
@@ -41,4 +35,4 @@ def second_stage(
     c[:, free], variance[:, free] = second.c, second.variance
     covariance = np.zeros_like(first.covariance)
     covariance[held, held], covariance[block] = first.covariance[held, held], second.covariance
-    return Evolution(c, variance, covariance), held
+    return Evolution(c, variance, covariance)

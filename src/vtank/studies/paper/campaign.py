@@ -9,12 +9,12 @@ import numpy as np
 
 from ...estimate import Estimate, Observed, ResidualStatistics, identify, observe, residual_statistics
 from ...estimate.paper import MODELS, Array, Model, PaperEstimate, PaperSettings, Signals, identify_signals, run_signals
-from ...experiment import Plan, Result, load_scenario, plan_run
+from ...experiment import Result
 from ...plant import LUMPED, Lumped, Truth
-from ...units import FOOT_M
 
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 TRUTHS = ("paper-ii", "paper-iii", "physical")
+PIECES = len(MODELS) * (len(SCENARIOS) + 1)  # how often `identify_campaign` tells what it has done
 
 LITERAL = PaperSettings()
 SETTLING = replace(  # guess: a Q at which the estimates settle; the second stage's is smaller by the print's own ratio
@@ -37,18 +37,10 @@ class Likelihood:
     simulated_m_s: free run at the times of the paper's signals, shape (K,); empty for several runs together.
     """
 
-    model: Model
     parameters: Lumped
-    sd: tuple[float, float, float, float]
+    sd: Lumped
     simulated_m_s: Array
     statistics: ResidualStatistics | None
-    warnings: tuple[str, ...]
-
-    @property
-    def sd_feet(self) -> tuple[float, float, float, float]:
-        """As the paper prints the parameters: [1/ft], [ft/rev2], [1/rev], [s]."""
-        a, b, gamma, tau = self.sd
-        return a * FOOT_M, b / FOOT_M, gamma, tau
 
 
 @dataclass(frozen=True)
@@ -75,22 +67,15 @@ class Campaign:
         return residual_statistics(self.signals(data_set).u_m_s, self.true_u_m_s(data_set))
 
 
-def campaign_plans(truth: str, seed: int | None = None) -> list[Plan]:
-    """Plans of the four experiments with one truth."""
-    return [plan_run(load_scenario(name), i, seed, truth) for i, name in enumerate(SCENARIOS)]
-
-
-def identify_campaign(
-    results: Sequence[Result], advance: Callable[[str], None] = lambda note: None, models: Sequence[Model] = MODELS
-) -> Campaign:
-    """Everything the tables and figures need of four results; `advance` is called `pieces(models)` times."""
+def identify_campaign(results: Sequence[Result], advance: Callable[[str], None] = lambda note: None) -> Campaign:
+    """Everything the tables and figures need of four results; `advance` is called PIECES times."""
     truth = results[0].plan.truth
     runs = [observe(result.run) for result in results]
     paper: dict[tuple[str, Model, int], PaperEstimate] = {}
     likelihood: dict[tuple[Model, int], Likelihood] = {}
     joint: dict[Model, Likelihood] = {}
     signals = [run_signals(result.run, LITERAL) for result in results]  # the methods differ in what follows only
-    for model in models:
+    for model in MODELS:
         for i, seen in enumerate(signals):
             for method, settings in METHODS.items():
                 paper[method, model, i] = identify_signals(seen, model, settings)
@@ -101,21 +86,14 @@ def identify_campaign(
     return Campaign(truth, tuple(results), paper, likelihood, joint)
 
 
-def pieces(models: Sequence[Model] = MODELS) -> int:
-    """How often `identify_campaign` calls `advance`."""
-    return len(models) * (len(SCENARIOS) + 1)
-
-
 def most_likely(runs: Sequence[Observed], model: Model, signals: Signals | None = None) -> Likelihood:
     """Maximum likelihood on one or several runs; with the signals of a single run also its free run."""
     estimate = identify(runs, model)
-    values = [estimate.values.get(name, 0.0) for name in LUMPED]
-    sd = [estimate.sd.get(name, 0.0) for name in LUMPED]
+    values, sd = (Lumped(*(of.get(name, 0.0) for name in LUMPED)) for of in (estimate.values, estimate.sd))
     if signals is None:
-        return Likelihood(model, Lumped(*values), (sd[0], sd[1], sd[2], sd[3]), np.empty(0), None, estimate.warnings)
+        return Likelihood(values, sd, np.empty(0), None)
     simulated = np.interp(signals.time_s, runs[0].time_s - runs[0].time_s[0], _free_run(estimate))
-    statistics = residual_statistics(signals.u_m_s, simulated)
-    return Likelihood(model, Lumped(*values), (sd[0], sd[1], sd[2], sd[3]), simulated, statistics, estimate.warnings)
+    return Likelihood(values, sd, simulated, residual_statistics(signals.u_m_s, simulated))
 
 
 def _free_run(estimate: Estimate) -> Array:

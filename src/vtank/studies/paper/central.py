@@ -57,8 +57,6 @@ def blind(r: Results) -> Finding:
         lowest=r.calibration.multiples[0],
         highest=r.calibration.multiples[-1],
         curve=span(r.calibration.bands[LOW_DRAG, "kalman"][:, 0, 1], 2),
-        low=LOW_DRAG,
-        high=HIGH_DRAG,
         more=r.study.truths[HIGH_DRAG][0] / r.study.truths[LOW_DRAG][0],
         kalman=kalman,
         stages=stages,
@@ -72,7 +70,7 @@ def noise_free(r: Results) -> Finding:
     true_low, true_high = (r.study.truths[truth][0] for truth in (LOW_DRAG, HIGH_DRAG))
     verdict = HOLDS if abs(high) < 0.3 * abs(true_high) else FAILS
     values = {"found_low": low, "found_high": high, "true_low": true_low, "true_high": true_high}
-    return told("noise_free", verdict, low=LOW_DRAG, high=HIGH_DRAG, **values)
+    return told("noise_free", verdict, **values)
 
 
 def origin(r: Results) -> Finding:
@@ -83,7 +81,6 @@ def origin(r: Results) -> Finding:
     return told(
         "origin",
         (FAILS, PARTLY, HOLDS)[sum(size > WITHIN for size in (on_both, noise))],
-        low=LOW_DRAG,
         alone=alone,
         on_u=times["filter u"],
         on_both=on_both,
@@ -140,11 +137,9 @@ def settling(r: Results) -> Finding:
         "settling",
         HOLDS if same and reached < SETS else PARTLY,
         medians=", ".join(f"{t} {one:.2f} and {other:.2f}" for t, (one, other) in medians.items()),
-        low=LOW_DRAG,
         times=medians[LOW_DRAG][1] / truth,
         by_set=", ".join(f"{a / truth:.0f}" for a in by_set),
         reached=reached or "none",
-        sets=SETS,
     )
 
 
@@ -162,7 +157,8 @@ def likelihood(r: Results) -> Finding:
 def _likely(campaign: Campaign) -> Iterator[tuple[str, float, float, float]]:
     """Name, estimate, standard deviation and truth of each parameter of the model that the truth is of, in feet."""
     estimate = campaign.joint["II" if campaign.truth.gamma_per_rev == 0.0 else "III"]
-    values = zip(
-        PARAMETERS, to_feet(estimate.parameters), estimate.sd_feet, to_feet(campaign.truth.lumped), strict=True
-    )
-    return ((name, value, sd, true) for name, value, sd, true in values if sd > 0.0)
+    columns = (to_feet(lumped) for lumped in (estimate.parameters, estimate.sd, campaign.truth.lumped))
+    return ((name, value, sd, true) for name, value, sd, true in zip(PARAMETERS, *columns, strict=True) if sd > 0.0)
+
+
+CENTRAL = (size, blind, noise_free, noise_as_drag, origin, step, settling, likelihood)  # as the page has them

@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...estimate.paper import Array
 from ...present import Paragraph, fixed
@@ -46,7 +47,8 @@ def told(name: str, verdict: str, /, **values: object) -> Finding:
 
 def filled(name: str, /, **values: object) -> str:
     """The text of that name in findings.toml on one line, with the values in their places."""
-    return " ".join(sentences()[name]["text"].format(**values).split())
+    always = {"low": LOW_DRAG, "high": HIGH_DRAG, "within": WITHIN, "sets": SETS}
+    return " ".join(sentences()[name]["text"].format(**always | values).split())
 
 
 @cache
@@ -72,8 +74,12 @@ def median(s: Study, truth: str, factor: str, label: str, method: str, quantity:
 
 def within(values: Array, printed: Array) -> float:
     """Share of estimates, shape (seeds, sets), that have the print's sign and lie within a factor WITHIN of it."""
+    return float(np.mean(_near(values, printed)))
+
+
+def _near(values: Array, printed: Array) -> NDArray[np.bool_]:
     ratio = values / printed
-    return float(np.mean((ratio >= 1.0 / WITHIN) & (ratio <= WITHIN)))
+    return (ratio >= 1.0 / WITHIN) & (ratio <= WITHIN)
 
 
 def reproduced(estimates: Array, printed: dict[str, Array]) -> tuple[float, float]:
@@ -81,10 +87,7 @@ def reproduced(estimates: Array, printed: dict[str, Array]) -> tuple[float, floa
 
     estimates: shape (seeds, sets, QUANTITIES).
     """
-    good = np.ones(estimates.shape[:2], dtype=bool)
-    for quantity, target in printed.items():
-        ratio = estimates[..., QUANTITIES.index(quantity)] / target
-        good &= (ratio >= 1.0 / WITHIN) & (ratio <= WITHIN)
+    good = np.all([_near(estimates[..., QUANTITIES.index(q)], target) for q, target in printed.items()], axis=0)
     return float(np.mean(good)), float(np.mean(good.all(axis=1)))
 
 

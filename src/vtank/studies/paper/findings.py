@@ -4,19 +4,8 @@ from __future__ import annotations
 
 from ...present import Block, Heading, Paragraph, Table
 from .calibration import Calibration
-from .central import blind, likelihood, noise_as_drag, noise_free, origin, settling, size, step
-from .claims import (
-    artefact,
-    coherence,
-    confidence,
-    filter_on_n,
-    generality,
-    open_water,
-    printed_q,
-    same_as_lse,
-    stages,
-    third_model,
-)
+from .central import CENTRAL, size
+from .claims import CLAIMS, printed_q
 from .evidence import (
     FAILS,
     HIGH_DRAG,
@@ -42,13 +31,11 @@ def page(r: Results) -> list[Block]:
         Heading("Findings: the published drag and the paper's estimator", 1),
         Paragraph(summary(r)),
         Heading("What the estimator does"),
-        *(finding(r).block for finding in (size, blind, noise_free, noise_as_drag, origin)),
-        *(finding(r).block for finding in (step, settling, likelihood)),
+        *(finding(r).block for finding in CENTRAL),
         parts_table(r.study),
         implied_table(r.calibration),
         Heading("What the data does not support, or only in part"),
-        *(finding(r).block for finding in (artefact, printed_q, filter_on_n, stages, third_model, generality)),
-        *(finding(r).block for finding in (same_as_lse, coherence, confidence, open_water)),
+        *(finding(r).block for finding in CLAIMS),
         Heading("How this was found"),
         Paragraph(method(r)),
     ]

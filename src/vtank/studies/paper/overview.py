@@ -39,7 +39,7 @@ def _cells(campaign: Campaign, model: Model) -> tuple[tuple[str, ...], ...]:
         (to_feet(campaign.truth.lumped), (0.0,) * 4),
         (campaign.paper["kalman", model, 0].feet, (0.0,) * 4),
         (campaign.paper["least_squares", model, 0].feet, (0.0,) * 4),
-        (to_feet(joint.parameters), joint.sd_feet),
+        (to_feet(joint.parameters), to_feet(joint.sd)),
     )
     return tuple(tuple(_cell(model, *of) for of in zip(PARAMETERS, values, sd, strict=True)) for values, sd in columns)
 

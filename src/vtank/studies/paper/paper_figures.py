@@ -39,6 +39,14 @@ CHOICES = (("", "printed q_ii"), ("_settling", "a Q that settles"))  # suffix of
 COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 Panel = tuple[str, list[tuple[Array, str, str]]]  # title; free run [m/s], label and colour of each curve
+Shown = tuple[str, Model, str, str]  # method, model, label and colour
+CROSSED: tuple[Shown, ...] = (
+    ("kalman", "I", "Model I", ORANGE),
+    ("kalman", "II", "Model II", BLUE),
+    ("two_stage", "II", "Model II, two-stage", GREEN),
+    ("kalman", "III", "Model III", PURPLE),
+)
+STAGES: tuple[Shown, ...] = (("kalman", "II", "one stage", BLUE), ("two_stage", "II", "two-stage", GREEN))
 Panels = Callable[[Campaign, int], Iterable[Panel]]
 
 
@@ -187,34 +195,23 @@ def responses(title: str, c: Campaign, data_set: int, panels: Panels) -> Any:
 
 def crossed(c: Campaign, data_set: int) -> Iterator[Panel]:
     """Models of data set 1 driven by the propeller speed of another."""
-    signals = c.signals(data_set)
-
-    def run(method: str, model: Model) -> Array:
-        parameters = c.paper[method, model, 0].parameters
-        return free_run_beside(signals.u_m_s, signals.n_rev_s, signals.step_s, parameters)
-
-    for suffix, name in CHOICES:
-        yield (
-            f"Identified on data set 1 with {name}",
-            [
-                (run(f"kalman{suffix}", "I"), "Model I", ORANGE),
-                (run(f"kalman{suffix}", "II"), "Model II", BLUE),
-                (run(f"two_stage{suffix}", "II"), "Model II, two-stage", GREEN),
-                (run(f"kalman{suffix}", "III"), "Model III", PURPLE),
-            ],
-        )
+    return _by_choice(c, data_set, 0, "Identified on data set 1", CROSSED)
 
 
 def stages(c: Campaign, data_set: int) -> Iterator[Panel]:
     """One and two stages of Model II, identified on the data set that is shown."""
+    return _by_choice(c, data_set, data_set, f"Model II identified on data set {data_set + 1}", STAGES)
+
+
+def _by_choice(c: Campaign, data_set: int, origin: int, title: str, shown: tuple[Shown, ...]) -> Iterator[Panel]:
+    """Free runs on a data set of the models of another, with the printed Q and with one that settles."""
+    seen = c.signals(data_set)
     for suffix, name in CHOICES:
-        yield (
-            f"Model II identified on data set {data_set + 1} with {name}",
-            [
-                (c.paper[f"kalman{suffix}", "II", data_set].simulated_m_s, "one stage", BLUE),
-                (c.paper[f"two_stage{suffix}", "II", data_set].simulated_m_s, "two-stage", GREEN),
-            ],
-        )
+        curves = []
+        for method, model, label, colour in shown:
+            parameters = c.paper[f"{method}{suffix}", model, origin].parameters
+            curves.append((free_run_beside(seen.u_m_s, seen.n_rev_s, seen.step_s, parameters), label, colour))
+        yield f"{title} with {name}", curves
 
 
 def linear(c: Campaign, data_set: int) -> Iterator[Panel]:

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...estimate.paper import Array, Model, cross_validation, identify_signals
+from ...experiment import Result
 from ...units import FOOT_M
 from .campaign import TRUTHS
 from .published import SETS
-from .records import Record, records, signals
+from .records import records, signals
 from .study import FAST
 
 COMBINATIONS: tuple[tuple[str, Model], ...] = (
@@ -24,54 +25,50 @@ COMBINATIONS: tuple[tuple[str, Model], ...] = (
 class Practice:
     """Deviation of the residuals [ft/s] of parameters from data set i on data set j, infinite where the run diverges.
 
-    deviation: (truth, method, model) -> shape (seeds, i, j). positive_a: the same keys -> share of a > 0 by set, (4,).
+    deviation: (truth, method, model) -> shape (seeds, i, j).
     smallest: truth -> share of runs where C4 has the smallest element of P, in literal and in normalised units.
     """
 
     deviation: dict[tuple[str, str, Model], Array]
-    positive_a: dict[tuple[str, str, Model], Array]
     smallest: dict[str, Array]
 
-    def own(self, method: str, model: Model, truth: str | None = None) -> Array:
-        """Deviations on the data set that the parameters come from, of one or all truths, shape (seeds x sets,)."""
-        return np.concatenate([np.einsum("kii->ki", d).ravel() for d in self._of(method, model, truth)])
+    def own(self, method: str, model: Model) -> Array:
+        """Deviations on the data set that the parameters come from, of all truths, shape (seeds x sets,)."""
+        return np.concatenate([np.einsum("kii->ki", d).ravel() for d in self._of(method, model)])
 
-    def crossed(self, method: str, model: Model, truth: str | None = None) -> Array:
+    def crossed(self, method: str, model: Model) -> Array:
         """Deviations on the other data sets by data set of origin, shape (truths x seeds, origin, 3 others)."""
         other = ~np.eye(SETS, dtype=bool)
-        return np.concatenate([d[:, other].reshape(-1, SETS, SETS - 1) for d in self._of(method, model, truth)])
+        return np.concatenate([d[:, other].reshape(-1, SETS, SETS - 1) for d in self._of(method, model)])
 
-    def _of(self, method: str, model: Model, truth: str | None) -> list[Array]:
-        keys = [key for key in self.deviation if key[1:] == (method, model) and truth in (None, key[0])]
-        return [self.deviation[key] for key in keys]
+    def _of(self, method: str, model: Model) -> list[Array]:
+        return [deviation for key, deviation in self.deviation.items() if key[1:] == (method, model)]
 
 
 def practise(
     seed: int, seeds: int, advance: Callable[[str], None] = lambda note: None, truths: Sequence[str] = TRUTHS
 ) -> Practice:
     """Identify and cross-validate on many seeds; `advance` is called once for each truth."""
-    practice = Practice({}, {}, {})
+    practice = Practice({}, {})
     for truth in truths:
         flown = records(truth, seeds, seed)
         for method, model in COMBINATIONS:
-            found = [_cross(runs, method, model) for runs in flown]
-            practice.deviation[truth, method, model] = np.array([deviation for deviation, _ in found])
-            practice.positive_a[truth, method, model] = np.mean([a > 0.0 for _, a in found], axis=0)
+            practice.deviation[truth, method, model] = np.array([_cross(runs, method, model) for runs in flown])
         practice.smallest[truth] = np.array([_smallest(flown, "kalman"), _smallest(flown, "kalman_settling")])
         advance(truth)
     return practice
 
 
-def _cross(runs: Sequence[Record], method: str, model: Model) -> tuple[Array, Array]:
-    """Deviations [ft/s], shape (origin, data set), and a [1/m] by origin."""
+def _cross(runs: Sequence[Result], method: str, model: Model) -> Array:
+    """Deviations [ft/s], shape (origin, data set)."""
     settings = FAST[method]
     seen = [signals(run, settings) for run in runs]
     parameters = [identify_signals(s, model, settings).parameters for s in seen]
     deviation = np.array([[s.deviation / FOOT_M for s in row] for row in cross_validation(parameters, seen)])
-    return np.where(np.isfinite(deviation), deviation, np.inf), np.array([p.alpha_per_m for p in parameters])
+    return np.where(np.isfinite(deviation), deviation, np.inf)
 
 
-def _smallest(flown: Sequence[Sequence[Record]], method: str) -> float:
+def _smallest(flown: Sequence[Sequence[Result]], method: str) -> float:
     """Share of runs in which C4 = T^2 b/tau has the smallest final variance, in the units in which Q counts."""
     settings, hits = FAST[method], []
     for runs in flown:

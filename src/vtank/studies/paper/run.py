@@ -12,14 +12,15 @@ from ...present import Block, Heading, Links, Paragraph, Picture
 from ...present.document import csv_text, html, markdown
 from ...record import Kind, write_dataset
 from ..stage import Stage, silent
-from . import findings, study_figures
+from . import findings
 from .calibration import BASES, MULTIPLES, Calibration, calibrate
-from .campaign import SCENARIOS, TRUTHS, Campaign, identify_campaign, pieces
+from .campaign import PIECES, SCENARIOS, TRUTHS, Campaign, identify_campaign
 from .evidence import Results, filled
 from .paper_figures import plan
 from .practice import practise
 from .published import published
 from .study import experiments, levels, study, study_csv
+from .study_figures import STUDY_PICTURES
 from .tables import paper_form, tables_csv
 
 Drawings = Mapping[str, tuple[str, Callable[..., bytes]]]  # file name without suffix -> caption, drawing
@@ -55,7 +56,7 @@ def reproduce(
 
     flights: truth -> results of the four experiments. The study compares all truths whichever were flown.
     """
-    with stage("identifying", len(flights) * pieces()) as advance:
+    with stage("identifying", len(flights) * PIECES) as advance:
         campaigns = {truth: identify_campaign(results, advance) for truth, results in flights.items()}
     results = investigate(campaigns, seed, effort, stage)
     write_results(folder, results, stage)
@@ -129,30 +130,6 @@ def write_texts(folder: Path, files: Mapping[str, str]) -> None:
     """Files by name."""
     for name, text in files.items():
         (folder / name).write_text(text, encoding="utf-8")
-
-
-STUDY_PICTURES: Drawings = {
-    "study-truths": (
-        "Three vehicles through the paper's estimators, beside the published values.",
-        lambda r: study_figures.truths_and_print(r.study),
-    ),
-    "study-calibration": (
-        "Estimated against true drag, and what true drag a published value stands for.",
-        lambda r: study_figures.calibration(r.calibration),
-    ),
-    "study-parts": (
-        "Time step, sonar filter and noise, each by itself and together.",
-        lambda r: study_figures.parts(r.study),
-    ),
-    "study-kalman": (
-        "The printed Kalman estimator as Q, T, filter and experiment vary.",
-        lambda r: study_figures.factors(r.study, "kalman"),
-    ),
-    "study-least-squares": (
-        "Least squares, which a settling Q amounts to, as T, filter and experiment vary.",
-        lambda r: study_figures.factors(r.study, "least_squares"),
-    ),
-}
 
 
 def calibration_csv(c: Calibration) -> str:

@@ -14,11 +14,12 @@ from itertools import product
 import numpy as np
 
 from ...estimate.paper import Array, Model, PaperSettings, identify_signals
+from ...experiment import Result
 from ...plant import load_truth, to_feet
 from ...present.document import csv_text
 from .campaign import METHODS, TRUTHS
 from .published import SETS
-from .records import CASES, Change, Record, records, signals, with_amplitude, with_duration, with_noise, with_spikes
+from .records import CASES, records, signals
 
 QUANTITIES = ("a", "b", "gamma", "tau", "s_e")  # [1/ft, ft/rev2, 1/rev, s, ft/s]
 BAND = (0.1, 0.5, 0.9)  # quantiles that are reported
@@ -43,17 +44,18 @@ class Level:
         return self.settings, self.case, self.experiment, self.model
 
 
-EXPERIMENTS: dict[str, Change] = {
-    "as planned": lambda scenario: scenario,
-    "no noise": with_noise(0.0),
-    "3 mm": with_noise(0.003),
-    "12 mm": with_noise(0.012),
-    "30 mm": with_noise(0.030),
-    "half amplitude": with_amplitude(0.5),
-    "60 s": with_duration(60.0),
-    "240 s": with_duration(240.0),
-    "spikes": with_spikes(0.05, 8.0),
+EXPERIMENTS: dict[str, tuple[str, ...]] = {  # settings of the scenarios
+    "as planned": (),
+    "half amplitude": (),
+    "no noise": ("sonar.noise_m=0", "sonar.resolution_m=0", "tachometer.noise_rev_s=0"),
+    "3 mm": ("sonar.noise_m=0.003",),
+    "12 mm": ("sonar.noise_m=0.012",),
+    "30 mm": ("sonar.noise_m=0.030",),
+    "60 s": ("duration_s=60",),
+    "240 s": ("duration_s=240",),
+    "spikes": ("effects.tachometer_spikes.p=0.05", "effects.tachometer_spikes.size_rev_s=8"),  # as data set 4 had them
 }
+AMPLITUDES = {"half amplitude": 0.5}  # of the command, over the scenario's
 COMPARED = ("kalman", "least_squares")  # methods for which every factor is varied
 
 
@@ -136,7 +138,7 @@ def study(
     estimates: dict[tuple[str, object], Array] = {}
     for truth in truths:
         for name in experiments(chosen):
-            flown = records(truth, seeds, seed, EXPERIMENTS[name])
+            flown = records(truth, seeds, seed, EXPERIMENTS[name], AMPLITUDES.get(name, 1.0))
             for level in chosen:
                 if level.experiment == name and (truth, level.key) not in estimates:
                     estimates[truth, level.key] = estimate_all(flown, level)
@@ -150,7 +152,7 @@ def experiments(chosen: Sequence[Level]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(level.experiment for level in chosen))
 
 
-def estimate_all(flown: Sequence[Sequence[Record]], level: Level) -> Array:
+def estimate_all(flown: Sequence[Sequence[Result]], level: Level) -> Array:
     """Estimates of one level on records by seed and data set, shape (seeds, data sets, QUANTITIES)."""
     rows = []
     for runs in flown:

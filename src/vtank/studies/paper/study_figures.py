@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...present.canvas import GREY, PUBLISHED, TRUTH, TRUTH_COLOURS, VERMILION, drawn, legend_below, page
 from .calibration import BASES, ESTIMATORS, Calibration
+from .evidence import Results
 from .paper_figures import NAMES
 from .published import SETS, brutzman_a_per_ft, published
 from .study import QUANTITIES, Level, Study
@@ -47,8 +50,9 @@ PART_TITLES = {
 
 
 @drawn
-def truths_and_print(s: Study) -> Any:
+def truths_and_print(r: Results) -> Any:
     """What each estimator makes of three vehicles, beside what was published."""
+    s = r.study
     figure = page("The paper's estimators on three vehicles, beside the published values", 12.5, 8.4)
     grid = figure.subplots(len(ROWS), len(COLUMNS), squeeze=False)
     for j, (factor, label, method, number) in enumerate(COLUMNS):
@@ -70,8 +74,9 @@ def truths_and_print(s: Study) -> Any:
 
 
 @drawn
-def factors(s: Study, method: str) -> Any:
+def factors(r: Results, method: str) -> Any:
     """The estimate of a, all data sets together, as one thing after another varies."""
+    s = r.study
     panels = [("Q", group) for group in ("literal", "normalised")] if method == "kalman" else []
     panels += [(name, method) for name in FACTOR_TITLES if name in s.factors]
     figure = page(f"Drag estimated by {TITLES[method]} (Model II, data sets 1 to 4 together)", 12.5, 7.0)
@@ -92,8 +97,9 @@ def factors(s: Study, method: str) -> Any:
 
 
 @drawn
-def parts(s: Study) -> Any:
+def parts(r: Results) -> Any:
     """Where the error comes from: time step, filter, noise, all together."""
+    s = r.study
     figure = page("Where the error of the drag comes from (Model II, T = 0.5 s)", 12.5, 6.4)
     grid = figure.subplots(2, SETS, sharex=True, squeeze=False)
     for row, method, limits in ((grid[0], "least_squares", (-2.0, 1.0)), (grid[1], "kalman", (-4.0, 1.6))):
@@ -109,8 +115,9 @@ def parts(s: Study) -> Any:
 
 
 @drawn
-def calibration(c: Calibration) -> Any:
+def calibration(r: Results) -> Any:
     """Estimated against true drag, and the published values."""
+    c = r.calibration
     figure = page("Which true drag stands behind a published one (Model II)", 12.5, 8.6)
     grid = figure.subplots(len(ESTIMATORS), SETS, sharex=True, sharey="row", squeeze=False)
     for row, method in zip(grid, ESTIMATORS, strict=True):
@@ -167,3 +174,18 @@ def _multiples(ax: Any) -> None:
     brutzman = brutzman_a_per_ft()
     axis = ax.secondary_yaxis("right", functions=(lambda a: a / brutzman, lambda multiple: multiple * brutzman))
     axis.set_ylabel("times Brutzman's drag")
+
+
+STUDY_PICTURES: dict[str, tuple[str, Callable[..., bytes]]] = {  # file name without suffix -> caption, drawing
+    "study-truths": ("Three vehicles through the paper's estimators, beside the published values.", truths_and_print),
+    "study-calibration": ("Estimated against true drag, and what true drag a published value stands for.", calibration),
+    "study-parts": ("Time step, sonar filter and noise, each by itself and together.", parts),
+    "study-kalman": (
+        "The printed Kalman estimator as Q, T, filter and experiment vary.",
+        partial(factors, method="kalman"),
+    ),
+    "study-least-squares": (
+        "Least squares, which a settling Q amounts to, as T, filter and experiment vary.",
+        partial(factors, method="least_squares"),
+    ),
+}

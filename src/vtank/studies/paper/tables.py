@@ -80,7 +80,7 @@ def _by_method(campaign: Campaign, table: PublishedTable, source: str) -> Iterat
 def _likelihood(campaign: Campaign, table: PublishedTable) -> Iterator[Entry]:
     found = {str(i + 1): campaign.likelihood[table.model, i] for i in range(len(campaign.results))}
     for column, estimate in (found | {ALL: campaign.joint[table.model]}).items():
-        feet = zip(PARAMETERS, to_feet(estimate.parameters), estimate.sd_feet, strict=True)
+        feet = zip(PARAMETERS, to_feet(estimate.parameters), to_feet(estimate.sd), strict=True)
         yield from (Entry(table.number, column, name, "likelihood", value, sd) for name, value, sd in feet)
         if estimate.statistics:
             for name, value in _residuals(estimate.statistics).items():
