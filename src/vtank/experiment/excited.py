@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..tank.tank import Tank
 from . import noise as streams
 from .flight import orders
-from .hold import AS_IT_WAS, AXES, NAMES
+from .hold import AXES, NAMES
 from .plan import Plan
 from .scenario import SHALLOWEST_M
 
@@ -19,15 +19,12 @@ HALF_BREADTH_M = 0.3  # [m] what the hull needs to either side of its centre, an
 PLACE = {"sway": "sway_m", "heave": "depth_m", "pitch": "pitch_rad", "yaw": "heading_rad"}  # axis -> channel
 
 
-def no_orders(count: int) -> Array:
-    """Orders that hold every axis where it started, shape (count, 4, 3), as `pilot.hold` takes them."""
-    return np.tile(AS_IT_WAS, (count, 4, 1))
-
-
 class Excited:
     """Orders to one axis of N runs over K ticks.
 
     Attributes:
+        row, wrench: which of the held axes it is; what each thruster makes along it at 1 N, shape (J,) [-] or [m].
+        wanted: orders at the ticks, shape (N, K, 3), as those of `hold`.
         effort: what the thrusters made along the axis, shape (N, K) [N or N m].
         room: (lowest, highest) place along it that the walls leave to each run, shape (N, 2) [m].
     """
@@ -47,14 +44,6 @@ class Excited:
             self.room = np.transpose([HALF_BREADTH_M - port, starboard - HALF_BREADTH_M])
         elif NAMES[self.row] == "heave":
             self.room = np.transpose([SHALLOWEST_M + points[:, 0, 2], down - HALF_BREADTH_M])
-
-    def order(self, k: int, orders: Array) -> None:
-        """Write the orders of tick k, in place."""
-        orders[:, self.row] = self.wanted[:, k]
-
-    def note(self, k: int, thruster_N: Array) -> None:
-        """Take down what the thrusters, shape (N, J) [N], make over tick k."""
-        self.effort[:, k] = thruster_N @ self.wrench
 
 
 def place(plan: Plan, true: dict[str, Array]) -> Array:

@@ -17,6 +17,7 @@ PAUSE_S = 86400.0  # [s] in a recording, a day: the longest run that a scenario 
 # vehicle: 12,000 rpm; no distance on Earth is longer than 4e7 m; the fastest torpedo makes 100 m/s; the propellers of
 # the largest ships push with some MN; stamps that count from 1970 are 1.8e9 s today.
 BELIEVED = {
+    "command": (-1.0, 1.0, "a value in -1..1"),
     TIME: (-1e10, 1e10, "seconds within 1e10 either way"),
     "n_rev_s": (-200.0, 200.0, "rev/s within 200 either way; is it rpm?"),
     "thrust_N": (-1e8, 1e8, "newtons within 1e8 either way"),
@@ -66,7 +67,6 @@ def _content_faults(run: Run) -> Iterator[Fault]:
             yield Fault(None, f"column {name} has no value in any row")
         if np.isinf(values).any():
             yield Fault(int(np.argmax(np.isinf(values))), f"column {name}: found an infinite value, expected a number")
-    yield from _command_faults(run)
     yield from _unit_faults(run)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in run.outputs)
     if longest < SHORTEST:
@@ -82,15 +82,6 @@ def _time_faults(time_s: FloatArray) -> Iterator[Fault]:
         row = int(np.argmax(falls)) + 1
         found = f"found {time_s[row]:.10g} after {time_s[row - 1]:.10g}"
         yield Fault(row, f"column {TIME}: {found}, expected strictly increasing times")
-
-
-def _command_faults(run: Run) -> Iterator[Fault]:
-    if "command" not in run.columns:
-        return
-    outside = np.abs(run.columns["command"]) > 1.0
-    if outside.any():
-        row = int(np.argmax(outside))
-        yield Fault(row, f"column command: found {run.columns['command'][row]:.10g}, expected a value in -1..1")
 
 
 def _unit_faults(run: Run) -> Iterator[Fault]:
