@@ -18,9 +18,9 @@ from ..tank.tank import Tank
 from ..tank.world import load_world
 from .beam import TARGETS, aim, rotation
 from .clearance import MARGIN_M, vehicle_at, vehicle_of, vehicle_path, walls_path
-from .excited import Excited
-from .flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
-from .hold import AS_IT_WAS, allocation, attitude, hold
+from .excited import room
+from .flight import RANGE, RANGE_RATE, Flight, moves, orders, prepare, ticks
+from .hold import AS_IT_WAS, NAMES, allocation, attitude, hold
 from .hold import AXES as HELD
 from .noise import TURBULENCE
 from .plan import Plan
@@ -90,10 +90,12 @@ class Chunk:
         self.directions = np.zeros((len(plans), TARGETS if self.half > 0.0 else 1, 3))
         length = self.flight.history.shape[2]
         self.true = np.empty((len(plans), len(CHANNELS), length))
-        self.orders, wrenches = np.tile(AS_IT_WAS, (len(plans), 4, 1)), field(self.tank.userdata[0], "thruster_wrench")
-        self.excited = Excited(plans, length, wrenches[: len(self.tank.vehicle.thrusters)]) if axis != "surge" else None
+        self.orders, self.effort = np.tile(AS_IT_WAS, (len(plans), 4, 1)), np.zeros((len(plans), length))
+        moved = [NAMES.index(axis)] if axis in NAMES else []  # of the held axes
+        self.wanted = {row: np.array([orders(plan, length) for plan in plans]) for row in moved}
         self._place(scenario.sonar.beam)
-        self._hold(scenario.hold == "thrusters" or self.excited is not None)
+        self.room = room(axis, self.tank, self.points)
+        self._hold(scenario.hold == "thrusters" or bool(moved))
 
     def _place(self, beam: str) -> None:
         """Put the vehicles at depth, and the tank around them so that the sonar is at stand-off from the wall ahead."""
@@ -107,8 +109,6 @@ class Chunk:
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         ahead, down = tank.ray(self.points, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])).T
         self.shift = ahead - standoff
-        if self.excited:
-            self.excited.look_around(tank, self.points)
         for plan, water in zip(self.plans, down, strict=True):
             if not MARGIN_M <= water < np.inf:
                 raise InputError(f"{plan.scenario.path}: depth_m: expected a depth above the tank's floor")
@@ -120,7 +120,8 @@ class Chunk:
         user, vehicle = self.tank.userdata[0], self.tank.vehicle
         total = field(user, "rigid_mass") + field(user, "added_mass")
         self.inertia = np.diagonal(total)[list(HELD)].copy()
-        self.allocation = allocation(field(user, "thruster_wrench")[: len(vehicle.thrusters)])
+        self.wrenches = field(user, "thruster_wrench")[: len(vehicle.thrusters)]
+        self.allocation = allocation(self.wrenches)
         self.limit = np.array([thruster.limit_N for thruster in vehicle.thrusters])
         flown = [(plan.scenario, plan.scenario.control) for plan in self.plans]
         self.hold = np.array([(s.depth_m, c.hold_rad_s if active else 0.0, c.hold_damping) for s, c in flown])
@@ -142,11 +143,11 @@ class Chunk:
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         echoes = tank.ray(self.points, self.directions)
         on_board(self.flight, k, tank.qpos, tank.qvel, self.sonar, echoes, self.true)
-        if self.excited:
-            self.orders[:, self.excited.row] = self.excited.wanted[:, k]
+        for row, wanted in self.wanted.items():
+            self.orders[:, row] = wanted[:, k]
         hold(tank.qpos, tank.qvel, self.hold, self.inertia, self.allocation, self.limit, self.orders, tank.tunnel_N)
-        if self.excited:
-            self.excited.effort[:, k] = tank.tunnel_N @ self.excited.wrench
+        for row in self.wanted:
+            self.effort[:, k] = tank.tunnel_N @ self.wrenches[:, HELD[row]].copy()
         tank.disturbance_m_s2[:] = self.flight.noise[:, TURBULENCE, k]
         if (water := self.flight.water).shape[2]:  # linear from tick to tick: 1 mm of 0.3 m in waves of 2.5 s
             now, then = (np.insert(water[:, :, at], 1, 0.0, axis=1) for at in (k, k + 1))
@@ -157,10 +158,9 @@ class Chunk:
         stamp(self.flight, i, plan.scenario.samples)
         if moves(plan):
             true |= dict(zip(WATER, self.flight.water[i], strict=True))
-        if self.excited:
-            true["thrust_N"] = self.excited.effort[i]
-        room = self.excited.room[i] if self.excited else (-np.inf, np.inf)
-        return result(plan, self.flight, i, true, (float(room[0]), float(room[1])))
+        if self.wanted:
+            true["thrust_N"] = self.effort[i]
+        return result(plan, self.flight, i, true, (float(self.room[i, 0]), float(self.room[i, 1])))
 
 
 @law

@@ -65,8 +65,8 @@ def _content_faults(run: Run) -> Iterator[Fault]:
     for name, values in run.columns.items():
         if np.isnan(values).all():
             yield Fault(None, f"column {name} has no value in any row")
-        if np.isinf(values).any():
-            yield Fault(int(np.argmax(np.isinf(values))), f"column {name}: found an infinite value, expected a number")
+        for row in np.flatnonzero(np.isinf(values)).tolist():
+            yield Fault(row, f"column {name}: found an infinite value, expected a number")
     yield from _unit_faults(run)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in run.outputs)
     if longest < SHORTEST:
@@ -74,12 +74,9 @@ def _content_faults(run: Run) -> Iterator[Fault]:
 
 
 def _time_faults(time_s: FloatArray) -> Iterator[Fault]:
-    missing = ~np.isfinite(time_s)
-    if missing.any():
-        yield Fault(int(np.argmax(missing)), f"column {TIME}: the time is missing, expected a number in every row")
-    falls = np.diff(time_s) <= 0.0
-    if falls.any():
-        row = int(np.argmax(falls)) + 1
+    for row in np.flatnonzero(~np.isfinite(time_s)).tolist():
+        yield Fault(row, f"column {TIME}: the time is missing, expected a number in every row")
+    for row in (np.flatnonzero(np.diff(time_s) <= 0.0) + 1).tolist():
         found = f"found {time_s[row]:.10g} after {time_s[row - 1]:.10g}"
         yield Fault(row, f"column {TIME}: {found}, expected strictly increasing times")
 
@@ -95,7 +92,5 @@ def _unit_faults(run: Run) -> Iterator[Fault]:
         yield Fault(row, f"column {TIME}: {found}, expected {PAUSE_S:g} s at most; these are two recordings")
     for name, values in {TIME: run.time_s, **run.columns}.items():
         low, high, expected = BELIEVED.get(name, ANYTHING)
-        outside = (values < low) | (values > high)
-        if outside.any():
-            row = int(np.argmax(outside))
+        for row in np.flatnonzero((values < low) | (values > high)).tolist():
             yield Fault(row, f"column {name}: found {values[row]:.10g}, expected {expected}")
