@@ -36,6 +36,7 @@ def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> 
     inertia = np.diagonal(field(user, "rigid_mass") + field(user, "added_mass"))[list(AXES)]
     allocate = allocation(field(user, "thruster_wrench")[: limit.size])
     depth = -simulated.qpos[0, 2]
+    gains = np.array([[depth, 0.5, 1.0]])
     simulated.qpos[0, 1] -= start.get("sway", 0.0)
     simulated.qpos[0, 2] -= start.get("depth", 0.0)
     yaw, pitch = start.get("yaw", 0.0), start.get("pitch", 0.0)
@@ -43,10 +44,10 @@ def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> 
     simulated.qpos[0, 3:7] /= np.linalg.norm(simulated.qpos[0, 3:7])
     offset = [-simulated.qpos[0, 1], -simulated.qpos[0, 2] - depth, *attitude(simulated.qpos[0, 3:7])]
     assert np.abs(offset).max() > 0.04
-    orders, forces = np.tile(AS_IT_WAS, (4, 1)), simulated.tunnel_N[0]
+    orders = np.tile(AS_IT_WAS, (1, 4, 1))
     with simulated:
         for _ in range(600):
-            hold(simulated.qpos[0], simulated.qvel[0], depth, 0.5, 1.0, inertia, allocate, limit, orders, forces)
+            hold(simulated.qpos, simulated.qvel, gains, inertia, allocate, limit, orders, simulated.tunnel_N)
             assert (np.abs(simulated.tunnel_N[0]) <= limit).all()
             simulated.step(10)
     roll, pitch, yaw = attitude(simulated.qpos[0, 3:7])

@@ -32,7 +32,6 @@ def test_rotation_there_and_back() -> None:
 def test_products_are_those_of_matrices() -> None:
     matrix, x = RNG.normal(size=(6, 6)), six(2)
     assert sixdof.multiply(matrix, tuple(x)) == pytest.approx(matrix @ x, abs=1e-14)
-    assert sixdof.multiply_linear(matrix, tuple(x[:3])) == pytest.approx(matrix[:, :3] @ x[:3], abs=1e-14)
 
 
 def test_wrench_of_a_force_at_a_position() -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import mujoco
 import pytest
 from bodies import awkward_model, awkward_vehicle, phoenix, without_drag
 
+from vtank.compiled import FOLDER
 from vtank.tank import Tank, forces
 from vtank.tank.callbacks import callback, compiled
 from vtank.tank.layout import MAGIC
@@ -122,3 +124,8 @@ def test_offsets_are_part_of_the_compile_caches_key() -> None:
     """Numba keys a cached function by its free variables: another MuJoCo must never load this one's machine code."""
     key = {cell.cell_contents for cell in compiled().__wrapped__.__closure__}
     assert set(OFFSETS.values()) <= key
+
+
+def test_its_machine_code_lies_in_the_folder_of_its_sources() -> None:
+    """Where a changed law is never met by the callback of yesterday, and nothing is written into the package."""
+    assert Path(compiled()._cache.cache_path).is_relative_to(FOLDER)

@@ -150,7 +150,7 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
 
 def _truth(p: np.ndarray, top: float) -> Truth:
     alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
-    return Truth("winner", alpha, beta, gamma, tau, top, "")
+    return Truth(alpha, beta, gamma, tau, "winner", top, "")
 
 
 def _driven(words: str, table: dict[str, Any], p: np.ndarray, like: Observed) -> Experiment:

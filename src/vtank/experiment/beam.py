@@ -59,15 +59,10 @@ def into_fan(x: float, y: float, z: float, half: float) -> tuple[float, float, f
 def aim(quaternion: Array, fan: bool, half: float, directions: Array) -> None:
     """Fill the rays' world directions, shape (1 or TARGETS, 3), of a beam along the body's x axis."""
     a, b, c, d, e, f, g, h, i = rotation(quaternion)
+    axes = ((a, b, c), (d, e, f), (g, h, i))
     directions[0, 0], directions[0, 1], directions[0, 2] = a, d, g
     for ray in range(1, directions.shape[0]):
-        # ahead, port, starboard, up, down in body axes
-        if ray == 1:
-            x, y, z = a, b, c
-        elif ray <= 3:
-            x, y, z = d, e, f
-        else:
-            x, y, z = g, h, i
+        x, y, z = axes[ray // 2]  # ahead, port, starboard, up, down in body axes
         if ray == 3 or ray == 5:
             x, y, z = -x, -y, -z
         x, y, z = into_fan(x, y, z, half) if fan else into_cone(x, y, z, half)

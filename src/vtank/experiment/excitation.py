@@ -73,8 +73,8 @@ def fade_in(time_s: Array, ramp_s: float) -> Signal:
 
 
 def sine(e: Excitation, t: Array, duration_s: float) -> Signal:
-    """A sin(w t + phase)."""
-    return components(t, e.amplitudes, e.frequencies_rad_s, (e.phase_rad,))
+    """A sin(w t + phase); nothing, to stay where the vehicle is, without an amplitude."""
+    return components(t, e.amplitudes, e.frequencies_rad_s, (e.phase_rad,) * len(e.amplitudes))
 
 
 def multisine(e: Excitation, t: Array, duration_s: float) -> Signal:
@@ -115,11 +115,6 @@ def step_coast(e: Excitation, t: Array, duration_s: float) -> Signal:
     return e.amplitudes[0] * sign * pushing, np.zeros_like(t)
 
 
-def still(e: Excitation, t: Array, duration_s: float) -> Signal:
-    """Nothing: the vehicle is to stay where it is."""
-    return np.zeros_like(t), np.zeros_like(t)
-
-
 KINDS: dict[str, Callable[[Excitation, Array, float], Signal]] = {
     "position_sine": sine,
     "speed_sine": sine,
@@ -128,7 +123,7 @@ KINDS: dict[str, Callable[[Excitation, Array, float], Signal]] = {
     "chirp": chirp,
     "square": square,
     "step_coast": step_coast,
-    "station": still,
+    "station": sine,
 }
 CLOSED, OPEN = ("position_sine", "station"), ("speed_sine", "force_sine", "step_coast")  # the others: either loop
 

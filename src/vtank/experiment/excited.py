@@ -1,16 +1,12 @@
-"""The excited axis of some runs, where it is another than surge: orders to its thrusters, their effort, its record."""
+"""The excited axis of a run, where it is another than surge: the room along it, the place there and its record."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..tank.tank import Tank
 from . import noise as streams
-from .flight import orders
-from .hold import AS_IT_WAS, AXES, NAMES
 from .plan import Plan
 from .scenario import SHALLOWEST_M
 
@@ -19,42 +15,17 @@ HALF_BREADTH_M = 0.3  # [m] what the hull needs to either side of its centre, an
 PLACE = {"sway": "sway_m", "heave": "depth_m", "pitch": "pitch_rad", "yaw": "heading_rad"}  # axis -> channel
 
 
-def no_orders(count: int) -> Array:
-    """Orders that hold every axis where it started, shape (count, 4, 3), as `pilot.hold` takes them."""
-    return np.tile(AS_IT_WAS, (count, 4, 1))
+def room(axis: str, tank: Tank, points: Array) -> Array:
+    """(Lowest, highest) place along an axis that the walls leave to each run, shape (N, 2) [m].
 
-
-class Excited:
-    """Orders to one axis of N runs over K ticks.
-
-    Attributes:
-        effort: what the thrusters made along the axis, shape (N, K) [N or N m].
-        room: (lowest, highest) place along it that the walls leave to each run, shape (N, 2) [m].
+    points: the sonars' places at the start, shape (N, 1, 3) [m].
     """
-
-    def __init__(self, plans: Sequence[Plan], length: int, wrenches: Array) -> None:
-        """wrenches: of the thrusters at 1 N, shape (J, 6)."""
-        moved = NAMES.index(plans[0].scenario.excitation.axis)
-        self.row, self.wrench = moved, wrenches[:, AXES[moved]].copy()
-        self.wanted = np.array([orders(plan, length) for plan in plans])
-        self.effort = np.zeros((len(plans), length))
-        self.room = np.tile([-np.inf, np.inf], (len(plans), 1))
-
-    def look_around(self, tank: Tank, points: Array) -> None:
-        """Measure the room from the sonars' places at the start, shape (N, 1, 3) [m]."""
-        port, starboard, down = tank.ray(points, np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])).T
-        if NAMES[self.row] == "sway":
-            self.room = np.transpose([HALF_BREADTH_M - port, starboard - HALF_BREADTH_M])
-        elif NAMES[self.row] == "heave":
-            self.room = np.transpose([SHALLOWEST_M + points[:, 0, 2], down - HALF_BREADTH_M])
-
-    def order(self, k: int, orders: Array) -> None:
-        """Write the orders of tick k, in place."""
-        orders[:, self.row] = self.wanted[:, k]
-
-    def note(self, k: int, thruster_N: Array) -> None:
-        """Take down what the thrusters, shape (N, J) [N], make over tick k."""
-        self.effort[:, k] = thruster_N @ self.wrench
+    port, starboard, down = tank.ray(points, np.array([[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])).T
+    if axis == "sway":
+        return np.transpose([HALF_BREADTH_M - port, starboard - HALF_BREADTH_M])
+    if axis == "heave":
+        return np.transpose([SHALLOWEST_M + points[:, 0, 2], down - HALF_BREADTH_M])
+    return np.tile([-np.inf, np.inf], (len(points), 1))
 
 
 def place(plan: Plan, true: dict[str, Array]) -> Array:

@@ -5,7 +5,7 @@ One row per run. The compiled laws of this package take a Flight, the number of 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +17,6 @@ from ..waves import orbit
 from . import noise as streams
 from .clearance import vehicle_of
 from .excitation import fade_in
-from .hold import AS_IT_WAS
 from .plan import Plan
 from .sonar_filter import steady_state
 
@@ -25,26 +24,24 @@ Array = NDArray[np.float64]
 
 (SKEW,), (MULTIPATH, _), (SPIKES, _) = (indices(e.EFFECT) for e in (clock_skew, sonar_multipath, tachometer_spikes))
 
-# What the laws need of a scenario, one record per run; the effects' parameters stand in the vector p
-SETTING = np.dtype(
-    [
-        ("period_s", "f8"),
-        ("closed_loop", "?"),
-        ("standoff_m", "f8"),
-        ("n_limit_rev_s", "f8"),
-        ("position_gain", "f8"),  # [1/s2]
-        ("speed_gain", "f8"),  # [1/s]
-        ("thrust_m_per_rev2", "f8"),
-        ("blunt_rev_s", "f8"),
-        ("governor_per_s", "f8"),
-        ("filter_q", "f8"),  # [m2/s5]
-        ("filter_r", "f8"),  # [m2]
-        ("ping_ticks", "i8"),
-        ("resolution_m", "f8"),
-        ("dropout", "f8"),
-        ("max_range_m", "f8"),
-    ]
-)
+# What the laws need of a plan besides the effects' parameters, which stand in the vector p: name -> where it is found
+SETTING: dict[str, Callable[[Plan], float]] = {
+    "period_s": lambda plan: plan.scenario.period_s,
+    "closed_loop": lambda plan: plan.scenario.excitation.loop != "speed",
+    "standoff_m": lambda plan: plan.scenario.standoff_m,
+    "n_limit_rev_s": lambda plan: plan.n_limit_rev_s,
+    "position_gain": lambda plan: plan.scenario.control.position_per_s2,
+    "speed_gain": lambda plan: plan.scenario.control.speed_per_s,
+    "thrust_m_per_rev2": lambda plan: plan.scenario.control.thrust_m_per_rev2,
+    "blunt_rev_s": lambda plan: plan.scenario.control.blunt_rev_s,
+    "governor_per_s": lambda plan: plan.scenario.tachometer.governor_per_s,
+    "filter_q": lambda plan: plan.scenario.filter.q_m2_per_s5,
+    "filter_r": lambda plan: plan.scenario.filter.r_m2,
+    "ping_ticks": lambda plan: round(1.0 / (plan.scenario.sonar.rate_hz * plan.scenario.period_s)),
+    "resolution_m": lambda plan: plan.scenario.sonar.resolution_m,
+    "dropout": lambda plan: plan.scenario.sonar.dropout,
+    "max_range_m": lambda plan: plan.scenario.sonar.max_range_m,
+}
 
 # Rows of Flight.command, .history and .record
 COMMAND, COMMAND_RATE = range(2)
@@ -56,7 +53,7 @@ class Flight(NamedTuple):
     """Arrays of N runs over K ticks.
 
     Attributes:
-        setting: shape (N,), records of SETTING.
+        setting: shape (N,), records of the numbers in SETTING.
         p: parameter vectors, shape (N, SIZE).
         noise: shape (N, STREAMS, K).
         command: shape (N, 2, K): range to the wall [m] or propeller speed [rev/s], and its rate.
@@ -90,7 +87,7 @@ def prepare(plans: Sequence[Plan]) -> Flight:
     """A Flight ready for its first tick; K is that of the longest plan."""
     count, length = len(plans), max(map(ticks, plans))
     flight = Flight(
-        setting=np.zeros(count, SETTING),
+        setting=np.zeros(count, np.dtype([(name, "f8") for name in SETTING])),
         p=np.array([plan.p for plan in plans]),
         noise=np.empty((count, streams.STREAMS, length)),
         command=np.empty((count, 2, length)),
@@ -102,10 +99,11 @@ def prepare(plans: Sequence[Plan]) -> Flight:
         water=np.zeros((count, 2, length + 1 if any(moves(plan) for plan in plans) else 0)),
     )
     for i, plan in enumerate(plans):
-        flight.setting[i] = _setting(plan)
+        flight.setting[i] = tuple(found(plan) for found in SETTING.values())
         flight.noise[i] = _noise(plan, length)
         flight.command[i] = _command(plan, length)
-        flight.covariance[i] = _steady_covariance(plan)
+        s = plan.scenario
+        flight.covariance[i] = steady_state(s.period_s, s.filter.q_m2_per_s5, s.filter.r_m2)[1]
         if moves(plan):
             flight.water[i] = _water(plan, length + 1)
     return flight
@@ -118,37 +116,15 @@ def moves(plan: Plan) -> bool:
 
 def orders(plan: Plan, length: int) -> Array:
     """Orders to the excited axis, other than surge, at the ticks, shape (length, 3) as those of `hold`."""
-    excitation = plan.scenario.excitation
-    value, rate = excitation.command(
-        np.arange(length, dtype=np.float64) * plan.scenario.period_s, plan.scenario.duration_s
-    )
-    ordered = np.tile(AS_IT_WAS, (length, 1))
-    if excitation.loop == "force":
-        ordered[:, 2] = value
-    else:
-        ordered[:, :2] = np.transpose([value, rate])
-    return ordered
-
-
-def _setting(plan: Plan) -> tuple[float, ...]:
     s = plan.scenario
-    return (
-        s.period_s,
-        s.excitation.loop != "speed",
-        s.standoff_m,
-        plan.n_limit_rev_s,
-        s.control.position_per_s2,
-        s.control.speed_per_s,
-        s.control.thrust_m_per_rev2,
-        s.control.blunt_rev_s,
-        s.tachometer.governor_per_s,
-        s.filter.q_m2_per_s5,
-        s.filter.r_m2,
-        round(1.0 / (s.sonar.rate_hz * s.period_s)),
-        s.sonar.resolution_m,
-        s.sonar.dropout,
-        s.sonar.max_range_m,
-    )
+    value, rate = s.excitation.command(_times(plan, length), s.duration_s)
+    if s.excitation.loop == "force":
+        return np.transpose([0.0 * value, 0.0 * value, value])
+    return np.transpose([value, rate, np.full(length, np.nan)])
+
+
+def _times(plan: Plan, length: int) -> Array:
+    return np.arange(length, dtype=np.float64) * plan.scenario.period_s
 
 
 def _noise(plan: Plan, length: int) -> Array:
@@ -168,18 +144,13 @@ def _command(plan: Plan, length: int) -> Array:
     s = plan.scenario
     if s.excitation.axis != "surge":
         return np.array([np.full(length, s.standoff_m), np.zeros(length)])
-    value, rate = s.excitation.command(np.arange(length, dtype=np.float64) * s.period_s, s.duration_s)
+    value, rate = s.excitation.command(_times(plan, length), s.duration_s)
     return np.array([s.standoff_m - value, -rate] if s.excitation.loop == "position" else [value, rate])
-
-
-def _steady_covariance(plan: Plan) -> Array:
-    s = plan.scenario
-    return steady_state(s.period_s, s.filter.q_m2_per_s5, s.filter.r_m2)[1]
 
 
 def _water(plan: Plan, length: int) -> Array:
     s = plan.scenario
     to_wall = s.standoff_m + vehicle_of(s.vehicle).sonar_x_m
     sea = orbit(s.waves, s.depth_m, to_wall, streams.stream(plan.seed, plan.run, streams.WAVES))
-    fade, _ = fade_in(np.arange(length, dtype=np.float64) * s.period_s, s.waves.ramp_s)
+    fade, _ = fade_in(_times(plan, length), s.waves.ramp_s)
     return np.asarray((fade[:, None] * sea.ticks(s.period_s, length)).T)

@@ -61,9 +61,6 @@ def write_results(
 
 def _names(names: list[str]) -> list[str]:
     """The names, numbered where one appears more than once."""
-    counts = {name: 0 for name in names}
-    unique = []
-    for name in names:
-        counts[name] += 1
-        unique.append(f"{name}-{counts[name]}" if names.count(name) > 1 else name)
-    return unique
+    numbers = [names[: i + 1].count(name) for i, name in enumerate(names)]
+    pairs = zip(names, numbers, strict=True)
+    return [f"{name}-{number}" if names.count(name) > 1 else name for name, number in pairs]

@@ -38,40 +38,34 @@ def attitude(quaternion: Array) -> tuple[float, float, float]:
 
 
 @law
-def places(qpos: Array, qvel: Array, depth_m: float, place: Array, rate: Array) -> None:
-    """Fill where the hull is along AXES, from the start on [m, rad], and its rates, shapes (4,), body's senses."""
-    _, pitch, yaw = attitude(qpos[3:7])
-    place[0], place[1], place[2], place[3] = -qpos[1], -qpos[2] - depth_m, pitch, yaw
-    rate[0], rate[1], rate[2], rate[3] = -qvel[1], -qvel[2], qvel[4], qvel[5]
-
-
-@law
 def hold(
     qpos: Array,
     qvel: Array,
-    depth_m: float,
-    rad_s: float,
-    damping: float,
+    gains: Array,
     inertia: Array,
     allocation: Array,
     limit_N: Array,
     orders: Array,
-    thruster_N: Array,
+    out_N: Array,
 ) -> None:
-    """Set the thrusters' forces (K,) [N].
+    """Set the thrusters' forces of N runs, out_N (N, K) [N].
 
-    qpos (7,) and qvel (6,) as MuJoCo's; inertia (4,): mass or moment of inertia of AXES with added mass [kg, kg m2];
-    allocation (K, 4); limit_N (K,); orders (4, 3): PLACE, RATE and FORCE of AXES, FORCE NaN where the axis is held.
+    qpos (N, 7) and qvel (N, 6) as MuJoCo's; gains (N, 3): depth [m], natural frequency [rad/s], damping; inertia (4,):
+    mass or moment of inertia of AXES with added mass [kg, kg m2]; allocation (K, 4); limit_N (K,); orders (N, 4, 3):
+    PLACE, RATE and FORCE of AXES, FORCE NaN where the axis is held.
     """
-    stiffness, damper = rad_s * rad_s, 2.0 * damping * rad_s
-    wanted = np.empty((3, 4))
-    place, rate, force = wanted[0], wanted[1], wanted[2]
-    places(qpos, qvel, depth_m, place, rate)
-    for axis in range(4):
-        lag, slip = place[axis] - orders[axis, PLACE], rate[axis] - orders[axis, RATE]
-        held = -inertia[axis] * (stiffness * lag + damper * slip)
-        force[axis] = held if math.isnan(orders[axis, FORCE]) else orders[axis, FORCE]
-    for j in range(thruster_N.size):
-        share = allocation[j, 0] * force[0] + allocation[j, 1] * force[1]
-        share = share + allocation[j, 2] * force[2] + allocation[j, 3] * force[3]
-        thruster_N[j] = min(max(share, -limit_N[j]), limit_N[j])
+    force = np.empty(4)
+    for i in range(qpos.shape[0]):
+        depth_m, rad_s, damping = gains[i, 0], gains[i, 1], gains[i, 2]
+        stiffness, damper = rad_s * rad_s, 2.0 * damping * rad_s
+        _, pitch, yaw = attitude(qpos[i, 3:7])
+        place = -qpos[i, 1], -qpos[i, 2] - depth_m, pitch, yaw  # along AXES, in the body's senses
+        rate = -qvel[i, 1], -qvel[i, 2], qvel[i, 4], qvel[i, 5]
+        for axis in range(4):
+            lag, slip = place[axis] - orders[i, axis, PLACE], rate[axis] - orders[i, axis, RATE]
+            held = -inertia[axis] * (stiffness * lag + damper * slip)
+            force[axis] = held if math.isnan(orders[i, axis, FORCE]) else orders[i, axis, FORCE]
+        for j in range(limit_N.size):
+            share = allocation[j, 0] * force[0] + allocation[j, 1] * force[1]
+            share = share + allocation[j, 2] * force[2] + allocation[j, 3] * force[3]
+            out_N[i, j] = min(max(share, -limit_N[j]), limit_N[j])

@@ -50,10 +50,7 @@ class Result:
     def truth(self, channels: bool = True) -> dict[str, Any]:
         """All that a reader of the run must not know, for the truth file; `channels` adds the true motion."""
         plan = self.plan
-        nominal = plan.truth.vector()
-        effects = {
-            name: value for name, value, null in zip(NAMES, plan.p.tolist(), nominal, strict=True) if value != null
-        }
+        nominal = dict(zip(NAMES, plan.truth.vector(), strict=True)) | {"standoff": plan.parameters["standoff"]}
         truth: dict[str, Any] = {
             "run": plan.name,
             "scenario": plan.scenario.name,
@@ -61,7 +58,7 @@ class Result:
             "seed": plan.seed,
             "run_number": plan.run,
             "parameters": {name: value for name, value in plan.parameters.items() if np.isfinite(value)},
-            "effects": {name: value for name, value in effects.items() if name != "standoff"},
+            "effects": {name: value for name, value in plan.parameters.items() if value != nominal[name]},
             "noise": {
                 "sonar_m": plan.scenario.sonar.noise_m,
                 "resolution_m": plan.scenario.sonar.resolution_m,

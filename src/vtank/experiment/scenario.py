@@ -7,14 +7,15 @@ controllers' gains are guesses: the paper does not give its own.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..plant.truth import read_effects
-from ..record.table import Table, open_table
+from ..record.table import GREATEST, Table, open_table
 from ..record.toml import find_file
 from ..resources import scenarios_dir
 from ..units import FOOT_M
@@ -26,6 +27,16 @@ STEP_S = 0.01  # [s] step of the tank's integrator, of which the tick is a multi
 SHALLOWEST_M = 0.2  # [m] least depth of the hull's centre, whose half height is 0.13 m: the surface is not modelled
 FT2_M2 = FOOT_M**2  # [m2/ft2]
 INFINITE = float("inf")
+
+
+def within(default: float, low: float, high: float) -> Any:
+    """A field that a file may set within [low, high]."""
+    return field(default=default, metadata={"read": lambda table, key: table.number(key, default, low, high)})
+
+
+def above_zero(default: float, high: float = GREATEST) -> Any:
+    """A field that a file may set above zero, up to `high`."""
+    return field(default=default, metadata={"read": lambda table, key: table.positive(key, default, high)})
 
 
 @dataclass(frozen=True)
@@ -43,19 +54,19 @@ class Sonar:
     """
 
     beam: str = "pencil"
-    width_deg: float = 0.0
+    width_deg: float = within(0.0, 0.0, 120.0)
     rate_hz: float = 10.0
-    resolution_m: float = 0.0
-    noise_m: float = 0.0
-    dropout: float = 0.0
-    max_range_m: float = INFINITE
+    resolution_m: float = within(0.0, 0.0, 1.0)
+    noise_m: float = within(0.0, 0.0, 10.0)
+    dropout: float = within(0.0, 0.0, 1.0)
+    max_range_m: float = above_zero(INFINITE, INFINITE)
 
 
 @dataclass(frozen=True)
 class Tachometer:
     """Propeller speed sensor: noise [rev/s], and the rate [1/s] at which the motor drive follows its reading."""
 
-    noise_rev_s: float = 0.0
+    noise_rev_s: float = within(0.0, 0.0, 10.0)
     governor_per_s: float = 0.0
 
 
@@ -63,8 +74,8 @@ class Tachometer:
 class Turbulence:
     """Surge acceleration by turbulence: Ornstein-Uhlenbeck, standard deviation [m/s2] and correlation time [s]."""
 
-    acceleration_m_s2: float = 0.0
-    time_s: float = 1.0
+    acceleration_m_s2: float = within(0.0, 0.0, 10.0)
+    time_s: float = above_zero(1.0)
 
 
 @dataclass(frozen=True)
@@ -87,12 +98,12 @@ class Control:
     The other axes: natural frequency [rad/s] and damping ratio on the true pose (perfect gyro and depth cell).
     """
 
-    position_per_s2: float = 0.4
-    speed_per_s: float = 1.0
-    thrust_m_per_rev2: float = 0.0005
-    blunt_rev_s: float = 5.0
-    hold_rad_s: float = 0.5
-    hold_damping: float = 1.0
+    position_per_s2: float = within(0.4, 0.0, 100.0)
+    speed_per_s: float = within(1.0, 0.0, 100.0)
+    thrust_m_per_rev2: float = above_zero(0.0005)
+    blunt_rev_s: float = within(5.0, 0.0, 20.0)
+    hold_rad_s: float = within(0.5, 0.0, 5.0)
+    hold_damping: float = within(1.0, 0.0, 10.0)
 
 
 @dataclass(frozen=True)
@@ -158,24 +169,27 @@ def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Sce
 
 def read_scenario(table: Table) -> Scenario:
     """The scenario in a whole file that is open already; InputError as `load_scenario`."""
+    period_s, tachometer = _period(table), table.table("tachometer")
     scenario = Scenario(
         name=table.path.stem,
         path=table.path,
         description=table.text("description", ""),
         truth=table.file("truth", "paper-ii"),
         duration_s=table.positive("duration_s", 120.0, 86400.0),
-        period_s=_period(table),
+        period_s=period_s,
         standoff_m=table.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
         depth_m=table.number("depth_m", 3.0 * FOOT_M, SHALLOWEST_M, 1000.0),
         n_limit_rev_s=table.positive("n_limit_rev_s") if table.has("n_limit_rev_s") else None,
         hold=table.choice("hold", ("thrusters", "rigid"), "thrusters"),
         seed=table.integer("seed", 0),
         excitation=read_excitation(table.table("excitation")),
-        sonar=_sonar(table.table("sonar"), _period(table)),
-        tachometer=_tachometer(table.table("tachometer"), _period(table)),
-        turbulence=_turbulence(table.table("turbulence")),
+        sonar=_sonar(table.table("sonar"), period_s),
+        tachometer=_section(
+            tachometer, Tachometer, governor_per_s=tachometer.number("governor_per_s", 0.0, 0.0, 1.0 / period_s)
+        ),
+        turbulence=_section(table.table("turbulence"), Turbulence),
         filter=_filter(table.table("filter")),
-        control=_control(table.table("control")),
+        control=_section(table.table("control"), Control),
         effects=read_effects(table.table("effects")),
         vehicle=table.file("vehicle", "phoenix"),
         walls=table.file("walls", "basin", ".xml"),
@@ -197,64 +211,31 @@ def _period(table: Table) -> float:
     return period
 
 
-def _sonar(table: Table, period_s: float) -> Sonar:
-    sonar = Sonar(
-        beam=table.choice("beam", ("pencil", "sector"), "pencil"),
-        width_deg=table.number("width_deg", 0.0, 0.0, 120.0),
-        rate_hz=table.positive("rate_hz", 1.0 / period_s),
-        resolution_m=table.number("resolution_m", 0.0, 0.0, 1.0),
-        noise_m=table.number("noise_m", 0.0, 0.0, 10.0),
-        dropout=table.number("dropout", 0.0, 0.0, 1.0),
-        max_range_m=table.positive("max_range_m", INFINITE, INFINITE),
-    )
-    ticks = 1.0 / (sonar.rate_hz * period_s)
+def _section(table: Table, kind: type[Any], **others: Any) -> Any:
+    """A dataclass whose fields are read as they say, but for the others, which are known."""
+    values = {f.name: f.metadata["read"](table, f.name) for f in fields(kind) if f.name not in others}
+    table.close()
+    return kind(**values, **others)
+
+
+def _sonar(table: Table, period_s: float) -> Any:
+    rate = table.positive("rate_hz", 1.0 / period_s)
+    ticks = 1.0 / (rate * period_s)
     if abs(ticks - round(ticks)) > 1e-6 or ticks < 0.5:
-        message = f"expected the tick rate, {1.0 / period_s:g} Hz, divided by a whole number; found {sonar.rate_hz:g}"
+        message = f"expected the tick rate, {1.0 / period_s:g} Hz, divided by a whole number; found {rate:g}"
         raise table.error("rate_hz", message)
-    table.close()
-    return sonar
-
-
-def _tachometer(table: Table, period_s: float) -> Tachometer:
-    tachometer = Tachometer(
-        noise_rev_s=table.number("noise_rev_s", 0.0, 0.0, 10.0),
-        governor_per_s=table.number("governor_per_s", 0.0, 0.0, 1.0 / period_s),
-    )
-    table.close()
-    return tachometer
-
-
-def _turbulence(table: Table) -> Turbulence:
-    turbulence = Turbulence(
-        acceleration_m_s2=table.number("acceleration_m_s2", 0.0, 0.0, 10.0),
-        time_s=table.positive("time_s", 1.0),
-    )
-    table.close()
-    return turbulence
+    beam = table.choice("beam", ("pencil", "sector"), "pencil")
+    return _section(table, Sonar, beam=beam, rate_hz=rate)
 
 
 def _filter(table: Table) -> SonarFilter:
     values = []
     for name, unit, default in (("q", "2_per_s5", SonarFilter.q_m2_per_s5), ("r", "2", SonarFilter.r_m2)):
         feet, metres = f"{name}_ft{unit}", f"{name}_m{unit}"
-        if feet in table.entries:
+        if table.has(feet):
             table.either(feet, metres)
             values.append(table.positive(feet) * FT2_M2)
         else:
             values.append(table.positive(metres, default))
-    table.known.update(("q_ft2_per_s5", "r_ft2"))
     table.close()
     return SonarFilter(*values)
-
-
-def _control(table: Table) -> Control:
-    control = Control(
-        position_per_s2=table.number("position_per_s2", Control.position_per_s2, 0.0, 100.0),
-        speed_per_s=table.number("speed_per_s", Control.speed_per_s, 0.0, 100.0),
-        thrust_m_per_rev2=table.positive("thrust_m_per_rev2", Control.thrust_m_per_rev2),
-        blunt_rev_s=table.number("blunt_rev_s", Control.blunt_rev_s, 0.0, 20.0),
-        hold_rad_s=table.number("hold_rad_s", Control.hold_rad_s, 0.0, 5.0),
-        hold_damping=table.number("hold_damping", Control.hold_damping, 0.0, 10.0),
-    )
-    table.close()
-    return control

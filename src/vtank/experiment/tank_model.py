@@ -18,10 +18,10 @@ from ..tank.tank import Tank
 from ..tank.world import load_world
 from .beam import TARGETS, aim, rotation
 from .clearance import MARGIN_M, vehicle_at, vehicle_of, vehicle_path, walls_path
-from .excited import Excited, no_orders
-from .flight import RANGE, RANGE_RATE, Flight, moves, prepare, ticks
+from .excited import room
+from .flight import RANGE, RANGE_RATE, Flight, moves, orders, prepare, ticks
+from .hold import AS_IT_WAS, NAMES, allocation, attitude, hold
 from .hold import AXES as HELD
-from .hold import allocation, attitude, hold
 from .noise import TURBULENCE
 from .plan import Plan
 from .result import Result, result
@@ -87,16 +87,19 @@ class Chunk:
         model = world(vehicle_path(scenario.vehicle), walls_path(scenario), scenario.period_s)
         self.tank = Tank(model, vehicle_of(scenario.vehicle), self.flight.p, nthread, held)
         self.steps = round(scenario.period_s / self.tank.model.opt.timestep)
-        self.delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
+        delayed = any(switch_time(self.flight, i) > 0.0 for i in range(len(plans)))
+        self.parts = self.steps if delayed else 1  # of a tick, each with a propeller speed of its own
         self.fan, self.half = scenario.sonar.beam == "sector", math.radians(scenario.sonar.width_deg) / 2.0
         self.points = np.zeros((len(plans), 1, 3))
         self.directions = np.zeros((len(plans), TARGETS if self.half > 0.0 else 1, 3))
         length = self.flight.history.shape[2]
         self.true = np.empty((len(plans), len(CHANNELS), length))
-        self.orders, wrenches = no_orders(len(plans)), field(self.tank.userdata[0], "thruster_wrench")
-        self.excited = Excited(plans, length, wrenches[: len(self.tank.vehicle.thrusters)]) if axis != "surge" else None
+        self.orders, self.effort = np.tile(AS_IT_WAS, (len(plans), 4, 1)), np.zeros((len(plans), length))
+        moved = [NAMES.index(axis)] if axis in NAMES else []  # of the held axes
+        self.wanted = {row: np.array([orders(plan, length) for plan in plans]) for row in moved}
         self._place(scenario.sonar.beam)
-        self._hold(scenario.hold == "thrusters" or self.excited is not None)
+        self.room = room(axis, self.tank, self.points)
+        self._hold(scenario.hold == "thrusters" or bool(moved))
 
     def _place(self, beam: str) -> None:
         """Put the vehicles at depth, and the tank around them so that the sonar is at stand-off from the wall ahead."""
@@ -110,8 +113,6 @@ class Chunk:
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         ahead, down = tank.ray(self.points, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])).T
         self.shift = ahead - standoff
-        if self.excited:
-            self.excited.look_around(tank, self.points)
         for plan, water in zip(self.plans, down, strict=True):
             if not MARGIN_M <= water < np.inf:
                 raise InputError(f"{plan.scenario.path}: depth_m: expected a depth above the tank's floor")
@@ -123,12 +124,11 @@ class Chunk:
         user, vehicle = self.tank.userdata[0], self.tank.vehicle
         total = field(user, "rigid_mass") + field(user, "added_mass")
         self.inertia = np.diagonal(total)[list(HELD)].copy()
-        self.allocation = allocation(field(user, "thruster_wrench")[: len(vehicle.thrusters)])
+        self.wrenches = field(user, "thruster_wrench")[: len(vehicle.thrusters)]
+        self.allocation = allocation(self.wrenches)
         self.limit = np.array([thruster.limit_N for thruster in vehicle.thrusters])
-        control = [plan.scenario.control for plan in self.plans]
-        depth = [plan.scenario.depth_m for plan in self.plans]
-        gains = [(d, c.hold_rad_s if active else 0.0, c.hold_damping) for d, c in zip(depth, control, strict=True)]
-        self.hold = np.array(gains)
+        flown = [(plan.scenario, plan.scenario.control) for plan in self.plans]
+        self.hold = np.array([(s.depth_m, c.hold_rad_s if active else 0.0, c.hold_damping) for s, c in flown])
 
     def run(self, report: Callable[[int], None]) -> list[Result]:
         """Fly all runs from rest to the end."""
@@ -136,13 +136,9 @@ class Chunk:
         with tank:
             for k in range(flight.history.shape[2]):
                 self._tick(k)
-                if self.delayed:
-                    for j in range(self.steps):
-                        act(flight, k, j, self.steps, tank.propeller_rev_s)
-                        tank.step(1)
-                else:
-                    act(flight, k, 0, 1, tank.propeller_rev_s)
-                    tank.step(self.steps)
+                for j in range(self.parts):
+                    act(flight, k, j, self.parts, tank.propeller_rev_s)
+                    tank.step(self.steps // self.parts)
                 report(len(self.plans))
         return [self._result(i) for i in range(len(self.plans))]
 
@@ -151,30 +147,24 @@ class Chunk:
         aim_all(tank.qpos, self.sonar, self.shift, self.fan, self.half, self.points, self.directions)
         echoes = tank.ray(self.points, self.directions)
         on_board(self.flight, k, tank.qpos, tank.qvel, self.sonar, echoes, self.true)
-        if self.excited:
-            self.excited.order(k, self.orders)
-        hold_all(tank.qpos, tank.qvel, self.hold, self.inertia, self.allocation, self.limit, self.orders, tank.tunnel_N)
-        if self.excited:
-            self.excited.note(k, tank.tunnel_N)
+        for row, wanted in self.wanted.items():
+            self.orders[:, row] = wanted[:, k]
+        hold(tank.qpos, tank.qvel, self.hold, self.inertia, self.allocation, self.limit, self.orders, tank.tunnel_N)
+        for row in self.wanted:
+            self.effort[:, k] = tank.tunnel_N @ self.wrenches[:, HELD[row]].copy()
         tank.disturbance_m_s2[:] = self.flight.noise[:, TURBULENCE, k]
-        self._move_water(k)
-
-    def _move_water(self, k: int) -> None:
-        """The water's velocity from this tick to the next, linear in time: 1 mm of 0.3 m in waves of 2.5 s."""
-        water = self.flight.water
-        if water.shape[2]:
+        if (water := self.flight.water).shape[2]:  # linear from tick to tick: 1 mm of 0.3 m in waves of 2.5 s
             now, then = (np.insert(water[:, :, at], 1, 0.0, axis=1) for at in (k, k + 1))
-            self.tank.set_water(now, (then - now) / self.plans[0].scenario.period_s)
+            tank.set_water(now, (then - now) / self.plans[0].scenario.period_s)
 
     def _result(self, i: int) -> Result:
         plan, true = self.plans[i], dict(zip(CHANNELS, self.true[i], strict=True))
         stamp(self.flight, i, plan.scenario.samples)
         if moves(plan):
             true |= dict(zip(WATER, self.flight.water[i], strict=True))
-        if self.excited:
-            true["thrust_N"] = self.excited.effort[i]
-        room = self.excited.room[i] if self.excited else (-np.inf, np.inf)
-        return result(plan, self.flight, i, true, (float(room[0]), float(room[1])))
+        if self.wanted:
+            true["thrust_N"] = self.effort[i]
+        return result(plan, self.flight, i, true, (float(self.room[i, 0]), float(self.room[i, 1])))
 
 
 @law
@@ -203,23 +193,6 @@ def on_board(flight: Flight, k: int, qpos: Array, qvel: Array, sonar: Array, ech
         true[i, 3, k] = -qpos[i, 2]
         true[i, 4, k], true[i, 5, k], true[i, 6, k] = attitude(qpos[i, 3:7])
         tick(flight, i, k)
-
-
-@law
-def hold_all(
-    qpos: Array,
-    qvel: Array,
-    gains: Array,
-    inertia: Array,
-    allocation: Array,
-    limit_N: Array,
-    orders: Array,
-    thruster_N: Array,
-) -> None:
-    """The axes but surge of N runs; gains (N, 3): depth [m], natural frequency [rad/s], damping; orders (N, 4, 3)."""
-    for i in range(qpos.shape[0]):
-        depth, rad_s, damping = gains[i, 0], gains[i, 1], gains[i, 2]
-        hold(qpos[i], qvel[i], depth, rad_s, damping, inertia, allocation, limit_N, orders[i], thruster_N[i])
 
 
 @law

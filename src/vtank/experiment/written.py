@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import fields
+from dataclasses import asdict
 from typing import Any
 
 from ..effects.catalogue import PARAMETERS
@@ -17,7 +17,7 @@ from .scenario import Scenario, Waves
 
 Keys = dict[str, Any]
 CARD = ("duration_s", "period_s", "standoff_m", "depth_m", "hold")
-OWN_TABLES = ("sonar", "tachometer", "turbulence", "control")
+OWN_TABLES = ("sonar", "tachometer", "turbulence", "control", "filter")
 
 
 def as_toml(scenario: Scenario, comment: str = "") -> str:
@@ -31,12 +31,9 @@ def as_toml(scenario: Scenario, comment: str = "") -> str:
         if (value := getattr(scenario, key)) is not None
     }  # fmt: skip
     tables: dict[str, Keys] = {"excitation": _excitation(scenario.excitation)}
-    for name in OWN_TABLES:
-        part = getattr(scenario, name)
-        tables[name] = {f.name: getattr(part, f.name) for f in fields(part)}
+    tables |= {name: asdict(getattr(scenario, name)) for name in OWN_TABLES}
     if tables["sonar"]["max_range_m"] == float("inf"):
         del tables["sonar"]["max_range_m"]
-    tables["filter"] = {"q_m2_per_s5": scenario.filter.q_m2_per_s5, "r_m2": scenario.filter.r_m2}
     for slot, value in scenario.effects.items():
         tables.setdefault(f"effects.{slot.partition('.')[0]}", {})[PARAMETERS[slot].key] = value
     parts = [f"# {comment}\n" if comment else "", _lines(head)]

@@ -1,4 +1,4 @@
-"""Lumped surge parameters from masses and coefficients, and back; feet and SI.
+"""Lumped surge parameters from masses and coefficients; feet and SI.
 
 The surge balance of a neutrally buoyant vehicle with moving mass M = m - X_udot [kg] is
 
@@ -33,61 +33,17 @@ class Lumped:
     tau_s: float
 
 
-@dataclass(frozen=True)
-class SurgeForces:
-    """Coefficients of the surge balance: M [kg], D [N/(m/s)2], T [N/(rev/s)2], L [N/(rev/s m/s)], tau [s]."""
-
-    moving_mass_kg: float
-    drag_N_s2_per_m2: float
-    thrust_N_s2_per_rev2: float
-    loss_N_s2_per_rev_m: float
-    tau_s: float
+def lump(moving_mass_kg: float, drag: float, thrust: float, loss: float, tau_s: float) -> Lumped:
+    """Divide the surge balance, D [N/(m/s)2], T [N/(rev/s)2], L [N/(rev/s m/s)], by the moving mass M."""
+    return Lumped(-drag / moving_mass_kg, thrust / moving_mass_kg, -loss / moving_mass_kg, tau_s)
 
 
-@dataclass(frozen=True)
-class Propellers:
-    """Equal propellers in open water: KT(J) = kt0 - kt1 J."""
-
-    count: int
-    diameter_m: float
-    kt0: float
-    kt1: float
-
-
-def lump(forces: SurgeForces) -> Lumped:
-    """Divide the surge balance by the moving mass."""
-    mass = forces.moving_mass_kg
-    return Lumped(
-        alpha_per_m=-forces.drag_N_s2_per_m2 / mass,
-        beta_m_per_rev2=forces.thrust_N_s2_per_rev2 / mass,
-        gamma_per_rev=-forces.loss_N_s2_per_rev_m / mass,
-        tau_s=forces.tau_s,
-    )
-
-
-def unlump(lumped: Lumped, moving_mass_kg: float) -> SurgeForces:
-    """Coefficients that the lumped parameters stand for, at a known moving mass: the inverse of `lump`."""
-    return SurgeForces(
-        moving_mass_kg=moving_mass_kg,
-        drag_N_s2_per_m2=-lumped.alpha_per_m * moving_mass_kg,
-        thrust_N_s2_per_rev2=lumped.beta_m_per_rev2 * moving_mass_kg,
-        loss_N_s2_per_rev_m=-lumped.gamma_per_rev * moving_mass_kg,
-        tau_s=lumped.tau_s,
-    )
-
-
-def propeller_forces(propellers: Propellers, density_kg_m3: float) -> tuple[float, float]:
+def propeller_forces(
+    count: int, diameter_m: float, kt0: float, kt1: float, density_kg_m3: float
+) -> tuple[float, float]:
     """Bollard thrust T [N/(rev/s)2] and thrust loss L [N/(rev/s m/s)] of all propellers together."""
-    scale = propellers.count * density_kg_m3 * propellers.diameter_m**3
-    return scale * propellers.diameter_m * propellers.kt0, scale * propellers.kt1
-
-
-def open_water_curve(
-    thrust_N_s2_per_rev2: float, loss_N_s2_per_rev_m: float, count: int, diameter_m: float, density_kg_m3: float
-) -> Propellers:
-    """Propellers whose curve gives T and L: the inverse of `propeller_forces`."""
     scale = count * density_kg_m3 * diameter_m**3
-    return Propellers(count, diameter_m, thrust_N_s2_per_rev2 / (scale * diameter_m), loss_N_s2_per_rev_m / scale)
+    return scale * diameter_m * kt0, scale * kt1
 
 
 def from_feet(a_per_ft: float, b_ft_per_rev2: float, gamma_per_rev: float, tau_s: float) -> Lumped:

@@ -44,11 +44,7 @@ def to_world(rotation: np.ndarray, v: Vector) -> Vector:
 @term
 def to_body(rotation: np.ndarray, v: Vector) -> Vector:
     """The vector v, given in world axes, in body axes."""
-    return (
-        rotation[0, 0] * v[0] + rotation[1, 0] * v[1] + rotation[2, 0] * v[2],
-        rotation[0, 1] * v[0] + rotation[1, 1] * v[1] + rotation[2, 1] * v[2],
-        rotation[0, 2] * v[0] + rotation[1, 2] * v[1] + rotation[2, 2] * v[2],
-    )
+    return to_world(rotation.T, v)
 
 
 @term
@@ -61,27 +57,8 @@ def row(matrix: np.ndarray, i: int, x: Wrench) -> float:
 @term
 def multiply(matrix: np.ndarray, x: Wrench) -> Wrench:
     """A (6, 6) matrix times x."""
-    return (
-        row(matrix, 0, x),
-        row(matrix, 1, x),
-        row(matrix, 2, x),
-        row(matrix, 3, x),
-        row(matrix, 4, x),
-        row(matrix, 5, x),
-    )
-
-
-@term
-def multiply_linear(matrix: np.ndarray, v: Vector) -> Wrench:
-    """A (6, 6) matrix times [v; 0]."""
-    return (
-        matrix[0, 0] * v[0] + matrix[0, 1] * v[1] + matrix[0, 2] * v[2],
-        matrix[1, 0] * v[0] + matrix[1, 1] * v[1] + matrix[1, 2] * v[2],
-        matrix[2, 0] * v[0] + matrix[2, 1] * v[1] + matrix[2, 2] * v[2],
-        matrix[3, 0] * v[0] + matrix[3, 1] * v[1] + matrix[3, 2] * v[2],
-        matrix[4, 0] * v[0] + matrix[4, 1] * v[1] + matrix[4, 2] * v[2],
-        matrix[5, 0] * v[0] + matrix[5, 1] * v[1] + matrix[5, 2] * v[2],
-    )
+    x_y_z = row(matrix, 0, x), row(matrix, 1, x), row(matrix, 2, x)
+    return *x_y_z, row(matrix, 3, x), row(matrix, 4, x), row(matrix, 5, x)
 
 
 @term
@@ -142,7 +119,7 @@ def added_mass_forces(added: np.ndarray, nu: Wrench, flow: Vector, water: Vector
     turning = cross((nu[3], nu[4], nu[5]), flow)
     nu_r = (nu[0] - flow[0], nu[1] - flow[1], nu[2] - flow[2], nu[3], nu[4], nu[5])
     rate = (water[0] - turning[0], water[1] - turning[1], water[2] - turning[2])
-    return subtract(multiply_linear(added, rate), coriolis(added, nu_r))
+    return subtract(multiply(added, (*rate, 0.0, 0.0, 0.0)), coriolis(added, nu_r))
 
 
 @term

@@ -8,7 +8,7 @@ it as in a scenario. A model written by the diagnosis is such a preset, with mor
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from ..effects.catalogue import BY_NAME
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
-from .lumped import Lumped, Propellers, SurgeForces, from_feet, lump, propeller_forces
+from .lumped import Lumped, from_feet, lump, propeller_forces
 from .parameters import LUMPED, vector
 from .vehicle import load_vehicle
 
@@ -28,17 +28,13 @@ PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # wha
 
 
 @dataclass(frozen=True)
-class Truth:
-    """Surge parameters [1/m, m/rev2, 1/rev, s], largest propeller speed either way [rev/s], and their origin.
+class Truth(Lumped):
+    """Surge parameters, with a name, the largest propeller speed either way [rev/s] and their origin.
 
     effects: slot of the parameter vector -> value, of effects that are switched on besides.
     """
 
     name: str
-    alpha_per_m: float
-    beta_m_per_rev2: float
-    gamma_per_rev: float
-    tau_s: float
     n_limit_rev_s: float
     source: str
     effects: Mapping[str, float] = field(default_factory=dict)
@@ -50,8 +46,7 @@ class Truth:
 
     def vector(self) -> np.ndarray:
         """Parameter vector p of the surge equation; effects that are not switched on have their null values."""
-        own = (self.alpha_per_m, self.beta_m_per_rev2, self.gamma_per_rev, self.tau_s)
-        return vector({**dict(zip(LUMPED, own, strict=True)), **self.effects})
+        return vector({**dict(zip(LUMPED, astuple(self.lumped), strict=True)), **self.effects})
 
 
 def truth_names() -> tuple[str, ...]:
@@ -68,11 +63,8 @@ def load_truth(name_or_path: str | Path) -> Truth:
     lumped = _derived(file.table("derived")) if file.has("derived") else _printed(file.table("lumped"))
     _check_signs(file, lumped)
     return Truth(
+        **vars(lumped),
         name=file.text("name"),
-        alpha_per_m=lumped.alpha_per_m,
-        beta_m_per_rev2=lumped.beta_m_per_rev2,
-        gamma_per_rev=lumped.gamma_per_rev,
-        tau_s=lumped.tau_s,
         n_limit_rev_s=file.positive("n_limit_rev_s"),
         source=file.text("source"),
         effects=read_effects(file.table("effects")),
@@ -107,12 +99,9 @@ def _printed(table: Table) -> Lumped:
 def _derived(table: Table) -> Lumped:
     table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
     vehicle = load_vehicle(table.file("vehicle"))
-    propellers = Propellers(
-        len(vehicle.propeller_sites), vehicle.propeller_diameter_m, table.number("kt0"), table.number("kt1")
-    )
-    thrust, loss = propeller_forces(propellers, table.positive("density_kg_per_m3"))
-    drag = float(vehicle.quadratic_drag[0])
-    return lump(SurgeForces(vehicle.moving_mass_kg, drag, thrust, loss, table.number("tau_s")))
+    count, curve = len(vehicle.propeller_sites), (table.number("kt0"), table.number("kt1"))
+    forces = propeller_forces(count, vehicle.propeller_diameter_m, *curve, table.positive("density_kg_per_m3"))
+    return lump(vehicle.moving_mass_kg, float(vehicle.quadratic_drag[0]), *forces, table.number("tau_s"))
 
 
 def _check_signs(file: Table, lumped: Lumped) -> None:

@@ -88,7 +88,7 @@ def write_dataset(
         entries = [_write(folder, run, decimals) for run in sorted(runs, key=lambda run: natural_order(run.name))]
         (folder / FILE).write_text(manifest_text(replace(manifest, runs=tuple(entries))), encoding="utf-8")
         if truth is not None:
-            (folder / TRUTH_FILE).write_text(truth_text(truth), encoding="utf-8")
+            (folder / TRUTH_FILE).write_text(json_text({"schema": TRUTH_SCHEMA, **truth}), encoding="utf-8")
 
 
 def refuse_strangers(path: Path | str) -> None:
@@ -103,11 +103,6 @@ def read_truth(path: Path | str) -> dict[str, Any] | None:
         return read_json(path, TRUTH_SCHEMA)
     file = (path if path.is_dir() else path.parent) / TRUTH_FILE
     return read_json(file, TRUTH_SCHEMA) if file.exists() else None
-
-
-def truth_text(truth: Mapping[str, Any]) -> str:
-    """A truth as JSON; numpy numbers and arrays become numbers and lists."""
-    return json_text({"schema": TRUTH_SCHEMA, **truth})
 
 
 def natural_order(name: str) -> tuple[list[str | int], str]:

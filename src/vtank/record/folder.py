@@ -10,16 +10,13 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
 from .atomic import cannot_write, room
 from .documents import json_text, read_json
-
-
-def _files(marker: Mapping[str, Any]) -> Iterable[str]:
-    return list(marker["files"])
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,7 @@ class Kind:
     what: str
     marker: str
     schema: str
-    listed: Callable[[Mapping[str, Any]], Iterable[str]] = _files
+    listed: Callable[[Mapping[str, Any]], Iterable[str]] = itemgetter("files")
 
 
 def refuse_loss(path: Path | str, kind: Kind | None = None) -> None:

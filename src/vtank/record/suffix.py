@@ -2,40 +2,22 @@
 
 from __future__ import annotations
 
-# Unit suffixes in use, the longest first, so that "_m_s2" is not taken for "_s2"
-UNITS = {
-    "_m_per_rev2": "m/rev2",
-    "_ft_per_rev2": "ft/rev2",
-    "_m2_per_s5": "m2/s5",
-    "_ft2_per_s5": "ft2/s5",
-    "_per_rev": "1/rev",
-    "_per_s2": "1/s2",
-    "_per_s": "1/s",
-    "_per_m": "1/m",
-    "_rev_s": "rev/s",
-    "_rad_s": "rad/s",
-    "_ft_s2": "ft/s2",
-    "_m_s2": "m/s2",
-    "_deg_s": "deg/s",
-    "_ft_s": "ft/s",
-    "_m_s": "m/s",
-    "_rpm": "rpm",
-    "_ft2": "ft2",
-    "_m2": "m2",
-    "_rad": "rad",
-    "_deg": "deg",
-    "_min": "min",
-    "_mm": "mm",
-    "_cm": "cm",
-    "_ft": "ft",
-    "_in": "in",
-    "_ms": "ms",
-    "_hz": "Hz",
-    "_N_m": "N m",
-    "_N": "N",
-    "_m": "m",
-    "_s": "s",
-}
+import re
+
+# Units in use as they stand at the end of a key, the longest first, so that "_m_s2" is not taken for "_s2"
+WRITTEN = (
+    "m_per_rev2 ft_per_rev2 m2_per_s5 ft2_per_s5 per_rev per_s2 per_s per_m rev_s rad_s ft_s2 m_s2 deg_s ft_s m_s "
+    "rpm ft2 m2 rad deg min mm cm ft in ms hz N_m N m s"
+)
+
+
+def _unit(written: str) -> str:
+    """As it is read aloud: m_s2 is m/s2, per_rev is 1/rev, N_m is N m."""
+    fraction = written.replace("_per_", "/").replace("per_", "1/").replace("hz", "Hz")
+    return re.sub("_(?=s)", "/", fraction).replace("_", " ")
+
+
+UNITS = {f"_{written}": _unit(written) for written in WRITTEN.split()}
 
 
 def split_unit(key: str) -> tuple[str, str]:

@@ -21,6 +21,7 @@ from llvmlite import ir
 from numba import carray, types
 from numba.extending import intrinsic
 
+from ..compiled import cache_folder
 from ..plant.sixdof import (
     Vector,
     Wrench,
@@ -28,8 +29,8 @@ from ..plant.sixdof import (
     added_mass_forces,
     applied_forces,
     at,
-    cross,
     drag,
+    subtract,
     term,
     to_body,
     to_world,
@@ -71,6 +72,12 @@ def triple(array: np.ndarray, start: int) -> Vector:
 
 
 @term
+def six(array: np.ndarray, start: int) -> Wrench:
+    """Six consecutive numbers."""
+    return *triple(array, start), *triple(array, start + 3)
+
+
+@term
 def matrix(user: np.ndarray, start: int) -> np.ndarray:
     """The (6, 6) matrix that begins at an index."""
     return array_at(user.ctypes.data + NUMBER * start, (6, 6))
@@ -92,18 +99,11 @@ def rigid_body_forces(
 
     qfrc_* hold a force in world axes and a moment in body axes; xfrc_applied acts at the centre of gravity, world axes.
     """
-    force = to_body(rotation, triple(external, 0))
-    moment = to_body(rotation, triple(external, 3))
-    lever = cross(triple(user, AT.centre_of_gravity_m), force)
-    rest = to_body(rotation, (passive[0] - bias[0], passive[1] - bias[1], passive[2] - bias[2]))
-    return (
-        force[0] + rest[0],
-        force[1] + rest[1],
-        force[2] + rest[2],
-        moment[0] + lever[0] + passive[3] - bias[3],
-        moment[1] + lever[1] + passive[4] - bias[4],
-        moment[2] + lever[2] + passive[5] - bias[5],
-    )
+    force, moment = to_body(rotation, triple(external, 0)), to_body(rotation, triple(external, 3))
+    own = subtract(six(passive, 0), six(bias, 0))
+    own = (*to_body(rotation, (own[0], own[1], own[2])), own[3], own[4], own[5])
+    pushed = add(at(force, triple(user, AT.centre_of_gravity_m)), (0.0, 0.0, 0.0, *moment))
+    return add(pushed, own)
 
 
 @term
@@ -118,14 +118,13 @@ def hydrostatic(user: np.ndarray, rotation: np.ndarray, water: Vector) -> Wrench
 @term
 def thrusters(user: np.ndarray) -> Wrench:
     """Wrench of all thrusters but the stern propellers."""
-    x, y, z, k, m, n = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    total = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for i in range(MAX_THRUSTERS):
         force = user[AT.thruster_N + i]
         if force != 0.0:
-            j = AT.thruster_wrench + 6 * i
-            x, y, z = x + force * user[j], y + force * user[j + 1], z + force * user[j + 2]
-            k, m, n = k + force * user[j + 3], m + force * user[j + 4], n + force * user[j + 5]
-    return x, y, z, k, m, n
+            x, y, z, k, m, n = six(user, AT.thruster_wrench + 6 * i)
+            total = add(total, (force * x, force * y, force * z, force * k, force * m, force * n))
+    return total
 
 
 @term
@@ -172,8 +171,8 @@ def control(
     v, w = to_body(rotation, triple(velocity, 0)), triple(velocity, 3)
     flow = to_body(rotation, water_velocity(user, time))
     water = to_body(rotation, triple(user, AT.water_m_s2))
-    nu = (v[0], v[1], v[2], w[0], w[1], w[2])
-    nu_r = (v[0] - flow[0], v[1] - flow[1], v[2] - flow[2], w[0], w[1], w[2])
+    nu = (*v, *w)
+    nu_r = subtract(nu, (*flow, 0.0, 0.0, 0.0))
     known = rigid_body_forces(user, rotation, passive, bias, external)
     forces = added_mass_forces(matrix(user, AT.added_mass), nu, flow, water)
     forces = add(forces, hydrostatic(user, rotation, water))
@@ -192,13 +191,8 @@ def compiled() -> Any:
 
     The offsets are free variables of the function, so that they are part of its key in numba's cache.
     """
-    nuserdata, time, userdata = OFFSETS["nuserdata"], OFFSETS["time"], OFFSETS["userdata"]
-    xpos, xmat, qvel, act, ctrl = (OFFSETS[name] for name in ("xpos", "xmat", "qvel", "act", "ctrl"))
-    passive, bias, external, applied = (
-        OFFSETS[name] for name in ("qfrc_passive", "qfrc_bias", "xfrc_applied", "qfrc_applied")
-    )
+    nuserdata, time, qvel, ctrl, act, userdata, applied, passive, bias, external, xpos, xmat = OFFSETS.values()
 
-    @numba.cfunc(types.void(types.intp, types.intp), cache=True, error_model="numpy")
     def mjcb_control(model, data):  # type: ignore[no-untyped-def]
         if word_at(model + nuserdata) < SIZE:
             return
@@ -220,7 +214,8 @@ def compiled() -> Any:
             array_at(word_at(data + applied) + NUMBER * dof, 6),
         )
 
-    return mjcb_control
+    with cache_folder():
+        return numba.cfunc(types.void(types.intp, types.intp), cache=True, error_model="numpy")(mjcb_control)
 
 
 @functools.cache

@@ -52,13 +52,8 @@ FIELDS: dict[str, tuple[int, ...]] = {
 }
 
 
-def _starts() -> Any:
-    starts = accumulate((math.prod(shape) for shape in FIELDS.values()), initial=0)
-    names: Any = namedtuple
-    return names("AT", [*FIELDS, "end"])(*starts)
-
-
-AT = _starts()  # index of the first number of each field, by name
+Starts: Any = namedtuple  # mypy wants names that are written out
+AT = Starts("AT", [*FIELDS, "end"])(*accumulate(map(math.prod, FIELDS.values()), initial=0))  # first numbers by name
 SIZE: int = AT.end
 
 

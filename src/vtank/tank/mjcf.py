@@ -66,7 +66,7 @@ def named(path: Path) -> Iterator[None]:
 def mujoco_says(what: str) -> Iterator[None]:
     """Turn MuJoCo's complaint into an InputError; its warnings, bound for console and a log file, are dropped."""
     kept = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(_drop)
+    mujoco.set_mju_user_warning(lambda text: None)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -75,7 +75,3 @@ def mujoco_says(what: str) -> Iterator[None]:
         raise InputError(f"MuJoCo {what}: {' '.join(str(reason).split())}") from None
     finally:
         mujoco.set_mju_user_warning(kept)
-
-
-def _drop(text: str) -> None:
-    pass

@@ -39,17 +39,8 @@ SCALARS = {
     "int": ctypes.c_int,
     "float": ctypes.c_float,
 }
-PROBE = """
-<mujoco>
-  <size nuserdata="{nuserdata}"/>
-  <worldbody>
-    {bodies}
-  </worldbody>
-  <actuator>
-    {actuators}
-  </actuator>
-</mujoco>
-"""
+PROBE = """<mujoco><size nuserdata="{nuserdata}"/>
+<worldbody>{bodies}</worldbody> <actuator>{actuators}</actuator></mujoco>"""
 BODY = '<body pos="{k} 0 1"><freejoint/><geom size="0.1"/><site name="s{k}"/></body>'
 ACTUATOR = '<general site="s{k}" dyntype="integrator" gainprm="0"/>'
 

@@ -73,9 +73,8 @@ def check_parameters(model: mujoco.MjModel, p: np.ndarray) -> None:
     """Raise InputError unless p, shape (parameters.SIZE,), is a parameter vector that the time step can follow."""
     if p.shape != FIELDS["parameters"]:
         raise InputError(f"expected {parameters.SIZE} surge parameters, found an array of shape {p.shape}")
-    for name, value in zip(parameters.NAMES, p, strict=True):
-        if np.isnan(value):
-            raise InputError(f"the surge parameter '{name}' is NaN")
+    if np.isnan(p).any():
+        raise InputError(f"the surge parameter '{parameters.NAMES[int(np.isnan(p).argmax())]}' is NaN")
     tau, step = p[TAU], model.opt.timestep
     if 0.0 < tau < step:
         raise InputError(f"thrust lag tau = {tau:g} s is shorter than the time step of {step:g} s; 0 means no lag")

@@ -28,32 +28,24 @@ class RenderUnavailable(Exception):
     """No OpenGL library could draw; the message says what each one answered."""
 
 
-def picture(path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None = None, camera: str = "overview") -> str:
+def picture(path: str | Path, model: mujoco.MjModel) -> str:
     """Write a PNG by the best means there are; returns a line that says which, for the user."""
     try:
-        render_png(path, model, qpos, camera)
+        render_png(path, model)
     except RenderUnavailable as reason:
-        draw_tank(path, model, qpos)
+        draw_tank(path, model)
         return f"drawn without OpenGL ({reason})"
     return "rendered by MuJoCo"
 
 
 def render_png(
-    path: str | Path,
-    model: mujoco.MjModel,
-    qpos: np.ndarray | None = None,
-    camera: str = "overview",
-    width: int = 1200,
-    height: int = 800,
-    sonar: str = "",
+    path: str | Path, model: mujoco.MjModel, camera: str = "overview", width: int = 1200, height: int = 800
 ) -> None:
-    """Render the tank to a PNG of width x height [pixels], with the beam of a sonar (by default the first) to its echo.
+    """Render the tank at its start to a PNG of width x height [pixels], with the beam of the first sonar to its echo.
 
-    qpos, shape (7,), is the vehicle's pose; by default the model's start. Cameras of basin.xml: overview, side, ahead,
-    chase, plan. Raises RenderUnavailable where no OpenGL library works.
+    Cameras of basin.xml: overview, side, ahead, chase, plan. Raises RenderUnavailable where no OpenGL library works.
     """
-    job: dict[str, Any] = {"path": str(path), "camera": camera, "width": width, "height": height, "sonar": sonar}
-    job["qpos"] = (model.qpos0 if qpos is None else np.asarray(qpos)).tolist()
+    job: dict[str, Any] = {"path": str(path), "camera": camera, "width": width, "height": height}
     answers = []
     with tempfile.TemporaryDirectory() as folder:
         job["model"] = str(Path(folder) / "tank.mjb")
@@ -93,7 +85,6 @@ def _render(job: dict[str, Any]) -> None:
     """The child's part: draw one frame with the OpenGL library this process is bound to."""
     model = mujoco.MjModel.from_binary_path(job["model"])
     data = mujoco.MjData(model)
-    data.qpos[:] = job["qpos"]
     mujoco.mj_forward(model, data)
     options = mujoco.MjvOption()
     options.geomgroup[:] = 1
@@ -102,13 +93,12 @@ def _render(job: dict[str, Any]) -> None:
         renderer.update_scene(data, job["camera"], options)
         under_water = data.cam_xpos[model.camera(job["camera"]).id][2] < 0.0
         renderer.scene.flags[mujoco.mjtRndFlag.mjRND_FOG] = int(under_water)
-        _add_beam(renderer.scene, model, data, job["sonar"])
+        _add_beam(renderer.scene, *echo(model, data))
         image = renderer.render()
     write_png(job["path"], image)
 
 
-def _add_beam(scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData, sonar: str) -> None:
-    start, end = echo(model, data, sonar)
+def _add_beam(scene: mujoco.MjvScene, start: np.ndarray, end: np.ndarray) -> None:
     line = scene.geoms[scene.ngeom]
     mujoco.mjv_initGeom(line, SHADOWLESS, np.zeros(3), np.zeros(3), np.zeros(9), np.array(BEAM_RGBA, np.float32))
     mujoco.mjv_connector(line, SHADOWLESS, 3.0, start, end)

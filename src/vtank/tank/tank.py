@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from types import TracebackType
 from typing import Self
 
 import mujoco
@@ -79,9 +78,7 @@ class Tank:
         install()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         uninstall()
 
     def step(self, nstep: int = 1) -> None:
@@ -89,16 +86,13 @@ class Tank:
         if not installed():
             raise RuntimeError("the tank's forces are not installed: step inside `with tank:`")
         self.batch.step(nstep=nstep)
-        lost = np.flatnonzero(self._diverged())
+        # a number beyond MuJoCo's limit is warned of and left out
+        lost = np.flatnonzero((self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1))
         if lost.size:
             raise InputError(
                 f"simulation {lost[0]} of {len(self.time)} diverged; its parameters or inputs are out of range, "
                 f"or the time step of {self.model.opt.timestep:g} s is too long for them"
             )
-
-    def _diverged(self) -> np.ndarray:
-        """Which simulations have diverged, shape (N,), be it that a number is beyond MuJoCo's limit and left out."""
-        return (self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1)
 
     def reset(self) -> None:
         """Put every simulation back to the start: pose, at rest, time 0, still water, inputs 0; parameters stay."""

@@ -5,7 +5,7 @@ Under eta = a cos(k x - w t + phase) the water at height z (the surface is z = 0
     u = a w cosh k(z + h)/sinh(k h) cos(k x - w t + phase)      along the waves
     v = a w sinh k(z + h)/sinh(k h) sin(k x - w t + phase)      up
 
-Of its acceleration the local part is kept, as linear theory has it. A wall across the waves at x = D that reflects the
+A wall across the waves at x = D that reflects the
 share r of the amplitude adds the mirrored wave, travelling back.
 
 Source: Dean and Dalrymple (1991), chapters 3 and 4.
@@ -39,11 +39,7 @@ class Orbit:
 
     def velocity(self, time_s: Array) -> Array:
         """Along the waves and up at these times, shape (T, 2) [m/s]."""
-        return _harmonics(self.rad_s, np.array([self.along, self.up]), time_s)
-
-    def acceleration(self, time_s: Array) -> Array:
-        """Local acceleration at these times, shape (T, 2) [m/s2]."""
-        return _harmonics(self.rad_s, -1j * self.rad_s * np.array([self.along, self.up]), time_s)
+        return (np.exp(-1j * np.multiply.outer(time_s, self.rad_s)) @ np.transpose([self.along, self.up])).real
 
     def ticks(self, period_s: float, count: int) -> Array:
         """`velocity` at 0, period, 2 period, ..., shape (count, 2) [m/s], fast."""
@@ -75,10 +71,6 @@ def depth_profile(k: Array, z_m: float, water_depth_m: float) -> tuple[Array, Ar
     above, below = np.exp(k * z_m), np.exp(-2.0 * k * (z_m + water_depth_m))
     whole = -np.expm1(-2.0 * k * water_depth_m)
     return above * (1.0 + below) / whole, above * (1.0 - below) / whole
-
-
-def _harmonics(rad_s: Array, amplitude: Complex, time_s: Array) -> Array:
-    return (np.exp(-1j * np.multiply.outer(time_s, rad_s)) @ amplitude.T).real.reshape(*np.shape(time_s), 2)
 
 
 @law
