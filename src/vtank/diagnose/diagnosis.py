@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
-from ..errors import InputError
+from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
@@ -27,18 +27,6 @@ SCHEMA = "vtank.diagnosis/1"
 
 
 ORDER = ("schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment")
-
-
-@contextmanager
-def told_apart(runs: Sequence[Observed]) -> Iterator[None]:
-    """InputError where the linear algebra inside fails, because nothing in the runs speaks of some parameter."""
-    try:
-        yield
-    except np.linalg.LinAlgError as error:
-        raise InputError(
-            f"{', '.join(run.name for run in runs)}: the recordings do not tell the simulator's parameters apart "
-            f"({error}); expected runs in which the vehicle speeds up and slows down"
-        ) from error
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,7 +105,7 @@ class Diagnosis:
     def _stage(self, text: str) -> Iterator[None]:
         if self.progress:
             self.progress(text)
-        with told_apart(self.selection.setting.runs):
+        with told_apart(self.selection.setting.runs, "simulator's"):
             yield
 
     def summary(self) -> dict[str, Any]:
@@ -154,7 +142,7 @@ def diagnose(
     names: effects to consider, by default the whole catalogue. InputError where the runs tell no parameters apart.
     """
     say = progress or (lambda text: None)
-    with told_apart(runs):
+    with told_apart(runs, "simulator's"):
         if nominal is None:
             say("refit of the recording itself")
             runs = thinned(runs)

@@ -74,8 +74,7 @@ def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     """Pure simulation at theta: functions of the filtered state would carry the sonar's noise and explain it."""
-    found = problem.with_noise(problem.noise.calm()).filter(theta)
-    return [replace(f, innovation=held(f.innovation)) for f in found]
+    return [replace(f, innovation=held(f.innovation)) for f in problem.simulate(theta)]
 
 
 def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:

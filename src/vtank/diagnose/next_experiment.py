@@ -26,6 +26,7 @@ from ..plant.parameters import slot
 from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
 from .holdout import DIVERGED, model_of
+from .score import projected_out
 from .selection import Selection
 from .ties import noise_free
 from .verdict import Verdict
@@ -217,8 +218,7 @@ def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
     problem = replace(rival.problem, runs=noise_free(setting, winner).runs)
     theta = rival.optimum.theta
     r, J = problem.linearise(theta, problem.filter(theta))
-    b = J.T @ r
-    return float(np.sqrt(max(r @ r - b @ np.linalg.solve(rival.optimum.information, b), 0.0)))
+    return float(np.sqrt(max(r @ projected_out(r, J, rival.optimum.information), 0.0)))
 
 
 def _known(fit: Fitted) -> np.ndarray:

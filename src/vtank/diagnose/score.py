@@ -44,8 +44,7 @@ class Linearised:
 
     def remaining(self, columns: np.ndarray) -> np.ndarray:
         """What the fit's own parameters, held by their priors, cannot take up of columns (sum M, K)."""
-        J = self.jacobian
-        return np.asarray(columns - J @ np.linalg.solve(self.information, J.T @ columns))
+        return projected_out(columns, self.jacobian, self.information)
 
     def explain(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's parameters."""
@@ -54,6 +53,14 @@ class Linearised:
         scale = np.sqrt(np.maximum(np.diag(A), 1e-30))
         coefficients = np.linalg.lstsq(A / np.outer(scale, scale), b / scale, rcond=1e-8)[0] / scale
         return 0.5 * float(b @ coefficients), coefficients
+
+
+def projected_out(columns: np.ndarray, jacobian: np.ndarray, information: np.ndarray) -> np.ndarray:
+    """What nuisance parameters cannot take up of columns, shape (sum M,) or (sum M, K).
+
+    jacobian: of the same residuals, shape (sum M, size); information: of the nuisance parameters, shape (size, size).
+    """
+    return np.asarray(columns - jacobian @ np.linalg.solve(information, jacobian.T @ columns))
 
 
 def linearise(fit: Fitted) -> Linearised:

@@ -100,15 +100,11 @@ class Estimate:
 
     def free_runs(self) -> list[Filtered]:
         """Residuals of pure simulation from the input and the estimated start, per run."""
-        return self._calm.filter(self.theta)
+        return self.problem.simulate(self.theta)
 
     def free_tracks(self) -> list[np.ndarray]:
         """States (x, u, z, wake, 0) of that simulation at the measurements, shapes (M, 5)."""
-        return self._calm.track(self.theta, self.free_runs())
-
-    @property
-    def _calm(self) -> Problem:
-        return self.problem.with_noise(self.problem.noise.calm())
+        return self.problem.track(self.theta, self.free_runs())
 
     def rms(self, kind: int) -> float:
         """Root mean square of the innovations of one channel [m or m/s]; NaN where it was not measured."""
@@ -136,19 +132,19 @@ def identify(
         {RANGE, POSITION} <= run.first.keys() for run in runs
     )  # then each run's stand-off matters, and is unknown
     problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
-    with _telling(problem):
+    with told_apart(problem.runs, "model's", "run "):
         return fit(problem, first_guesses(problem), process_noise)
 
 
 @contextmanager
-def _telling(problem: Problem) -> Iterator[None]:
-    """InputError in place of equations that have no solution."""
+def told_apart(runs: Sequence[Observed], whose: str, first: str = "") -> Iterator[None]:
+    """InputError where the linear algebra inside fails, because nothing in the runs speaks of some parameter."""
     try:
         yield
     except np.linalg.LinAlgError as error:
         raise InputError(
-            f"run {', '.join(run.name for run in problem.runs)}: the recordings do not tell the model's parameters "
-            f"apart ({error}); expected runs in which the vehicle speeds up and slows down"
+            f"{first}{', '.join(run.name for run in runs)}: the recordings do not tell the {whose} parameters apart "
+            f"({error}); expected runs in which the vehicle speeds up and slows down"
         ) from error
 
 
@@ -184,7 +180,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
     prior, before = beforehand(problem, guess), np.inf
-    with _telling(problem):
+    with told_apart(problem.runs, "model's", "run "):
         for _ in range(5):
             end = descend(problem, guess, prior, problem.filter(guess))
             if problem.noise.quiet or before - end.cost < SETTLED:

@@ -16,6 +16,7 @@ from ...estimate.problem import Filtered, Problem
 from ...plant.parameters import indices
 from ..discrepancy import Discrepancy
 from ..evidence import Fitted
+from ..score import projected_out
 from ..selection import Selection
 from ..verdict import Verdict
 
@@ -148,7 +149,7 @@ def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
         nudged = replace(problem, forcing=tuple(nudge * part for part in found.fitted))
     base, J = problem.linearise(theta, fit.filtered)
     change = (nudged.residuals(theta, fit.filtered) - base) / nudge
-    after = base + change - J @ np.linalg.solve(fit.optimum.information, J.T @ change)
+    after = base + projected_out(change, J, fit.optimum.information)
     ends = np.cumsum([f.innovation.size for f in fit.filtered])[:-1]
     parts = zip(fit.filtered, np.split(after, ends), strict=True)
     return [replace(f, innovation=part * np.sqrt(f.variance)) for f, part in parts]
