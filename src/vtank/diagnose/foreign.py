@@ -57,14 +57,8 @@ def thin(run: Observed, period: float) -> Observed:
     for kind in run.first:
         own = np.flatnonzero(run.kind == kind)
         keep[own[np.unique(np.searchsorted(run.time_s[own], edges[:-1] - 1e-6).clip(max=own.size - 1))]] = True
-    return replace(
-        run,
-        input_time_s=edges[:-1],
-        input=np.diff(total) / period,
-        time_s=run.time_s[keep],
-        value=run.value[keep],
-        kind=run.kind[keep],
-    )
+    seen = replace(run, time_s=run.time_s[keep], value=run.value[keep], kind=run.kind[keep])
+    return replace(seen, input_time_s=edges[:-1], input=np.diff(total) / period)
 
 
 def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -> Selection:
@@ -93,13 +87,8 @@ def _settled(selection: Selection) -> Selection:
     setting = settle(selection.setting, [selection.best])
     fits = [selection.nominal, selection.refit, *selection.named]
     nominal, refit, *named = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
-    return replace(
-        selection,
-        setting=setting,
-        nominal=nominal,
-        refit=refit,
-        named=tuple(sorted(named, key=lambda f: -f.log_evidence)),
-    )
+    named.sort(key=lambda f: -f.log_evidence)
+    return replace(selection, setting=setting, nominal=nominal, refit=refit, named=tuple(named))
 
 
 def _more(selection: Selection) -> list[tuple[Hypothesis, Start]]:

@@ -23,11 +23,7 @@ from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
 from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
-MODELS: dict[str, tuple[str, ...]] = {
-    "I": ("alpha", "beta"),
-    "II": ("alpha", "beta", LAG),
-    "III": LUMPED,
-}
+MODELS: dict[str, tuple[str, ...]] = {"I": ("alpha", "beta"), "II": ("alpha", "beta", LAG), "III": LUMPED}
 BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
     "alpha": (-np.inf, 0.0),
     "beta": (0.0, np.inf),
@@ -128,9 +124,8 @@ def identify(
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
     if model == "III" and base[LINEAR_INPUT]:
         raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")
-    tied = any(
-        {RANGE, POSITION} <= run.first.keys() for run in runs
-    )  # then each run's stand-off matters, and is unknown
+    # with both, each run's stand-off matters, and is unknown
+    tied = any({RANGE, POSITION} <= run.first.keys() for run in runs)
     problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
     with told_apart(problem.runs, "model's", "run "):
         return fit(problem, first_guesses(problem), process_noise)
@@ -260,15 +255,8 @@ def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
     J = problem.jacobian(end.theta, filtered)
     covariance = _inverse(J.T @ J + np.diag(prior.weight))
-    return Estimate(
-        problem,
-        end.theta,
-        covariance,
-        filtered,
-        problem.log_likelihood(filtered),
-        end.converged,
-        _warnings(problem, end.theta, covariance, end.converged),
-    )
+    told, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
+    return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, told)
 
 
 def _inverse(information: np.ndarray) -> np.ndarray:

@@ -43,11 +43,9 @@ def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
     samples = sum(f.innovation.size for f in filtered)
     spent = samples / max(samples - problem.size, 1)
     for kind in CHANNELS.values():
-        parts = []
-        for k, (f, run) in enumerate(zip(filtered, problem.runs, strict=True)):
-            chosen = (run.kind == kind) & problem.used(k)
-            parts.append(f.innovation[chosen] ** 2 / f.variance[chosen])
-        normalised = np.concatenate(parts)
+        chosen = [(run.kind == kind) & problem.used(k) for k, run in enumerate(problem.runs)]
+        pairs = zip(filtered, chosen, strict=True)
+        normalised = np.concatenate([f.innovation[own] ** 2 / f.variance[own] for f, own in pairs])
         if normalised.size:
             variance[kind] = max(variance[kind] * float(np.mean(normalised)) * spent, LEAST)
     return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
