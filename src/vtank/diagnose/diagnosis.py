@@ -54,9 +54,7 @@ class Diagnosis:
 
     def failures(self) -> list[str]:
         """Fits that failed, in plain sentences."""
-        selection, fit = self.selection, self.verdict.fit
-        fits = (selection.nominal, selection.refit, *selection.named)
-        lost = [f.hypothesis.name for f in fits if f.log_evidence == -np.inf]
+        fit, lost = self.verdict.fit, [name for name, value in self.log_evidence.items() if value == -np.inf]
         out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
         if not fit.optimum.converged:
             out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
@@ -65,8 +63,7 @@ class Diagnosis:
     @property
     def log_evidence(self) -> dict[str, float]:
         """Log evidence of every hypothesis that has a name [nats]; pairs are joined by `+`."""
-        fits = (self.selection.nominal, self.selection.refit, *self.selection.named)
-        return {fit.hypothesis.name: fit.log_evidence for fit in fits}
+        return {fit.hypothesis.name: fit.log_evidence for fit in self.selection.fits}
 
     @cached_property
     def where(self) -> WhereData:
@@ -99,7 +96,7 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "parameters": own_parameters(self.selection, self.verdict),
         }
-        return {key: parts[key] for key in (*ORDER, *(key for key in parts if key not in ORDER))}
+        return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}
 
     @contextmanager
     def _stage(self, text: str) -> Iterator[None]:
@@ -113,13 +110,7 @@ class Diagnosis:
         v = self.verdict
         return {
             "schema": SCHEMA,
-            "verdict": {
-                "kind": v.kind,
-                "effects": list(v.effects),
-                "class": list(v.rivals),
-                "channel": v.channel,
-                "probability": v.probability,
-            },
+            "verdict": v.document(),
             "probabilities": self.probabilities,
             "estimates": estimates(v),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],

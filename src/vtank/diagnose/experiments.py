@@ -140,7 +140,8 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
         check_command(scenario)
         p = p.copy()
         p[STANDOFF] = scenario.standoff_m
-        truth = Truth("winner", *(float(p[slot(name)]) for name in LUMPED), top, "")
+        alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
+        truth = Truth("winner", alpha, beta, gamma, tau, top, "")
         result = simulate_surge([Plan(scenario, truth, p, 0, 0, words)], step_s=0.1)[0]
         result.check_clearance()
     except InputError:

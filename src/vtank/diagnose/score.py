@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ..plant.parameters import slot
 from . import outliers
@@ -71,17 +72,15 @@ def linearise(fit: Fitted) -> Linearised:
 
 def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
     """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
-    (effect,), best = second.hypothesis.effects, 0.0
+    (effect,) = second.hypothesis.effects
     if all(q.counted for q in effect.parameters):
         return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered, setting.flags)[0]
     if effect.outliers:
         return max(second.log_evidence - refit, 0.0)
-    own = {k: v for k, v in second.start().items() if k in effect.slots()}
-    starts: list[Start] = [own]
+    starts: list[Start] = [{k: v for k, v in second.start().items() if k in effect.slots()}]
     starts += [{**values} for values in starting_values(effect, setting.runs)]
-    for column in (_shifted(near.fit, starts) - near.residual[:, None]).T:
-        best = max(best, near.explain(column[:, None])[0])
-    return best
+    columns = _shifted(near.fit, starts) - near.residual[:, None]
+    return max(0.0, *(near.explain(column[:, None])[0] for column in columns.T))
 
 
 def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
@@ -100,16 +99,13 @@ def scan(setting: Setting, refit: Fitted, wave: tuple[str, str, str]) -> list[St
     """First guesses of a wave's amplitude, frequency and phases, by slot: the frequencies at which it explains most."""
     near, count = linearise(refit), len(setting.runs)
     _, pace, _ = wave
-    rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
+    rows = np.cumsum([f.innovation.size for f in refit.filtered])[:-1]
     tried = product(SCANNED_RAD_S, (0.0, 0.5 * np.pi))
     probes: list[Start] = [dict(zip(wave, (PROBE_M_S, float(w), phase), strict=True)) for w, phase in tried]
-    changes = (_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S
+    parts = np.split((_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S, rows)
     found = []
     for j, frequency in enumerate(SCANNED_RAD_S):
-        columns = np.zeros((rows[-1], 2 * count))
-        for k in range(count):
-            columns[rows[k] : rows[k + 1], 2 * k : 2 * k + 2] = changes[rows[k] : rows[k + 1], 2 * j : 2 * j + 2]
-        gain, c = near.explain(columns)
+        gain, c = near.explain(block_diag(*(part[:, 2 * j : 2 * j + 2] for part in parts)))
         found.append((gain, frequency, c.reshape(count, 2)))
     out: list[Start] = []
     for _, frequency, c in sorted(found, key=lambda f: -f[0]):

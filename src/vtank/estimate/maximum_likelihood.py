@@ -237,9 +237,8 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
     problem = _forgiving(problem)
     end = descend(problem, guess, prior, problem.filter(guess))
     for rough in (*[True] * 3, *[False] * 17):
-        with np.errstate(over="ignore", invalid="ignore"):
-            noise = noise_level(problem, end.theta, hold_memory=rough)
-        if not np.isfinite([*noise.variance, noise.sigma]).all():
+        noise = noise_level(problem, end.theta, hold_memory=rough)
+        if noise is problem.noise:
             break  # the simulation runs away: it says nothing about the noise
         problem = problem.with_noise(noise)
         filtered = problem.filter(end.theta)
