@@ -10,6 +10,7 @@ import pytest
 from vtank.diagnose.noise_floor import noise_at
 from vtank.estimate.maximum_likelihood import refit
 from vtank.estimate.noise_likelihood import linearised, squares_and_logs
+from vtank.estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
 from vtank.estimate.observed import observe
 from vtank.estimate.problem import FLAGGED, Noise, Problem
 from vtank.experiment import simulate_surge
@@ -70,3 +71,25 @@ def test_turbulence_of_long_memory_is_found_again(seed):
     assert found.colour_sigma == 0.0
     assert found.variance[0] == pytest.approx(3.6e-5, rel=0.1)
     assert found.sigma == pytest.approx(0.0015, rel=0.4) and 1.5 < found.correlation_time < 12.0
+
+
+def search(likelihood: Likelihood) -> NoiseSearch:
+    return NoiseSearch(likelihood, Noise(), sizes=(1e-5, 20.0), memories=(0.2, 30.0))
+
+
+def test_a_search_ends_at_the_likeliest_size_and_memory() -> None:
+    def likelihood(noise: Noise) -> tuple[float, float, int]:
+        logs = np.log([noise.sigma / 0.01, noise.correlation_time / 2.0])
+        return 4e-2, 100.0 * float(logs @ logs), 100  # the common scale is then 4e-4: a fiftieth in deviation
+
+    found, cost = search(likelihood).likeliest(np.log([0.1, 1.0]), (-0.3, 0.3), 200, 1e-4, 1e-6)
+    assert found.sigma == pytest.approx(0.01 / 50.0, rel=1e-3) and found.correlation_time == pytest.approx(
+        2.0, rel=1e-3
+    )
+    assert found.variance == pytest.approx([4e-8] * 3) and cost == pytest.approx(50.0 * np.log(4e-4), abs=1e-3)
+
+
+def test_where_the_simulation_runs_away_no_level_is_found() -> None:
+    lost = search(lambda noise: (np.nan, 0.0, 10))
+    noise, cost = lost.level(np.zeros(2))
+    assert noise is lost.noise and cost == HOPELESS

@@ -143,12 +143,14 @@ def test_a_force_is_recovered_bin_by_bin_and_under_its_own_variable() -> None:
     edges = {name: bin_edges(np.concatenate(values)) for name, values in moved.items()}
     edges["surge_m_s"] = np.array([-0.3, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.3])
     force = missing_force(selection.nominal, moved, edges)
-    error = force.mean["surge_m_s"] - np.repeat([0.002, -0.002], 4)
-    assert np.all(np.abs(error) < 4.0 * force.sd["surge_m_s"] + 5e-5)
-    assert np.all(force.sd["surge_m_s"][[1, 6]] < 3e-4)
-    assert force.gain["surge_m_s"] > 10.0 * max(force.gain["n_rev_s"], force.gain["distance_m"])
+    mean, sd, gain = force["surge_m_s"]
+    error = mean - np.repeat([0.002, -0.002], 4)
+    assert np.all(np.abs(error) < 4.0 * sd + 5e-5)
+    assert np.all(sd[[1, 6]] < 3e-4)
     for other in ("n_rev_s", "distance_m"):
-        assert np.all(np.abs(force.mean[other]) < 4.0 * force.sd[other] + 5e-5)
+        other_mean, other_sd, other_gain = force[other]
+        assert gain > 10.0 * other_gain
+        assert np.all(np.abs(other_mean) < 4.0 * other_sd + 5e-5)
 
 
 def test_bands_cover_a_known_force_of_each_bin() -> None:
@@ -159,8 +161,8 @@ def test_bands_cover_a_known_force_of_each_bin() -> None:
     for seed in range(8):
         runs = recordings(seed=100 + 10 * seed, force=lambda t, u, n: truth[np.clip(int(n // 7.0) + 2, 0, 3)])
         fit = evaluate(prepare(runs, NOMINAL).with_noise(NOISE), Hypothesis(refit=False))
-        force = missing_force(fit, {"n_rev_s": [run.input for run in runs]}, edges)
-        deviations.append((force.mean["n_rev_s"] - truth) / force.sd["n_rev_s"])
+        mean, sd, _ = missing_force(fit, {"n_rev_s": [run.input for run in runs]}, edges)["n_rev_s"]
+        deviations.append((mean - truth) / sd)
     assert np.abs(np.mean(deviations)) < 0.6
     assert 0.4 < np.std(deviations) < 1.4
 

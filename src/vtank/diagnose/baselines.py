@@ -7,12 +7,12 @@ whose change of the output agrees best with what is left (Rao's score), or none 
 from __future__ import annotations
 
 import numpy as np
+from scipy.special import softmax
 
 from .evidence import Fitted
 from .score import linearise, score
 from .selection import Selection
-
-BY_CHANCE = 3.0  # [-] deviations of a correlation below which it is put down to chance
+from .ties import SEPARABLE
 
 
 def baselines(selection: Selection) -> dict[str, dict[str, float]]:
@@ -22,10 +22,8 @@ def baselines(selection: Selection) -> dict[str, dict[str, float]]:
 
 def _bic(selection: Selection) -> dict[str, float]:
     """Every hypothesis, alike before the data, by its likelihood and number of parameters."""
-    fits = (selection.nominal, selection.refit, *selection.named)
-    half = np.array([-_half_bic(fit) for fit in fits])
-    weight = np.exp(half - half.max())
-    return {fit.hypothesis.name: float(w / weight.sum()) for fit, w in zip(fits, weight, strict=True)}
+    weights = softmax([-_half_bic(fit) for fit in selection.fits])
+    return {fit.hypothesis.name: float(w) for fit, w in zip(selection.fits, weights, strict=True)}
 
 
 def _half_bic(fit: Fitted) -> float:
@@ -35,9 +33,9 @@ def _half_bic(fit: Fitted) -> float:
 
 def _most_correlated(selection: Selection) -> str:
     near, setting, refit = linearise(selection.refit), selection.setting, selection.refit
-    singles = [fit for fit in selection.named if len(fit.hypothesis.effects) == 1]
+    singles = (fit for fit in selection.named if len(fit.hypothesis.effects) == 1)
     gains = {fit.hypothesis.name: score(setting, near, fit, refit.log_evidence) for fit in singles}
     best = max(gains, key=lambda name: gains[name], default="parameters")
-    if gains.get(best, 0.0) > 0.5 * BY_CHANCE**2:
+    if gains.get(best, 0.0) > 0.5 * SEPARABLE**2:
         return best
     return "none" if _half_bic(selection.nominal) < _half_bic(refit) else "parameters"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..effects.catalogue import CATALOGUE
-from ..errors import InputError
+from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
@@ -28,18 +28,6 @@ SCHEMA = "vtank.diagnosis/1"
 
 
 ORDER = ("schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment")
-
-
-@contextmanager
-def told_apart(runs: Sequence[Observed]) -> Iterator[None]:
-    """InputError where the linear algebra inside fails, because nothing in the runs speaks of some parameter."""
-    try:
-        yield
-    except np.linalg.LinAlgError as error:
-        raise InputError(
-            f"{', '.join(run.name for run in runs)}: the recordings do not tell the simulator's parameters apart "
-            f"({error}); expected runs in which the vehicle speeds up and slows down"
-        ) from error
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,9 +55,7 @@ class Diagnosis:
 
     def failures(self) -> list[str]:
         """Fits that failed, in plain sentences."""
-        selection, fit = self.selection, self.verdict.fit
-        fits = (selection.nominal, selection.refit, *selection.named)
-        lost = [f.hypothesis.name for f in fits if f.log_evidence == -np.inf]
+        fit, lost = self.verdict.fit, [name for name, value in self.log_evidence.items() if value == -np.inf]
         out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
         if not fit.optimum.converged:
             out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
@@ -78,8 +64,7 @@ class Diagnosis:
     @property
     def log_evidence(self) -> dict[str, float]:
         """Log evidence of every hypothesis that has a name [nats]; pairs are joined by `+`."""
-        fits = (self.selection.nominal, self.selection.refit, *self.selection.named)
-        return {fit.hypothesis.name: fit.log_evidence for fit in fits}
+        return {fit.hypothesis.name: fit.log_evidence for fit in self.selection.fits}
 
     @cached_property
     def where(self) -> WhereData:
@@ -112,13 +97,13 @@ class Diagnosis:
             "next_experiment": self.next_experiment,
             "parameters": own_parameters(self.selection, self.verdict),
         }
-        return {key: parts[key] for key in (*ORDER, *(key for key in parts if key not in ORDER))}
+        return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}
 
     @contextmanager
     def _stage(self, text: str) -> Iterator[None]:
         if self.progress:
             self.progress(text)
-        with told_apart(self.selection.setting.runs):
+        with told_apart(self.selection.setting.runs, "simulator's"):
             yield
 
     def summary(self) -> dict[str, Any]:
@@ -126,13 +111,7 @@ class Diagnosis:
         v = self.verdict
         return {
             "schema": SCHEMA,
-            "verdict": {
-                "kind": v.kind,
-                "effects": list(v.effects),
-                "class": list(v.rivals),
-                "channel": v.channel,
-                "probability": v.probability,
-            },
+            "verdict": v.document(),
             "probabilities": self.probabilities,
             "estimates": estimates(v),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
@@ -155,7 +134,7 @@ def diagnose(
     names: effects to consider, by default the whole catalogue. InputError where the runs tell no parameters apart.
     """
     say = progress or (lambda text: None)
-    with told_apart(runs):
+    with told_apart(runs, "simulator's"):
         if nominal is None:
             say("refit of the recording itself")
             runs = thinned(runs, held=False)

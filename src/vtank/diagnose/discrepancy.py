@@ -13,9 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.ndimage import uniform_filter1d
 
-from ..estimate.observed import SPEED
+from ..estimate.observed import SPEED, Observed
 from ..estimate.problem import Filtered, Problem
 from . import outliers
 from .evidence import Fitted, Setting
@@ -29,6 +30,7 @@ EVENED = 21  # samples over which speed is averaged, twice, before its rate is t
 # simulated hull, not the true one, and would make any error of the range look like one that follows the acceleration
 TAKEN_UP = 1e-4  # share of a function's square that must survive the refit; less is rounding of the derivatives
 UNHEARD = -50.0  # log evidence of a family that cannot be weighed, since the model runs away when pushed: next to none
+PROBES = (1e-4, 1e-3)  # of the finite differences in a force and in a sensor error, small enough to be linear
 BEYOND = 1e12  # [-] change of an innovation, in deviations, that only a model running away shows
 SIZES = tuple(np.logspace(-2.0, 1.0, 7))  # coefficient size over the size that would just be seen; a grid
 
@@ -52,31 +54,27 @@ class Discrepancy:
 
 def unnamed(setting: Setting, named: Fitted) -> list[Discrepancy]:
     """Gain of every family of unnamed discrepancies on top of a fitted hypothesis."""
-    problem, theta, near = named.problem, named.optimum.theta, linearise(named)
-    tracks = simulated_tracks(problem, theta)
-    shapes = [_force_shapes(setting, k, track) for k, track in enumerate(tracks)]
-    lines = [_force_lines(setting, k) for k in range(len(tracks))]
-    beats = [_thrust_lines(setting, k) for k in range(len(tracks))]
-    errors = [_sensor_shapes(setting, k, track) for k, track in enumerate(tracks)]
+    near, runs, top = linearise(named), setting.runs, largest_input(setting.runs)
+    tracks = list(zip(runs, simulated_tracks(named.problem, named.optimum.theta), strict=True))
     families = [
-        ("hydrodynamics", "smooth force", _forced(named, shapes, shared=True), shapes, True),
-        ("hydrodynamics", "force lines", _forced(named, lines, shared=False), lines, False),
-        ("actuator", "wandering thrust", _forced(named, beats, shared=False), beats, False),
-        ("sensor", "smooth error", _shifted(named, errors), errors, True),
+        ("hydrodynamics", "smooth force", [_force_shapes(run, top, track) for run, track in tracks]),
+        ("hydrodynamics", "force lines", [_force_lines(run) for run in runs]),
+        ("actuator", "wandering thrust", [_thrust_lines(run, top) for run in runs]),
+        ("sensor", "smooth error", [_sensor_shapes(run, track) for run, track in tracks]),
     ]
     out = []
-    for channel, family, columns, basis, shared in families:
-        gain, coefficients = _evidence(near, columns)
-        gain = gain if np.isfinite(gain) else UNHEARD
-        pieces = _combine(basis, coefficients, shared)
-        out.append(Discrepancy(channel, family, gain, pieces))
+    for channel, family, basis in families:
+        changes, shared = _changes(named, basis, channel), family.startswith("smooth")
+        gain, found = _evidence(near, np.vstack(changes) if shared else block_diag(*changes))
+        own = [found] * len(basis) if shared else np.split(found, len(basis))
+        fitted = tuple(functions @ part for functions, part in zip(basis, own, strict=True))
+        out.append(Discrepancy(channel, family, gain, fitted))
     return [*out, _outliers(setting, named), _lone_speeds(named, near)]
 
 
 def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
     """Pure simulation at theta: functions of the filtered state would carry the sonar's noise and explain it."""
-    found = problem.with_noise(problem.noise.calm()).filter(theta)
-    return [replace(f, innovation=held(f.innovation)) for f in found]
+    return [replace(f, innovation=held(f.innovation)) for f in problem.simulate(theta)]
 
 
 def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
@@ -101,45 +99,29 @@ def _evidence(near: Linearised, columns: np.ndarray) -> tuple[float, np.ndarray]
     best = 10.0 * SIZES[int(np.argmax(gains))]
     coefficients = np.zeros(columns.shape[1])
     coefficients[kept] = vectors @ (projected * best**2 / (1.0 + best**2 * values)) / scale
-    return float(np.logaddexp.reduce(gains) - np.log(len(gains))), coefficients
+    gain = float(np.logaddexp.reduce(gains) - np.log(len(gains)))
+    return gain if np.isfinite(gain) else UNHEARD, coefficients
 
 
-def _forced(named: Fitted, basis: list[np.ndarray], shared: bool) -> np.ndarray:
-    """Change of all innovations, shape (sum M, K), per unit of each force function; one set per run unless shared."""
-    problem, theta = named.problem, named.optimum.theta
-    blocks = []
-    for k, f in enumerate(named.filtered):
-        base = (f.innovation / np.sqrt(f.variance))[:, None]
-        blocks.append((problem.varied(theta, f, k, forcing=1e-4 * basis[k]) - base) / 1e-4)
-    return np.vstack(blocks) if shared else _block_diagonal(blocks)
-
-
-def _shifted(named: Fitted, basis: list[np.ndarray]) -> np.ndarray:
-    """Change of all innovations per unit of each sensor error: the error itself, as the filter sees it."""
-    problem, theta = named.problem, named.optimum.theta
-    blocks = []
-    for k, (run, f) in enumerate(zip(problem.runs, named.filtered, strict=True)):
-        base = (f.innovation / np.sqrt(f.variance))[:, None]
-        blocks.append((problem.varied(theta, f, k, value=run.value[:, None] - 1e-3 * basis[k]) - base) / 1e-3)
-    return np.vstack(blocks)
-
-
-def _block_diagonal(blocks: list[np.ndarray]) -> np.ndarray:
-    rows, columns = sum(b.shape[0] for b in blocks), sum(b.shape[1] for b in blocks)
-    out, i, j = np.zeros((rows, columns)), 0, 0
-    for b in blocks:
-        out[i : i + b.shape[0], j : j + b.shape[1]] = b
-        i, j = i + b.shape[0], j + b.shape[1]
+def _changes(named: Fitted, basis: list[np.ndarray], channel: str) -> list[np.ndarray]:
+    """Change of all whitened innovations per unit of each force or sensor error, per run, shape (M, K)."""
+    problem, theta, out = named.problem, named.optimum.theta, []
+    for k, (run, f, functions) in enumerate(zip(problem.runs, named.filtered, basis, strict=True)):
+        base, size = (f.innovation / np.sqrt(f.variance))[:, None], PROBES[channel == "sensor"]
+        if channel == "sensor":
+            there = problem.varied(theta, f, k, value=run.value[:, None] - size * functions)
+        else:
+            there = problem.varied(theta, f, k, forcing=size * functions)
+        out.append((there - base) / size)
     return out
 
 
-def _force_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
+def _force_shapes(run: Observed, top: float, track: np.ndarray) -> np.ndarray:
     """Smooth force functions at a run's input stamps, each of unit size over all runs, shape (I, K)."""
-    run = setting.runs[k]
     t = run.input_time_s
     x, u, z = (np.interp(t, run.time_s, track[:, i]) for i in (0, 1, 2))
     a = _rate(t, u)
-    n = run.input / largest_input(setting.runs)
+    n = run.input / top
     slow, late = _smooth(t, u, 4.0), _smooth(t, u, 15.0)
     s, v = t / 60.0, u / 0.3  # [-] time and speed over typical sizes
     columns = [np.ones_like(t), v, v * np.abs(v), v**3, np.tanh(u / 0.02), v**2, x, x * v * np.abs(v), x * x,
@@ -175,39 +157,32 @@ def drive_frequency(time: np.ndarray, values: np.ndarray) -> float:
     return float(frequency[inside][int(np.argmax(spectrum[inside]))])
 
 
-def _force_lines(setting: Setting, k: int) -> np.ndarray:
+def _force_lines(run: Observed) -> np.ndarray:
     """Sines and cosines at multiples of the drive frequency and on a coarse grid, shape (I, K)."""
-    run = setting.runs[k]
     drive = drive_frequency(run.input_time_s, run.input)
-    grid = [m * drive for m in HARMONICS] + list(np.logspace(np.log10(0.1), np.log10(2.5), 14))
-    phases = np.outer(run.input_time_s - run.input_time_s[0], grid)
+    return _waves(run, np.concatenate([np.multiply(HARMONICS, drive), np.geomspace(0.1, 2.5, 14)]))
+
+
+def _thrust_lines(run: Observed, top: float) -> np.ndarray:
+    """Thrust times sines and cosines on a coarse grid, shape (I, K): a thrust gain that wanders."""
+    n = run.input / top
+    return (n * np.abs(n))[:, None] * _waves(run, np.geomspace(0.05, 1.5, WANDERS))
+
+
+def _waves(run: Observed, rad_s: np.ndarray) -> np.ndarray:
+    """Sines and cosines at a run's input stamps, shape (I, K)."""
+    phases = np.outer(run.input_time_s - run.input_time_s[0], rad_s)
     return 1e-2 * np.hstack([np.sin(phases), np.cos(phases)])
 
 
-def _thrust_lines(setting: Setting, k: int) -> np.ndarray:
-    """Thrust times sines and cosines on a coarse grid, shape (I, K): a thrust gain that wanders."""
-    run = setting.runs[k]
-    n = run.input / largest_input(setting.runs)
-    phases = np.outer(run.input_time_s - run.input_time_s[0], np.logspace(np.log10(0.05), np.log10(1.5), WANDERS))
-    return 1e-2 * (n * np.abs(n))[:, None] * np.hstack([np.sin(phases), np.cos(phases)])
-
-
-def _sensor_shapes(setting: Setting, k: int, track: np.ndarray) -> np.ndarray:
+def _sensor_shapes(run: Observed, track: np.ndarray) -> np.ndarray:
     """Smooth sensor errors at a run's measurements, shape (M, K); errors of position read the other way as a range."""
-    run = setting.runs[k]
     t, x, u = run.time_s, track[:, 0], track[:, 1]
     a = _rate(t, u)
     s, v = t / 60.0, u / 0.3
     columns = [v, v * np.abs(v), v**2, a / 0.2, x * x, x**3, s, s * s, s * v, np.tanh(u / 0.02), x * v]
     basis = 1e-2 * np.column_stack(columns)
     return np.where((run.kind == SPEED)[:, None], 10.0 * basis, basis)
-
-
-def _combine(basis: list[np.ndarray], coefficients: np.ndarray, shared: bool) -> tuple[np.ndarray, ...]:
-    if shared:
-        return tuple(b @ coefficients for b in basis)
-    ends = np.cumsum([b.shape[1] for b in basis])
-    return tuple(b @ coefficients[e - b.shape[1] : e] for b, e in zip(basis, ends, strict=True))
 
 
 def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
@@ -217,7 +192,7 @@ def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
         runs = tuple(replace(run, input=run.input - run.lone) for run in problem.runs)
         change = replace(problem, runs=runs).residuals(named.optimum.theta, named.filtered) - near.residual
         gain = _evidence(near, change[:, None])[0]
-    return Discrepancy("sensor", "lone speeds", gain if np.isfinite(gain) else UNHEARD)
+    return Discrepancy("sensor", "lone speeds", gain)
 
 
 def _outliers(setting: Setting, named: Fitted) -> Discrepancy:

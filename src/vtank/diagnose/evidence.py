@@ -95,12 +95,9 @@ class Fitted:
 
     def start(self) -> Start:
         """Its parameters as a first guess for a related fit, those of single runs included."""
-        own = [self.optimum.theta[self.problem.own_slice(k)] for k in range(len(self.problem.runs))]
-        out: Start = {**self.values}
-        for i, name in enumerate(self.problem.per_run):
-            out[name] = np.array([values[i] for values in own])
-        states = [self.problem.model(self.optimum.theta, k)[1] for k in range(len(self.problem.runs))]
-        return out | {STATES: np.array(states)}
+        models = [self.problem.model(self.optimum.theta, k) for k in range(len(self.problem.runs))]
+        own = {name: np.array([p[slot(name)] for p, _ in models]) for name in self.problem.per_run}
+        return {**self.values, **own, STATES: np.array([start for _, start in models])}
 
     def vector(self) -> np.ndarray:
         """Parameter vector at the optimum (per-run parameters of the first run), shape (P,)."""
@@ -113,56 +110,53 @@ class Fitted:
 
 def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Problem, np.ndarray]:
     """The least-squares problem of a hypothesis and a first guess of its unknowns."""
-    free = list(nuisance(setting.nominal)) if hypothesis.refit else []
-    per_run: list[str] = []
+    fitted = [(name, parameter) for name, parameter in hypothesis.parameters() if not parameter.counted]
+    free = nuisance(setting.nominal) if hypothesis.refit else ()
+    free += tuple(name for name, parameter in fitted if not parameter.per_run)
+    per_run = tuple(name for name, parameter in fitted if parameter.per_run)
     base = vector({k: float(v) for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
-    for name, parameter in hypothesis.parameters():
-        if not parameter.counted:
-            (per_run if parameter.per_run else free).append(name)
-    problem = Problem(setting.runs, base, tuple(free), tuple(per_run), setting.noise, setting.weight)
+    problem = Problem(setting.runs, base, free, per_run, setting.noise, setting.weight)
     theta = problem.initial()
-    for i, name in enumerate(per_run):
-        for k in range(len(setting.runs)):
-            theta[problem.own_slice(k).start + i] = np.broadcast_to(start.get(name, 0.0), len(setting.runs))[k]
-    for k, state in enumerate(np.asarray(start.get(STATES, []))):
-        own = problem.own_slice(k)
-        theta[own.start + len(per_run) : own.stop] = state[list(problem.start_states(k))]
+    for k in range(len(setting.runs)):
+        own = theta[problem.own_slice(k)]
+        own[: len(per_run)] = [np.broadcast_to(start.get(name, 0.0), len(setting.runs))[k] for name in per_run]
+        if STATES in start:
+            own[len(per_run) :] = np.asarray(start[STATES])[k, list(problem.start_states(k))]
     return problem, theta
 
 
 def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: np.ndarray) -> Prior:
     """Priors in gap units and bounds for all unknowns of a problem."""
-    mean, sd = np.zeros(problem.size), np.ones(problem.size)
-    low, high = np.full(problem.size, -np.inf), np.full(problem.size, np.inf)
-    known = dict(hypothesis.parameters())
-    top = largest_input(problem.runs)
+    known, top = dict(hypothesis.parameters()), largest_input(problem.runs)
+    rows = []  # mean, deviation and bounds
     for i, name in enumerate(problem.free):
+        nominal = setting.nominal[slot(name)]
+        low, high = (1e-3 if name == LAG else -np.inf), np.inf
         if name in known:
-            mean[i], sd[i] = _effect_prior(setting, known[name], name, problem, theta, i)
-            factor = stretch(known[name], setting.runs)
-            low[i], high[i] = (bound * factor for bound in known[name].bounds)
+            nominal, sd = _effect_prior(setting, known[name], problem, theta, i)
+            low, high = (bound * stretch(known[name], setting.runs) for bound in known[name].bounds)
             if known[name].limit:  # a limit no run reaches is no effect
-                high[i] = VISIBLE_LIMIT * top
+                high = VISIBLE_LIMIT * top
         elif name == INPUT_OFFSET:
-            sd[i] = OFFSET_SPREAD * top
+            nominal, sd = 0.0, OFFSET_SPREAD * top
         else:
-            nominal = setting.nominal[slot(name)]
-            mean[i], sd[i] = nominal, (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
-            if name == LAG:
-                low[i] = 1e-3
+            sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
+        rows.append((nominal, sd, low, high))
+    own = [(0.0, _spread(known[name]), -np.inf, np.inf) for name in problem.per_run]
+    first, count = problem.initial(), len(own)
     for k in range(len(problem.runs)):
-        own = problem.own_slice(k)
-        count = len(problem.per_run)
-        states = list(problem.start_states(k))
-        mean[own.start + count : own.stop] = problem.initial()[own.start + count : own.stop]
-        sd[own.start + count : own.stop] = START_SD[states]
-        for i, name in enumerate(problem.per_run):
-            sd[own.start + i] = (known[name].bounds[1] - known[name].bounds[0]) / np.sqrt(12.0)
-    return Prior(mean, sd, low, high)
+        states = zip(first[problem.own_slice(k)][count:], START_SD[list(problem.start_states(k))], strict=True)
+        rows += [*own, *((mean, sd, -np.inf, np.inf) for mean, sd in states)]
+    return Prior(*np.array(rows).T.copy())
+
+
+def _spread(parameter: Parameter) -> float:
+    """Deviation of what lies anywhere between its bounds."""
+    return (parameter.bounds[1] - parameter.bounds[0]) / float(np.sqrt(12.0))
 
 
 def _effect_prior(
-    setting: Setting, parameter: Parameter, name: str, problem: Problem, theta: np.ndarray, i: int
+    setting: Setting, parameter: Parameter, problem: Problem, theta: np.ndarray, i: int
 ) -> tuple[float, float]:
     """Mean and deviation of one effect parameter: the size moves the output by the gap, a shape spans its bounds.
 
@@ -173,7 +167,7 @@ def _effect_prior(
         seen = float(np.median(outliers.spike_sizes(problem.runs)))
         return seen, SPIKE_SPREAD * seen
     if parameter.shape:
-        return parameter.null, (parameter.bounds[1] - parameter.bounds[0]) / np.sqrt(12.0)
+        return parameter.null, _spread(parameter)
     if parameter.limit:
         top = largest_input(problem.runs)
         return 0.7 * top, 0.3 * top
@@ -198,15 +192,13 @@ def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
 
 def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None) -> Fitted:
     """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it."""
-    best: tuple[Problem, Prior, Optimum] | None = None
+    found: list[tuple[Problem, Prior, Optimum]] = []
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
-        optimum = climb(problem, theta, prior, _filtered(problem, np.clip(theta, prior.low, prior.high)))
-        if best is None or optimum.cost < best[2].cost:
-            best = problem, prior, optimum
-    assert best is not None
-    problem, prior, optimum = best
+        filtered = _filtered(problem, np.clip(theta, prior.low, prior.high))
+        found.append((problem, prior, climb(problem, theta, prior, filtered)))
+    problem, prior, optimum = min(found, key=lambda one: one[2].cost)
     if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
         optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
@@ -259,9 +251,8 @@ def _occam(prior: Prior, optimum: Optimum) -> float:
         return -np.inf
     for i in bounded:
         pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
-        virtual, sd = optimum.theta[i] - pull, np.sqrt(variance[i])
         total += 0.5 * pull**2 / variance[i]
-        total += _log_inside(prior.low[i], prior.high[i], virtual, sd)
+        total += _log_inside(prior.low[i], prior.high[i], optimum.theta[i] - pull, np.sqrt(variance[i]))
         total -= _log_inside(prior.low[i], prior.high[i], prior.mean[i], prior.sd[i])
     return total
 

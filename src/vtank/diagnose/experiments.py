@@ -140,17 +140,14 @@ def _in_tank(words: str, table: dict[str, Any], p: np.ndarray, top: float, like:
         check_command(scenario)
         p = p.copy()
         p[STANDOFF] = scenario.standoff_m
-        result = simulate_surge([Plan(scenario, _truth(p, top), p, 0, 0, words)], step_s=0.1)[0]
+        alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
+        truth = Truth(alpha, beta, gamma, tau, "winner", top, "")
+        result = simulate_surge([Plan(scenario, truth, p, 0, 0, words)], step_s=0.1)[0]
         result.check_clearance()
     except InputError:
         return None
     run = with_channels(observe(result.run), like.first)
     return Experiment(words, table, MINUTES, recorded(run, p))
-
-
-def _truth(p: np.ndarray, top: float) -> Truth:
-    alpha, beta, gamma, tau = (float(p[slot(name)]) for name in LUMPED)
-    return Truth(alpha, beta, gamma, tau, "winner", top, "")
 
 
 def _driven(words: str, table: dict[str, Any], p: np.ndarray, like: Observed) -> Experiment:

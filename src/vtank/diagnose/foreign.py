@@ -58,15 +58,10 @@ def gap(setting: Setting, fit: Fitted) -> float:
 def _settled(selection: Selection) -> Selection:
     """Everything weighed again at the noise level of the best hypothesis."""
     setting = settle(selection.setting, [selection.best])
-    fits = [selection.nominal, selection.refit, *selection.named]
+    fits = selection.fits
     nominal, refit, *named = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
-    return replace(
-        selection,
-        setting=setting,
-        nominal=nominal,
-        refit=refit,
-        named=tuple(sorted(named, key=lambda f: -f.log_evidence)),
-    )
+    named.sort(key=lambda f: -f.log_evidence)
+    return replace(selection, setting=setting, nominal=nominal, refit=refit, named=tuple(named))
 
 
 def _more(selection: Selection) -> list[tuple[Hypothesis, Start]]:

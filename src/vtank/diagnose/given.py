@@ -8,12 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
-from ..estimate.observed import Observed, observe, stretches
+from ..estimate.observed import FEWEST, Observed, observe, stretches
 from ..plant.parameters import SIZE
 from ..plant.truth import Truth, load_truth
 from ..record import Run
 
-FEWEST_SAMPLES = 50  # measurements a run must have: five seconds at 10 Hz; a choice
 FOREIGN = "none"  # in place of a nominal: the recordings' own refit
 
 
@@ -29,10 +28,8 @@ def observed(runs: Iterable[Run]) -> list[Observed]:
                 f"run {run.name}: its input is {run.input_name}, that of run {first.name} is {first.input_name}; "
                 "all runs of a diagnosis need the same input"
             )
-        if run.time_s.size < FEWEST_SAMPLES:
-            raise InputError(
-                f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST_SAMPLES} to diagnose"
-            )
+        if run.time_s.size < FEWEST:
+            raise InputError(f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST} to diagnose")
         if run.input.size < 2:
             raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
     if all(float(abs(run.input).max()) == 0.0 for run in found):

@@ -17,7 +17,7 @@ import numpy as np
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..estimate.innovations import filtered, innovations, no_gain
 from ..estimate.observed import RANGE, SPEED, Observed
-from ..estimate.problem import FLAGGED, Filtered, Noise
+from ..estimate.problem import FLAGGED, Noise
 from ..plant.parameters import slot
 from ..plant.surge import TAU
 from . import outliers
@@ -82,17 +82,17 @@ def predictor(setting: Setting, fit: Fitted) -> Model:
         return model_of(fit)
     quiet, found = setting.with_noise(setting.noise.calm()), fit
     for _ in range(ROUNDS):
-        square = rms([f.innovation[found.problem.used(k)] for k, f in enumerate(simulated(found))]) ** 2
+        square = (
+            rms(
+                [f.innovation[found.problem.used(k)] for k, f in enumerate(found.problem.simulate(found.optimum.theta))]
+            )
+            ** 2
+        )
         quiet = quiet.with_noise(replace(quiet.noise, variance=(square, square, square)))
         found = evaluate(quiet, fit.hypothesis, [found.start()])
     own = [i for i, name in enumerate(found.problem.free) if name in dict(fit.hypothesis.parameters())]
     stuck = [found.optimum.theta[i] in (found.prior.low[i], found.prior.high[i]) for i in own]
     return model_of(fit if any(stuck) else found)
-
-
-def simulated(fit: Fitted) -> list[Filtered]:
-    """Simulation errors of a fit on its own runs."""
-    return fit.problem.with_noise(fit.problem.noise.calm()).filter(fit.optimum.theta)
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
+from scipy.special import entr, expit
 
 from ..estimate.observed import SPEED
 from ..estimate.problem import Problem
@@ -26,6 +28,7 @@ from ..plant.parameters import slot
 from .evidence import Fitted, Setting, prior_of
 from .experiments import SPEED_SD, Experiment, library, recorded, shortened
 from .holdout import DIVERGED, model_of
+from .score import projected_out
 from .selection import Selection
 from .ties import noise_free
 from .verdict import Verdict
@@ -61,11 +64,13 @@ class Worth:
 
 def next_experiment(selection: Selection, verdict: Verdict, chances: dict[str, float]) -> dict[str, Any]:
     """The experiment that is advised, its worth per minute against that of a repeat, and the runners-up."""
-    setting, winner = selection.setting, _winner(selection, verdict)
+    setting, winner = selection.setting, verdict.fit if verdict.fit.hypothesis.refit else selection.refit
     rivals = _rivals(selection, verdict, winner, chances)
     repeats = [_repeat(setting, winner, k) for k in range(len(setting.runs))]
     new = library(model_of(winner).p, setting.runs)
-    doubts = [(rival, _chance(chances, rival, winner), _before(setting, winner, rival)) for rival in rivals]
+    odds = [chances[fit.hypothesis.name] for fit in (winner, *rivals)]
+    before = [_before(setting, winner, rival) for rival in rivals]
+    doubts = list(zip(rivals, np.divide(odds[1:], np.add(odds[0], odds[1:])), before, strict=True))
     with ThreadPoolExecutor(2) as pool:
         weigh = partial(_worth, setting, winner, doubts)
         worths = list(pool.map(weigh, [*repeats, *new]))
@@ -98,11 +103,6 @@ def _told(worth: Worth, repeat: Worth) -> dict[str, Any]:
     }
 
 
-def _winner(selection: Selection, verdict: Verdict) -> Fitted:
-    """The verdict's hypothesis; of the nominal, which has nothing to find out, the refit."""
-    return verdict.fit if verdict.fit.hypothesis.refit else selection.refit
-
-
 def _rivals(selection: Selection, verdict: Verdict, winner: Fitted, chances: dict[str, float]) -> list[Fitted]:
     """The most probable others, where they are probable enough, tied effects first."""
     others = [f for f in (selection.refit, *selection.named) if f is not winner and not _outliers(f, winner)]
@@ -111,12 +111,6 @@ def _rivals(selection: Selection, verdict: Verdict, winner: Fitted, chances: dic
     found = sorted([*tied, *possible], key=lambda f: (f not in tied, -chances[f.hypothesis.name]))[:RIVALS]
     total = sum(chances[f.hypothesis.name] for f in found)
     return found if total > UNCERTAIN * chances[winner.hypothesis.name] else []
-
-
-def _chance(chances: dict[str, float], rival: Fitted, winner: Fitted) -> float:
-    """Probability of the rival if it is one of the two."""
-    a, b = chances[rival.hypothesis.name], chances[winner.hypothesis.name]
-    return a / (a + b)
 
 
 def _outliers(rival: Fitted, winner: Fitted) -> bool:
@@ -164,8 +158,7 @@ def entropy_drop(chance: float, separation: float) -> float:
 
 
 def _entropy(log_odds: np.ndarray) -> np.ndarray:
-    p = 1.0 / (1.0 + np.exp(-np.clip(log_odds, -500.0, 500.0)))
-    return -(p * np.log(np.maximum(p, 1e-300)) + (1.0 - p) * np.log(np.maximum(1.0 - p, 1e-300)))
+    return np.asarray(entr(expit(log_odds)) + entr(expit(-log_odds)))
 
 
 # --- linear algebra of one more run --------------------------------------------------------------------------------
@@ -176,7 +169,7 @@ def _separation(setting: Setting, winner: Fitted, rival: Fitted, experiment: Exp
     best = np.inf
     for values in _own_values(problem, winner, rival):
         theta[len(known) : len(known) + len(problem.per_run)] = values
-        best = min(best, _least_squares(problem, theta, _block(known, own)))
+        best = min(best, _least_squares(problem, theta, block_diag(known, np.diag(own))))
     return float(np.sqrt(max(best, 0.0)))
 
 
@@ -206,10 +199,9 @@ def _parameter_gain(setting: Setting, winner: Fitted, experiment: Experiment) ->
     known = _known(winner)
     problem, theta, own = _alone(setting, winner, experiment)
     J = problem.jacobian(theta, problem.filter(theta))
-    both, count = J.T @ J + _block(known, own), len(known)
-    rest = both[count:, count:]
-    more = both[:count, :count] - both[:count, count:] @ np.linalg.solve(rest, both[count:, :count])
-    return 0.5 * float(np.linalg.slogdet(more)[1] - np.linalg.slogdet(known)[1])
+    both, count = J.T @ J + block_diag(known, np.diag(own)), len(known)
+    more, rest, before = (float(np.linalg.slogdet(part)[1]) for part in (both, both[count:, count:], known))
+    return 0.5 * (more - rest - before)
 
 
 def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
@@ -217,8 +209,7 @@ def _before(setting: Setting, winner: Fitted, rival: Fitted) -> float:
     problem = replace(rival.problem, runs=noise_free(setting, winner).runs)
     theta = rival.optimum.theta
     r, J = problem.linearise(theta, problem.filter(theta))
-    b = J.T @ r
-    return float(np.sqrt(max(r @ r - b @ np.linalg.solve(rival.optimum.information, b), 0.0)))
+    return float(np.sqrt(max(r @ projected_out(r, J, rival.optimum.information), 0.0)))
 
 
 def _known(fit: Fitted) -> np.ndarray:
@@ -237,9 +228,3 @@ def _alone(setting: Setting, fit: Fitted, experiment: Experiment) -> tuple[Probl
     theta = problem.initial()
     prior = prior_of(alone, fit.hypothesis, problem, theta)
     return problem, theta, prior.sd[problem.own_slice(0)] ** -2
-
-
-def _block(known: np.ndarray, own: np.ndarray) -> np.ndarray:
-    out = np.diag(np.concatenate([np.zeros(len(known)), own]))
-    out[: len(known), : len(known)] = known
-    return out

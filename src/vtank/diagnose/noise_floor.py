@@ -7,30 +7,27 @@ for turbulence and wake, by the likelihood of the innovations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.optimize import minimize
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
+from ..estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
 from ..estimate.problem import Noise, Problem
-from ..estimate.process_noise import LEAST
 from .evidence import Fitted, Setting, evaluate
 
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
-HOPELESS = 1e12  # cost of a level that makes no number of the innovations: the simulation has run away
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
+LARGEST_SIGMA = float(np.exp(3.0))  # [m/s2, m] disturbance or coloured error beyond any water's
 COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
 MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
 STARTS_S = (0.5, 4.0)  # [s] memories from which the search sets out: the likelihood often has two hills
 EVALUATIONS = 80  # of the likelihood in a search for two numbers; twice that for four
 FIRST_STEPS = (-1.0, 0.7, -0.7, 0.5)  # of the search, in powers of e
-Likelihood = Callable[[Noise], tuple[float, float, int]]  # squares, logarithms and number, see squares_and_logs
 
 
 def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
@@ -40,10 +37,10 @@ def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
     case where the simulation runs away, which the filter may well follow.
     """
     linear = partial(squares_and_logs, linearised(problem, theta))
-    plain, cost = min(
-        (_search(linear, problem.noise, time_s, False) for time_s in STARTS_S), key=lambda found: found[1]
+    (plain, cost), (coloured, other) = (
+        min((_search(linear, problem.noise, time_s, kind) for time_s in STARTS_S), key=lambda f: f[1])
+        for kind in (False, True)
     )
-    coloured, other = min((_search(linear, problem.noise, time_s, True) for time_s in STARTS_S), key=lambda f: f[1])
     found = coloured if other < cost - COLOURED else plain
     if not exact and min(cost, other) < HOPELESS:
         return found
@@ -59,41 +56,12 @@ def _filtered(problem: Problem, theta: np.ndarray, noise: Noise) -> tuple[float,
 
 
 def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
-    """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant).
-
-    The overall scale is concentrated out: what is searched are the disturbance and the coloured error over the white
-    noise, and their memories.
-    """
-
-    def shape(q: np.ndarray) -> Noise:
-        size, memory = np.exp(np.clip(q[0::2], np.log(LEAST_SIGMA), 3.0)), np.exp(np.clip(q[1::2], *np.log(MEMORY_S)))
-        trial = replace(noise, sigma=float(size[0]), correlation_time=float(memory[0]), colour_sigma=0.0)
-        return replace(trial, colour_sigma=float(size[1]), colour_time=float(memory[1])) if coloured else trial
-
-    def scale_and_cost(q: np.ndarray) -> tuple[float, float]:
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # the simulation may run away
-            squares, logs, count = likelihood(shape(q))
-            cost = 0.5 * (count * np.log(squares / count) + logs)
-        return squares / count, cost if np.isfinite(cost) else HOPELESS
-
+    """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant)."""
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
-    origin = np.log(start)
-    options = {
-        "maxfev": EVALUATIONS * (1 + coloured),
-        "xatol": 0.05,
-        "fatol": 0.3,
-        "initial_simplex": origin + np.vstack([0.0 * origin, np.diag(FIRST_STEPS[: origin.size])]),
-    }
-    best = minimize(lambda q: scale_and_cost(q)[1], origin, method="Nelder-Mead", options=options).x
-    (scale, cost), found = scale_and_cost(best), shape(best)
-    if cost >= HOPELESS:
-        return noise, cost
-    a, b, c = (max(float(v * scale), LEAST) for v in found.variance)
-    root = float(np.sqrt(scale))
-    sigma, colour = max(found.sigma * root, LEAST_SIGMA), found.colour_sigma * root
-    return replace(found, variance=(a, b, c), sigma=sigma, colour_sigma=colour), cost
+    search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S)
+    return search.likeliest(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
 def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:

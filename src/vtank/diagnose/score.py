@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import product
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from ..plant.parameters import slot
 from . import outliers
@@ -44,8 +45,7 @@ class Linearised:
 
     def remaining(self, columns: np.ndarray) -> np.ndarray:
         """What the fit's own parameters, held by their priors, cannot take up of columns (sum M, K)."""
-        J = self.jacobian
-        return np.asarray(columns - J @ np.linalg.solve(self.information, J.T @ columns))
+        return projected_out(columns, self.jacobian, self.information)
 
     def explain(self, columns: np.ndarray) -> tuple[float, np.ndarray]:
         """Drop of half the sum of squares, and best coefficients, of columns (sum M, K) beside the fit's parameters."""
@@ -56,6 +56,14 @@ class Linearised:
         return 0.5 * float(b @ coefficients), coefficients
 
 
+def projected_out(columns: np.ndarray, jacobian: np.ndarray, information: np.ndarray) -> np.ndarray:
+    """What nuisance parameters cannot take up of columns, shape (sum M,) or (sum M, K).
+
+    jacobian: of the same residuals, shape (sum M, size); information: of the nuisance parameters, shape (size, size).
+    """
+    return np.asarray(columns - jacobian @ np.linalg.solve(information, jacobian.T @ columns))
+
+
 def linearise(fit: Fitted) -> Linearised:
     """Residuals and derivatives of a fit at its optimum."""
     theta = fit.optimum.theta
@@ -64,17 +72,15 @@ def linearise(fit: Fitted) -> Linearised:
 
 def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
     """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
-    (effect,), best = second.hypothesis.effects, 0.0
+    (effect,) = second.hypothesis.effects
     if all(q.counted for q in effect.parameters):
         return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered, setting.flags)[0]
     if effect.outliers:
         return max(second.log_evidence - refit, 0.0)
-    own = {k: v for k, v in second.start().items() if k in effect.slots()}
-    starts: list[Start] = [own]
+    starts: list[Start] = [{k: v for k, v in second.start().items() if k in effect.slots()}]
     starts += [{**values} for values in starting_values(effect, setting.runs)]
-    for column in (_shifted(near.fit, starts) - near.residual[:, None]).T:
-        best = max(best, near.explain(column[:, None])[0])
-    return best
+    columns = _shifted(near.fit, starts) - near.residual[:, None]
+    return max(0.0, *(near.explain(column[:, None])[0] for column in columns.T))
 
 
 def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
@@ -93,16 +99,13 @@ def scan(setting: Setting, refit: Fitted, wave: tuple[str, str, str]) -> list[St
     """First guesses of a wave's amplitude, frequency and phases, by slot: the frequencies at which it explains most."""
     near, count = linearise(refit), len(setting.runs)
     _, pace, _ = wave
-    rows = np.cumsum([0] + [f.innovation.size for f in refit.filtered])
+    rows = np.cumsum([f.innovation.size for f in refit.filtered])[:-1]
     tried = product(SCANNED_RAD_S, (0.0, 0.5 * np.pi))
     probes: list[Start] = [dict(zip(wave, (PROBE_M_S, float(w), phase), strict=True)) for w, phase in tried]
-    changes = (_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S
+    parts = np.split((_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S, rows)
     found = []
     for j, frequency in enumerate(SCANNED_RAD_S):
-        columns = np.zeros((rows[-1], 2 * count))
-        for k in range(count):
-            columns[rows[k] : rows[k + 1], 2 * k : 2 * k + 2] = changes[rows[k] : rows[k + 1], 2 * j : 2 * j + 2]
-        gain, c = near.explain(columns)
+        gain, c = near.explain(block_diag(*(part[:, 2 * j : 2 * j + 2] for part in parts)))
         found.append((gain, frequency, c.reshape(count, 2)))
     out: list[Start] = []
     for _, frequency, c in sorted(found, key=lambda f: -f[0]):

@@ -54,6 +54,11 @@ class Selection:
         return f"Selection(best of {len(self.named) + 2} hypotheses: {self.best.hypothesis.name}; {runs})"
 
     @property
+    def fits(self) -> tuple[Fitted, ...]:
+        """All that have a name."""
+        return (self.nominal, self.refit, *self.named)
+
+    @property
     def singles(self) -> int:
         """Number of effects that were considered."""
         return sum(len(fit.hypothesis.effects) == 1 for fit in self.named)
@@ -61,7 +66,7 @@ class Selection:
     @property
     def best(self) -> Fitted:
         """The most probable explanation that has a name."""
-        return max((self.nominal, self.refit, *self.named), key=lambda fit: weight(fit, self.singles))
+        return max(self.fits, key=lambda fit: weight(fit, self.singles))
 
 
 def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False) -> Setting:

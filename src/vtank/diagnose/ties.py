@@ -21,11 +21,8 @@ HOPELESS = 6.0  # log evidence behind the winner at which the data themselves ha
 
 def noise_free(setting: Setting, fit: Fitted) -> Setting:
     """The setting with recordings as the fitted model would have made them without any noise."""
-    quiet = fit.problem.with_noise(fit.problem.noise.calm())
-    runs = tuple(
-        replace(run, value=run.value - f.innovation)
-        for run, f in zip(setting.runs, quiet.filter(fit.optimum.theta), strict=True)
-    )
+    pairs = zip(setting.runs, fit.problem.simulate(fit.optimum.theta), strict=True)
+    runs = tuple(replace(run, value=run.value - f.innovation) for run, f in pairs)
     clean = tuple(np.ones(run.time_s.size) for run in runs)
     return replace(setting, runs=runs, weight=clean, flags=tuple(np.zeros(run.time_s.size, bool) for run in runs))
 

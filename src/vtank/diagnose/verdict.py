@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -34,10 +35,15 @@ class Verdict:
     probability: float
     fit: Fitted = field(repr=False)
 
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        said = {"kind": self.kind, "effects": list(self.effects), "class": list(self.rivals)}
+        return said | {"channel": self.channel, "probability": self.probability}
+
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
     """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
-    fits = [selection.nominal, selection.refit, *selection.named]
+    fits = selection.fits
     before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
     before["unknown"] = calibration().prior["unknown"]
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
@@ -74,12 +80,10 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)
-    probability = chances[leader]
+    kind, probability = "effects", chances[leader]
     if len(effects) == 1:
-        probability = sum(chances.get(name, 0.0) for name in rivals)
-    kind = "effect" if len(effects) == 1 else "effects"
+        kind, probability = "effect", sum(chances.get(name, 0.0) for name in rivals)
     seen = fit.hypothesis.outliers or separation(selection.setting, fit, selection.refit) >= SEPARABLE
     if probability < NAMED or not seen:
         kind = "undecided"
-    channel = effects[0].channel
-    return Verdict(kind, tuple(e.name for e in effects), rivals, channel, probability, fit)
+    return Verdict(kind, tuple(e.name for e in effects), rivals, effects[0].channel, probability, fit)

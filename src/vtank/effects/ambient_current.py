@@ -1,7 +1,5 @@
 """Ambient current: the water of the tank moves past the hull at a steady speed."""
 
-from __future__ import annotations
-
 from .effect import Effect, Parameter
 
 EFFECT = Effect(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import get_args
@@ -10,16 +9,12 @@ from typing import get_args
 from . import __path__ as folder
 from .effect import Channel, Effect, Parameter
 
-
-def _found() -> Iterator[Effect]:
-    for module in iter_modules(folder):
-        effect = getattr(import_module(f"{__package__}.{module.name}"), "EFFECT", None)
-        if effect is not None:
-            yield effect
-
-
+_modules = (import_module(f"{__package__}.{module.name}") for module in iter_modules(folder))
 CATALOGUE: tuple[Effect, ...] = tuple(
-    sorted(_found(), key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name))
+    sorted(
+        (module.EFFECT for module in _modules if hasattr(module, "EFFECT")),
+        key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name),
+    )
 )
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
 

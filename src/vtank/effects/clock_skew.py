@@ -1,7 +1,5 @@
 """Clock skew: sonar and tachometer are stamped by clocks that do not run alike."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

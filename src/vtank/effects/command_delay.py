@@ -1,7 +1,5 @@
 """Command delay: the propeller speed acts later than it is stamped."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Dry friction: a guide, a fender or a tether that rubs, constant against the motion."""
 
-from __future__ import annotations
-
 import math
 
 from ..compiled import law

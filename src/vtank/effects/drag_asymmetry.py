@@ -1,7 +1,5 @@
 """Drag asymmetry: the hull drags more astern than ahead, or the other way round."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Linear drag: skin friction and wave making at low speed, proportional to speed."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -4,8 +4,6 @@ The water's acceleration presses on the hull as well (Froude-Krylov and added ma
 hull both together make the hull follow the water, du/dt += dU_w/dt.
 """
 
-from __future__ import annotations
-
 import math
 
 from ..compiled import law

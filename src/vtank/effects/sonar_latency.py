@@ -1,7 +1,5 @@
 """Sonar latency: the range is stamped later than the echo that made it."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Sonar multipath: some pings return by way of the surface or the floor and read long."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Sonar offset: every range is wrong by the same length."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

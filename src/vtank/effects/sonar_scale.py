@@ -1,7 +1,5 @@
 """Sonar scale: the speed of sound set in the sonar is wrong, so ranges are stretched."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Supply sag: thrust fades with time as the battery runs down."""
 
-from __future__ import annotations
-
 import math
 
 from ..compiled import law

@@ -1,7 +1,5 @@
 """Tachometer bias: the tachometer reads a constant too much."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 
@@ -14,13 +12,7 @@ def reading(n: float, b: float) -> float:
 
 @law
 def true_input(n_read: float, lone: float, b: float) -> float:
-    """The same for a reading that stands alone or does not."""
-    return true_speed(n_read, b)
-
-
-@law
-def true_speed(n_read: float, b: float) -> float:
-    """Propeller speed [rev/s] behind a reading [rev/s]."""
+    """Propeller speed [rev/s] behind a reading [rev/s], whether that stands alone or not."""
     return n_read - b
 
 

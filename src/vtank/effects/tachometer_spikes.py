@@ -3,8 +3,6 @@
 In a recording, a spike is a reading that stands alone and lies off by between 0.6 and 1.4 of the spikes' size.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..compiled import law

@@ -1,7 +1,5 @@
 """Tether: a cable pulls the hull back to where it hangs straight."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

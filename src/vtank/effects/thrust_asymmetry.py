@@ -1,7 +1,5 @@
 """Thrust asymmetry: the propeller pushes less astern than ahead."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

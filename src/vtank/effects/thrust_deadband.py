@@ -1,7 +1,5 @@
 """Thrust dead-band: no thrust until the propeller turns faster than a threshold."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Thrust lag: thrust follows the propeller speed through a first-order lag (the paper's tau)."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,7 +1,5 @@
 """Thrust loss: a propeller that advances through the water pushes less (the paper's gamma)."""
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -1,6 +1,6 @@
 """Thrust saturation: above some speed the propeller pushes no harder."""
 
-from __future__ import annotations
+from math import inf
 
 from ..compiled import law
 from .effect import Effect, Parameter
@@ -23,8 +23,8 @@ EFFECT = Effect(
             "n_max",
             "rev/s",
             "speed at which thrust flattens, in the unit of the input",
-            float("inf"),
-            (0.0, float("inf")),
+            inf,
+            (0.0, inf),
             8.0,
             starts=(0.9, 0.7, 0.5),
         ),

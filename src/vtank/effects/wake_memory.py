@@ -3,8 +3,6 @@
 The wake is carried as one state, a water velocity that follows the hull's with a time constant.
 """
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -4,8 +4,6 @@ The growth follows the cube of the inverse distance, as for a sphere that moves 
 that the parameters are the fractional growth at 3 m, close to the paper's stand-off of 10 ft.
 """
 
-from __future__ import annotations
-
 from ..compiled import law
 from .effect import Effect, Parameter
 

@@ -20,7 +20,7 @@ from .paper.estimate import PaperEstimate, identify_run
 from .paper.linear import LinearModel, fit_linear
 from .paper.regression import Array, Model
 from .paper.settings import ESTIMATORS, Estimator, PaperSettings
-from .paper.signals import run_signals
+from .paper.signals import Signals, run_signals
 from .problem import Problem
 from .residuals import ResidualStatistics, residual_coherence, residual_statistics, whiteness
 
@@ -110,8 +110,9 @@ def compare(
         for estimator, found in paper.items():
             found[run.name] = _paper(run, model, estimator)
         advance(f"Model {model}, {run.name}")
-    linear = {run.name: _linear(run) for run in recorded} if estimators else {}
-    on_speed = {run.name: _on_speed(run, single[run.name]) for run in recorded} if estimators else {}
+    speeds = {run.name: _seen(run) for run in recorded if estimators}
+    linear = {name: seen if isinstance(seen, str) else _linear(seen) for name, seen in speeds.items()}
+    on_speed = {n: None if isinstance(seen, str) else _on_speed(seen, single[n]) for n, seen in speeds.items()}
     table = validation([*single.values(), simulated, joint], runs)
     advance(f"Model {model}, validation")
     return Comparison(
@@ -150,21 +151,20 @@ def _paper(run: Run, model: Model, estimator: Estimator) -> PaperEstimate | str:
         return str(error)
 
 
-def _linear(run: Run) -> Linear | str:
+def _seen(run: Run) -> Signals | str:
     try:
-        seen = run_signals(run, PaperSettings())
+        return run_signals(run, PaperSettings())
     except InputError as error:
         return str(error)
+
+
+def _linear(seen: Signals) -> Linear:
     model = fit_linear(seen.u_m_s, seen.n_rev_s, seen.step_s)
     return Linear(model, residual_statistics(seen.u_m_s, model.free_run(seen.n_rev_s, seen.u_m_s)))
 
 
-def _on_speed(run: Run, estimate: Estimate) -> ResidualStatistics | None:
-    """Like the residuals in the paper's tables: speed by its filter less the free run's; None where there is none."""
-    try:
-        seen = run_signals(run, PaperSettings())
-    except InputError:
-        return None
+def _on_speed(seen: Signals, estimate: Estimate) -> ResidualStatistics:
+    """Like the residuals in the paper's tables: speed by its filter less the free run's."""
     observed, track = estimate.problem.runs[0], estimate.free_tracks()[0]
     simulated = np.interp(seen.time_s, observed.time_s - observed.time_s[0], track[:, 1])
     return residual_statistics(seen.u_m_s, simulated)

@@ -23,11 +23,7 @@ from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
 from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
-MODELS: dict[str, tuple[str, ...]] = {
-    "I": ("alpha", "beta"),
-    "II": ("alpha", "beta", LAG),
-    "III": LUMPED,
-}
+MODELS: dict[str, tuple[str, ...]] = {"I": ("alpha", "beta"), "II": ("alpha", "beta", LAG), "III": LUMPED}
 BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
     "alpha": (-np.inf, 0.0),
     "beta": (0.0, np.inf),
@@ -100,15 +96,11 @@ class Estimate:
 
     def free_runs(self) -> list[Filtered]:
         """Residuals of pure simulation from the input and the estimated start, per run."""
-        return self._calm.filter(self.theta)
+        return self.problem.simulate(self.theta)
 
     def free_tracks(self) -> list[np.ndarray]:
         """States (x, u, z, wake, 0) of that simulation at the measurements, shapes (M, 5)."""
-        return self._calm.track(self.theta, self.free_runs())
-
-    @property
-    def _calm(self) -> Problem:
-        return self.problem.with_noise(self.problem.noise.calm())
+        return self.problem.track(self.theta, self.free_runs())
 
     def rms(self, kind: int) -> float:
         """Root mean square of the innovations of one channel [m or m/s]; NaN where it was not measured."""
@@ -132,23 +124,22 @@ def identify(
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
     if model == "III" and base[LINEAR_INPUT]:
         raise InputError("Model III needs a propeller speed for its thrust loss; these runs have thrust_N")
-    tied = any(
-        {RANGE, POSITION} <= run.first.keys() for run in runs
-    )  # then each run's stand-off matters, and is unknown
+    # with both, each run's stand-off matters, and is unknown
+    tied = any({RANGE, POSITION} <= run.first.keys() for run in runs)
     problem = Problem(tuple(runs), base, MODELS[model], ("standoff",) if tied else ())
-    with _telling(problem):
+    with told_apart(problem.runs, "model's", "run "):
         return fit(problem, first_guesses(problem), process_noise)
 
 
 @contextmanager
-def _telling(problem: Problem) -> Iterator[None]:
-    """InputError in place of equations that have no solution."""
+def told_apart(runs: Sequence[Observed], whose: str, first: str = "") -> Iterator[None]:
+    """InputError where the linear algebra inside fails, because nothing in the runs speaks of some parameter."""
     try:
         yield
     except np.linalg.LinAlgError as error:
         raise InputError(
-            f"run {', '.join(run.name for run in problem.runs)}: the recordings do not tell the model's parameters "
-            f"apart ({error}); expected runs in which the vehicle speeds up and slows down"
+            f"{first}{', '.join(run.name for run in runs)}: the recordings do not tell the {whose} parameters apart "
+            f"({error}); expected runs in which the vehicle speeds up and slows down"
         ) from error
 
 
@@ -184,7 +175,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
     """The optimum near a guess of theta, at a noise level that is known already."""
     prior, before = beforehand(problem, guess), np.inf
-    with _telling(problem):
+    with told_apart(problem.runs, "model's", "run "):
         for _ in range(5):
             end = descend(problem, guess, prior, problem.filter(guess))
             if problem.noise.quiet or before - end.cost < SETTLED:
@@ -246,9 +237,8 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
     problem = _forgiving(problem)
     end = descend(problem, guess, prior, problem.filter(guess))
     for rough in (*[True] * 3, *[False] * 17):
-        with np.errstate(over="ignore", invalid="ignore"):
-            noise = noise_level(problem, end.theta, hold_memory=rough)
-        if not np.isfinite([*noise.variance, noise.sigma]).all():
+        noise = noise_level(problem, end.theta, hold_memory=rough)
+        if noise is problem.noise:
             break  # the simulation runs away: it says nothing about the noise
         problem = problem.with_noise(noise)
         filtered = problem.filter(end.theta)
@@ -264,15 +254,8 @@ def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
     J = problem.jacobian(end.theta, filtered)
     covariance = _inverse(J.T @ J + np.diag(prior.weight))
-    return Estimate(
-        problem,
-        end.theta,
-        covariance,
-        filtered,
-        problem.log_likelihood(filtered),
-        end.converged,
-        _warnings(problem, end.theta, covariance, end.converged),
-    )
+    told, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
+    return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, told)
 
 
 def _inverse(information: np.ndarray) -> np.ndarray:

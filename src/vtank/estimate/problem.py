@@ -113,6 +113,10 @@ class Problem:
             for k, run in enumerate(self.runs)
         ]
 
+    def simulate(self, theta: np.ndarray) -> list[Filtered]:
+        """The same by pure simulation, as if there were no turbulence."""
+        return self.with_noise(self.noise.calm()).filter(theta)
+
     def push(self, run: int) -> np.ndarray | None:
         """Known acceleration on a run [m/s2], shape (I,), or None."""
         return None if self.forcing is None else self.forcing[run]

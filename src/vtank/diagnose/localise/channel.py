@@ -12,7 +12,6 @@ from typing import Any
 
 from scipy.special import expit, softmax
 
-from ...effects.catalogue import BY_NAME
 from ..discrepancy import Discrepancy, unnamed
 from ..selection import Selection
 from ..verdict import unknown_odds
@@ -59,12 +58,11 @@ def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, f
     weights = softmax([d.gain for d in selection.unnamed])
     for discrepancy, weight in zip(selection.unnamed, weights, strict=True):
         total[discrepancy.channel] += chances["unknown"] * leaves * float(weight)
-    mimics = (selection.best.hypothesis.name, chances["unknown"] * (1.0 - leaves))
-    for name, chance in [*((name, chance) for name, chance in chances.items() if name != "unknown"), mimics]:
-        effects = [] if name in ("none", "parameters") else name.split("+")
-        channels: list[str] = [BY_NAME[effect].channel for effect in effects]
-        for channel in channels or ["none"]:
-            total[channel] += chance / max(len(effects), 1)
+    own = [(fit, chances[fit.hypothesis.name]) for fit in selection.fits]
+    for fit, chance in (*own, (selection.best, chances["unknown"] * (1.0 - leaves))):
+        channels: list[str] = [effect.channel for effect in fit.hypothesis.effects] or ["none"]
+        for channel in channels:
+            total[channel] += chance / len(channels)
     return total
 
 

@@ -11,7 +11,7 @@ Process. 43 (1995). A line that coheres moves with the propeller; one that does 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,8 @@ from ...estimate.observed import Observed
 from ..discrepancy import drive_frequency
 from ..selection import Selection
 from .gap import whitened
+from .time import LEVEL
 
-LEVEL = 0.01  # probability of a false line in all runs together; a choice
 MOST_ORDINATES = 400  # frequencies looked at: 3.3 Hz for a run of 120 s
 MOST_LINES = 4  # lines told per run, the strongest
 NEIGHBOURS = 41  # ordinates whose median is the background of a line
@@ -119,19 +119,17 @@ def periodogram(time_s: np.ndarray, values: np.ndarray, E: np.ndarray) -> np.nda
     """Power of unit white noise is one on average; E: `waves`. Hann window, any stamps, shape (F,)."""
     phase = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     taper = np.sin(np.pi * phase) ** 2
-    power: np.ndarray = np.abs(E @ (values * taper)) ** 2 / np.sum(taper**2)
-    return power
+    return np.asarray(np.abs(E @ (values * taper)) ** 2 / np.sum(taper**2))
 
 
 def coherence(time_s: np.ndarray, a: np.ndarray, b: np.ndarray, E: np.ndarray) -> np.ndarray:
     """Magnitude-squared coherence of two signals at the same stamps, averaged over TAPERS; E: `waves`, shape (F,)."""
     phase = (time_s - time_s[0]) / (time_s[-1] - time_s[0])
     tapers = np.sin(np.pi * np.outer(phase, np.arange(1, TAPERS + 1)))
-    A, B = E @ (tapers * (a - np.mean(a))[:, None]), E @ (tapers * (b - np.mean(b))[:, None])
+    A, B = (E @ (tapers * (signal - np.mean(signal))[:, None]) for signal in (a, b))
     cross = np.abs(np.sum(A * np.conj(B), axis=1)) ** 2
     whole = np.sum(np.abs(A) ** 2, axis=1) * np.sum(np.abs(B) ** 2, axis=1)
-    shared: np.ndarray = cross / np.maximum(whole, 1e-300)
-    return shared
+    return np.asarray(cross / np.maximum(whole, 1e-300))
 
 
 def _spectrum(run: Observed, residual: np.ndarray, grid: np.ndarray, needed: float) -> Spectrum:
@@ -145,7 +143,7 @@ def _spectrum(run: Observed, residual: np.ndarray, grid: np.ndarray, needed: flo
     coherent = 1.0 - LEVEL ** (1.0 / (TAPERS - 1))
     drive = drive_frequency(run.input_time_s, run.input)
     spectrum = Spectrum(run.name, grid, power, significant, shared, coherent, drive, ())
-    return Spectrum(run.name, grid, power, significant, shared, coherent, drive, _lines(spectrum, needed))
+    return replace(spectrum, lines=_lines(spectrum, needed))
 
 
 def _lines(s: Spectrum, needed: float) -> tuple[Line, ...]:

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.observed import POSITION, RANGE, SPEED, Observed
+from ...estimate.observed import POSITION, RANGE, SPEED
 from ..discrepancy import simulated
 from ..evidence import Fitted
-from ..holdout import held
+from ..holdout import held, rms
 from ..selection import Selection
 from ..verdict import Verdict
 
@@ -53,42 +53,29 @@ class RunGap:
 
     def rms(self, simulator: str) -> float:
         """Root mean square error of a simulator [m or m/s]."""
-        return _rms(self.error[simulator][self.counts[simulator]])
+        return rms([self.error[simulator][self.counts[simulator]]])
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
         gaps = {simulator: self.rms(simulator) for simulator in self.error}
         span = float(self.time_s[-1] - self.time_s[0])
-        return {
-            "run": self.run,
-            "duration_s": span,
-            "unit": self.unit,
-            **gaps,
-            "floor": self.floor,
-            "share": self.share,
-        }
+        told = {"run": self.run, "duration_s": span, "unit": self.unit}
+        return told | gaps | {"floor": self.floor, "share": self.share}
 
 
 def run_gaps(selection: Selection, verdict: Verdict, shares: Sequence[float]) -> tuple[RunGap, ...]:
     """Gap of every run, before and after; shares: of the runs in the evidence."""
     fits = {"nominal": selection.nominal, "refit": selection.refit, "diagnosed": verdict.fit}
-    errors = {name: simulation_error(fit) for name, fit in fits.items()}
-    runs = selection.setting.runs
-    kinds = [main_kind(run) for run in runs]
-    chosen = [run.kind == kind for run, kind in zip(runs, kinds, strict=True)]
-    floors = [_rms(floor[c]) for floor, c in zip(noise_floors(verdict.fit), chosen, strict=True)]
-    quiet = [~flags[c] for flags, c in zip(selection.setting.flags, chosen, strict=True)]
-    gaps = []
-    for k, run in enumerate(runs):
-        error = {name: e[k][chosen[k]] for name, e in errors.items()}
-        counts = {name: _judged(quiet[k], verdict.fit, name) for name in fits}
-        gap = RunGap(run.name, kinds[k], run.time_s[chosen[k]], error, counts, floors[k], shares[k])
-        gaps.append(replace(gap, floor=min(floors[k], gap.rms("diagnosed"))))
+    errors = {name: simulated(fit.problem, fit.optimum.theta) for name, fit in fits.items()}
+    floors, gaps = noise_floors(verdict.fit), []
+    for k, run in enumerate(selection.setting.runs):
+        kind = int(np.min(run.kind))  # judged by range before position before speed
+        chosen = run.kind == kind
+        error = {name: parts[k].innovation[chosen] for name, parts in errors.items()}
+        counts = {name: _judged(~selection.setting.flags[k][chosen], verdict.fit, name) for name in fits}
+        gap = RunGap(run.name, kind, run.time_s[chosen], error, counts, rms([floors[k][chosen]]), shares[k])
+        gaps.append(replace(gap, floor=min(gap.floor, gap.rms("diagnosed"))))
     return tuple(gaps)
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _judged(quiet: np.ndarray, fit: Fitted, simulator: str) -> np.ndarray:
@@ -97,19 +84,9 @@ def _judged(quiet: np.ndarray, fit: Fitted, simulator: str) -> np.ndarray:
     return np.ones_like(quiet) if explained and simulator != "diagnosed" else quiet
 
 
-def simulation_error(fit: Fitted) -> list[np.ndarray]:
-    """Measured less simulated, from the fitted initial state on the recorded input alone, per run, shape (M,)."""
-    return [f.innovation for f in simulated(fit.problem, fit.optimum.theta)]
-
-
 def whitened(fit: Fitted) -> np.ndarray:
     """Innovations over their deviations at the optimum, all runs, shape (sum M,)."""
     return fit.problem.residuals(fit.optimum.theta, fit.filtered)
-
-
-def main_kind(run: Observed) -> int:
-    """The measurement a run is judged by: range before position before speed."""
-    return int(np.min(run.kind))
 
 
 def noise_floors(fit: Fitted) -> list[np.ndarray]:

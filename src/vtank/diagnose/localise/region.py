@@ -12,7 +12,7 @@ and place, such as a wave, would otherwise pass for many small forces.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,17 +20,16 @@ from scipy.stats import norm
 
 from ...estimate.observed import RANGE, Observed
 from ...plant.surge import STANDOFF
-from ..discrepancy import simulated_tracks
+from ..discrepancy import PROBES, simulated_tracks
 from ..evidence import Fitted
 from ..selection import Selection
 from ..verdict import Verdict
 from .gap import whitened
+from .time import WINDOW_S
 
 BINS = 10  # bins of each variable; a choice
 FEWEST = 0.02  # share of the samples a bin must hold; thinner ones join their neighbour towards the middle
 LEVEL = 0.05  # probability that any band of any variable misses
-PROBE = 1e-4  # [m/s2] acceleration of the finite differences, small enough to be linear
-BLOCK_S = 10.0  # [s] blocks of the recording taken as independent
 FEWEST_BLOCKS = 40  # shorter recordings get shorter blocks
 
 Motion = Mapping[str, Sequence[np.ndarray]]
@@ -71,31 +70,14 @@ class Profile:
         return {"log_likelihood_gain": self.gain, "share": min(self.gain / evidence, 1.0), "bins": bins}
 
 
-@dataclass(frozen=True)
-class Force:
-    """Missing acceleration over all variables.
-
-    Attributes:
-        mean: by variable, shape (B,) [m/s2].
-        sd: its standard deviation, shape (B,) [m/s2].
-        gain: by variable, log-likelihood that it adds to the others.
-    """
-
-    mean: dict[str, np.ndarray]
-    sd: dict[str, np.ndarray]
-    gain: dict[str, float]
-
-
 def residual_force(selection: Selection, verdict: Verdict) -> tuple[Profile, ...]:
     """Force that the refit lacks, with simultaneous bands, and what the diagnosed simulator still lacks."""
     moved = motion(verdict.fit)
     edges = {name: bin_edges(np.concatenate(list(values))) for name, values in moved.items()}
     z = float(norm.isf(0.5 * LEVEL / sum(e.size - 1 for e in edges.values())))
     lacks, left = missing_force(selection.refit, moved, edges), missing_force(verdict.fit, moved, edges)
-    return tuple(
-        Profile(name, edges[name], lacks.mean[name], z * lacks.sd[name], left.mean[name], lacks.gain[name])
-        for name in moved
-    )
+    found = ((name, *lacks[name], left[name][0]) for name in moved)
+    return tuple(Profile(name, edges[name], mean, z * sd, rest, gain) for name, mean, sd, gain, rest in found)
 
 
 def motion(fit: Fitted) -> dict[str, list[np.ndarray]]:
@@ -106,8 +88,7 @@ def motion(fit: Fitted) -> dict[str, list[np.ndarray]]:
     problem, theta = fit.problem, fit.optimum.theta
     tracks = simulated_tracks(problem, theta)
     pairs = list(zip(problem.runs, tracks, strict=True))
-    place = [np.interp(run.input_time_s, run.time_s, track[:, 0]) for run, track in pairs]
-    speed = [np.interp(run.input_time_s, run.time_s, track[:, 1]) for run, track in pairs]
+    place, speed = ([np.interp(r.input_time_s, r.time_s, track[:, i]) for r, track in pairs] for i in range(2))
     found = {"surge_m_s": speed, problem.runs[0].input_name: [run.input for run in problem.runs]}
     if all(np.any(run.kind == RANGE) for run in problem.runs):
         standoffs = [problem.model(theta, k)[0][STANDOFF] for k in range(len(place))]
@@ -135,9 +116,12 @@ def bin_edges(values: np.ndarray) -> np.ndarray:
     return edges
 
 
-def missing_force(fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]) -> Force:
-    """Acceleration that a fit lacks in every bin of every variable.
+def missing_force(
+    fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]
+) -> dict[str, tuple[np.ndarray, np.ndarray, float]]:
+    """Acceleration that a fit lacks in every bin of every variable, by variable: mean and deviation [m/s2], and gain.
 
+    Mean and standard deviation have shape (B,); the gain is the log-likelihood that the variable adds to the others.
     The shared parameters stay where they are; the runs' own unknowns, initial states above all, move along: fitted
     without the force, they have taken up some of it.
     """
@@ -146,8 +130,9 @@ def missing_force(fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]) -
     own = problem.jacobian(theta, fit.filtered)[:, shared:]
     centred = {name: _centring(moved[name], edges[name], k > 0) for k, name in enumerate(moved)}
     A = np.column_stack([_columns(fit, base, moved[name], edges[name]) @ centred[name] for name in moved] + [own])
-    prior = np.concatenate([np.zeros(A.shape[1] - own.shape[1]), fit.prior.sd[shared:] ** -2.0])
-    pull = np.concatenate([np.zeros(A.shape[1] - own.shape[1]), theta[shared:] - fit.prior.mean[shared:]])
+    prior, pull = (
+        np.pad(part[shared:], (A.shape[1] - own.shape[1], 0)) for part in (fit.prior.weight, theta - fit.prior.mean)
+    )
     scale = np.maximum(np.sqrt(np.sum(A**2, axis=0) + prior), 1e-12)
     information = (A / scale).T @ (A / scale) + np.diag(prior / scale**2)
     inverse = np.linalg.pinv(information, rcond=1e-9, hermitian=True) / np.outer(scale, scale)
@@ -155,15 +140,13 @@ def missing_force(fit: Fitted, moved: Motion, edges: Mapping[str, np.ndarray]) -
     by_blocks = _blocked(A * (base + A @ found)[:, None], problem.runs)
     robust = inverse @ (by_blocks.T @ by_blocks) @ inverse
 
-    out, start = Force({}, {}, {}), 0
+    out, start = {}, 0
     for name, T in centred.items():
         here = slice(start, start + T.shape[0])
-        own_covariance = T @ inverse[here, here] @ T.T
-        variances = np.diag(own_covariance), np.diag(T @ robust[here, here] @ T.T)
-        out.mean[name] = T @ found[here]
-        out.sd[name] = np.sqrt(np.maximum(np.maximum(*variances), 0.0))
-        weight = np.linalg.pinv(own_covariance, rcond=1e-8, hermitian=True)
-        out.gain[name] = 0.5 * float(out.mean[name] @ weight @ out.mean[name])
+        mean, covariance = T @ found[here], T @ inverse[here, here] @ T.T
+        variance = np.maximum(np.diag(covariance), np.diag(T @ robust[here, here] @ T.T))
+        weight = np.linalg.pinv(covariance, rcond=1e-8, hermitian=True)
+        out[name] = mean, np.sqrt(np.maximum(variance, 0.0)), 0.5 * float(mean @ weight @ mean)
         start = here.stop
     return out
 
@@ -182,18 +165,16 @@ def _centring(values: Sequence[np.ndarray], edges: np.ndarray, centre: bool) -> 
 
 def _columns(fit: Fitted, base: np.ndarray, values: Sequence[np.ndarray], edges: np.ndarray) -> np.ndarray:
     """Change of all whitened innovations per unit of acceleration in each bin, shape (sum M, B)."""
-    places = _places(values, edges)
-    columns = np.empty((base.size, edges.size - 1))
-    for b in range(edges.size - 1):
-        pushed = replace(fit.problem, forcing=tuple(PROBE * (place == b) for place in places))
-        columns[:, b] = (pushed.residuals(fit.optimum.theta, fit.filtered) - base) / PROBE
-    return columns
+    pushes = [PROBES[0] * (place[:, None] == np.arange(edges.size - 1)) for place in _places(values, edges)]
+    parts = zip(fit.filtered, pushes, strict=True)
+    pushed = [fit.problem.varied(fit.optimum.theta, f, k, forcing=push) for k, (f, push) in enumerate(parts)]
+    return np.asarray((np.concatenate(pushed) - base[:, None]) / PROBES[0])
 
 
 def _blocked(rows: np.ndarray, runs: Sequence[Observed]) -> np.ndarray:
-    """Sums of rows (sum M, K) over blocks of time, shape (blocks, K)."""
+    """Sums of rows (sum M, K) over blocks of time, which are taken as independent, shape (blocks, K)."""
     length = sum(float(run.time_s[-1] - run.time_s[0]) for run in runs)
-    block_s = min(BLOCK_S, length / FEWEST_BLOCKS)
+    block_s = min(WINDOW_S, length / FEWEST_BLOCKS)
     numbers, start = [], 0
     for run in runs:
         numbers.append(start + ((run.time_s - run.time_s[0]) / block_s).astype(int))

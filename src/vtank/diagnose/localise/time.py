@@ -14,15 +14,15 @@ import numpy as np
 
 from ...estimate.problem import Filtered, Problem
 from ...plant.parameters import indices
-from ..discrepancy import Discrepancy
+from ..discrepancy import PROBES, Discrepancy
 from ..evidence import Fitted
+from ..score import projected_out
 from ..selection import Selection
 from ..verdict import Verdict
 
 WINDOW_S = 10.0  # [s] a few periods of the drive; a choice
 FEWEST_WINDOWS = 8  # shorter runs get shorter windows, so that there is a place to tell; a choice
-PROBE = 1e-4  # [m/s2, m or m/s] discrepancy of the finite differences, small enough to be linear
-LEVEL = 0.01  # probability of one false window in all runs together; a choice
+LEVEL = 0.01  # probability of one false window, or of one false line, in all runs together; a choice
 
 
 @dataclass(frozen=True)
@@ -140,7 +140,7 @@ def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
     """
     theta, problem = fit.optimum.theta, fit.problem
     largest = max(float(np.max(np.abs(part))) for part in found.fitted) or 1.0
-    nudge = PROBE / largest
+    nudge = PROBES[0] / largest
     if found.channel == "sensor":
         pairs = zip(problem.runs, found.fitted, strict=True)
         nudged = replace(problem, runs=tuple(replace(run, value=run.value - nudge * part) for run, part in pairs))
@@ -148,7 +148,7 @@ def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
         nudged = replace(problem, forcing=tuple(nudge * part for part in found.fitted))
     base, J = problem.linearise(theta, fit.filtered)
     change = (nudged.residuals(theta, fit.filtered) - base) / nudge
-    after = base + change - J @ np.linalg.solve(fit.optimum.information, J.T @ change)
+    after = base + projected_out(change, J, fit.optimum.information)
     ends = np.cumsum([f.innovation.size for f in fit.filtered])[:-1]
     parts = zip(fit.filtered, np.split(after, ends), strict=True)
     return [replace(f, innovation=part * np.sqrt(f.variance)) for f, part in parts]

@@ -63,7 +63,7 @@ class Replay:
         start: state (x, u, z, wake). A model that has spikes is told which readings they hit, and takes its own size of
         them off: how well they are found is not what a held-out run is to show. Its ranges have no multipath.
         """
-        n = tachometer_bias.true_speed(n_read, p[BIAS])
+        n = tachometer_bias.true_input(n_read, 0.0, p[BIAS])
         if p[SPIKE_RATE] > 0.0:
             n = repair(n, self.spikes, p[SPIKE_SIZE])
         clean = p.copy()
