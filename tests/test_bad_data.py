@@ -31,14 +31,14 @@ VERDICTS = {  # recordings that end in a verdict
     "huge thrust": {"n_rev_s": 19.9 * DRIVE, "range_m": RANGE},
     "hardly any thrust": {"n_rev_s": 1e-7 * DRIVE, "range_m": RANGE},
     "constant input": {"n_rev_s": 0.0 * T + 10.0, "range_m": RANGE},
-    "round the world": {"n_rev_s": DRIVE, "range_m": 3e8 - 1e8 * np.sin(T)},
+    "round the world": {"n_rev_s": DRIVE, "range_m": 3e7 - 1e7 * np.sin(T)},
     "no noise at all": {"n_rev_s": DRIVE, "range_m": RANGE},
 }
 IDENTIFIED = {
     "propeller reversed": VERDICTS["propeller reversed"],
     "range all zero": VERDICTS["range all zero"],
     "hardly any motion": {"n_rev_s": DRIVE, "range_m": 3.0 - 1e-9 * np.sin(T)},
-    "huge force": {"thrust_N": 1e8 * DRIVE, "range_m": RANGE},
+    "huge force": {"thrust_N": 1e7 * DRIVE, "range_m": RANGE},
     "weak force": {"thrust_N": 1e-10 * DRIVE, "range_m": RANGE},
     "round the world": VERDICTS["round the world"],
 }

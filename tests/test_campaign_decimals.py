@@ -36,13 +36,14 @@ def test_rounding_is_exact_on_numbers_of_all_sizes() -> None:
 def noisy_run(size: float) -> Run:
     random = np.random.default_rng(2)
     time = np.arange(400) * 0.1
-    columns = {"thrust_N": size * random.normal(size=400), "position_m": np.round(random.normal(size=400), 2)}
+    columns = {"thrust_N": random.normal(size=400), "load_W": size * random.normal(size=400)}
+    columns["position_m"] = np.round(random.normal(size=400), 2)
     columns["position_m"][::3] = np.nan
     columns["position_m"][1:40:3] = [0.0, -0.0, -1e-9, 1e-7, 5e-7, -5e-7, 1.0, -1.0, 10.0, 100.25, 0.5, -0.000001, 7e5]
     return Run("noisy", time, columns)
 
 
-@pytest.mark.parametrize("size", [1e-6, 1.0, 1e8, 1e12])
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e8, 1e11])
 def test_the_bytes_are_those_of_the_record(size: float) -> None:
     """Also beyond the size that the compiled text can hold."""
     run = noisy_run(size)
