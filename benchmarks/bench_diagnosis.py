@@ -109,7 +109,8 @@ def test_four_runs_warm(data, scipy_s, note) -> None:  # type: ignore[no-untyped
     runs = vt.load(data / "four")
 
     def diagnosed() -> None:
-        assert vt.diagnose(runs).verdict.effects == ("linear_drag",)
+        found = vt.diagnose(runs)
+        assert found.verdict.effects == ("linear_drag",) and str(found)  # all that the command tells
 
     diagnosed()
     best = np.min([timed(diagnosed) for _ in range(ROUNDS)], axis=0)

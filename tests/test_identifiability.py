@@ -134,7 +134,7 @@ def test_what_is_left_of_an_effect_is_what_a_refit_leaves(paper, name):
     problem = Problem(tuple(runs), paper.flown[0].p, FREE, noise=paper.flown[0].noise)
     theta = problem.initial()
     end = descend(problem, theta, beforehand(problem, theta), problem.filter(theta))
-    assert np.sqrt(end.cost) == pytest.approx(paper.information.separation([name], FREE, abs(share)), rel=0.02)
+    assert np.sqrt(2.0 * end.cost) == pytest.approx(paper.information.separation([name], FREE, abs(share)), rel=0.02)
     verdict = next(v for v in paper.verdicts if f"{v.effect.name}." in name)
     refit = (end.theta[:3] - paper.true) / np.abs(paper.true)
     assert refit == pytest.approx(share * np.array([by for _, by in verdict.moves]), abs=2e-4)
