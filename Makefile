@@ -10,7 +10,7 @@ NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
             $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: venv check format test demo bench wheel clean
+.PHONY: venv check format test quick demo bench wheel clean
 
 venv: $(STAMP)
 
@@ -30,13 +30,16 @@ format: $(STAMP)
 	$(BIN)/ruff check --fix
 
 test: check
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile
+
+quick: $(STAMP)
+	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
 
 demo: $(STAMP)
 	$(BIN)/vtank demo --out $(OUT)
 
 bench: $(STAMP)
-	$(BIN)/pytest benchmarks --benchmark-only
+	$(BIN)/pytest benchmarks
 
 wheel: $(STAMP)
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .

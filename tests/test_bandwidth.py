@@ -117,6 +117,7 @@ def test_the_full_limit_leaves_four_over_pi_of_it() -> None:
     assert abs(response) * 0.6 * 4.0 == pytest.approx(square, rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_stronger_command_is_followed_less_far_and_meets_the_limit_sooner() -> None:
     measured = sweep(scenario(), (0.1, 0.4), np.array([0.3, 0.6, 0.9, 1.2, 1.6]))
     weak, strong = measured.bandwidth_rad_s()

@@ -100,6 +100,7 @@ def slow(height: float) -> str:
 
 
 @pytest.mark.parametrize("simulate", [simulate_tank, simulate_surge])
+@pytest.mark.slow
 def test_in_slow_waves_thrust_balances_drag(simulate) -> None:  # type: ignore[no-untyped-def]
     """n = sqrt(|alpha|/beta)|U| and the error is the demand over the position gain, all through the slow cycle."""
     still = ("depth_m=1", "hold=rigid", "duration_s=800", "period_s=0.1")
@@ -222,6 +223,7 @@ def test_tables_for_reading() -> None:
     assert "0.50   +90*" in plain(response_table(measured)) and "-3 dB at" in plain(response_table(measured))
 
 
+@pytest.mark.slow
 def test_the_command_writes_tables_and_figures(
     tmp_path: Path,
     capsys: pytest.CaptureFixture[str],

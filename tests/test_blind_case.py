@@ -239,6 +239,7 @@ def test_spikes_of_a_plan_are_those_on_record() -> None:
     np.testing.assert_array_equal(repair(n_read, np.zeros_like(n), 4.0), n_read)
 
 
+@pytest.mark.slow
 def test_two_known_effects_leave_no_more_than_the_best_of_them() -> None:
     case = only("cubic_drag", "outside").sized([2.0])
     clean = noise_free(case, given(case))

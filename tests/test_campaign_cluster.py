@@ -64,6 +64,7 @@ def machines(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Machines]:
         machines.stop()
 
 
+@pytest.mark.slow
 def test_a_worker_killed_in_flight_costs_no_run(tmp_path: Path, machines: Machines) -> None:
     """Bytes as from one thread, although one of two workers is killed after the first chunk."""
     campaign = campaign_of(tmp_path)
@@ -99,6 +100,7 @@ def test_a_campaign_whose_scheduler_goes_can_go_on_elsewhere(tmp_path: Path, mac
     assert digests(out) == digests(tmp_path / "threads")
 
 
+@pytest.mark.slow
 def test_a_local_cluster_gives_the_same_bytes(tmp_path: Path) -> None:
     campaign = campaign_of(tmp_path)
     fly_campaign(campaign, tmp_path / "threads", Threads(1))

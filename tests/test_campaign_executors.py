@@ -34,6 +34,7 @@ sonar.noise_m = { uniform = [0.001, 0.01] }
 
 
 @pytest.mark.parametrize("text", [SURGE, TANK], ids=["surge", "tank"])
+@pytest.mark.slow
 def test_threads_and_processes_give_the_same_bytes(tmp_path: Path, text: str) -> None:
     """One thread with one chunk, two threads and two processes with chunks of other sizes."""
     campaign = campaign_of(tmp_path, text)
@@ -121,12 +122,14 @@ def fall(number: int) -> int:
     return number
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_costs_nothing_but_time(tmp_path: Path) -> None:
     results: Iterator[int] = Processes(2).results(partial(fall_once, tmp_path / "flag"), list(range(8)))
     assert sorted(results) == list(range(8))
     assert (tmp_path / "flag").exists()
 
 
+@pytest.mark.slow
 def test_processes_that_always_die_are_given_up() -> None:
     with pytest.raises(InputError, match="worker processes die again and again"):
         list(Processes(1).results(fall, [1]))

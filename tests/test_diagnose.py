@@ -53,6 +53,7 @@ def test_parameters_only():
         ("clock_skew.s", 0.003),
     ],
 )
+@pytest.mark.slow
 def test_a_single_effect_is_named_and_measured(slot, value):
     name, parameter = slot.split(".")
     found = diagnose(flown({**OTHER, slot: value}), NOMINAL)

@@ -56,6 +56,7 @@ def test_a_measured_thrust_has_no_propeller_effects() -> None:
     assert {"thrust_deadband", "thrust_saturation"} <= {e.name for e in candidates(null_vector(), [fast("command")])}
 
 
+@pytest.mark.slow
 def test_dry_friction_of_an_electromechanical_drive_is_found(recordings: Path) -> None:
     """EMPS: M = 95.1 kg, dry friction 20.4 N, viscous 203 N s/m (Janot, Gautier, Brunot 2019)."""
     runs = [observe(run) for run in read_dataset(recordings / "emps_estimation")]
@@ -77,6 +78,7 @@ def test_dry_friction_of_an_electromechanical_drive_is_found(recordings: Path) -
     assert gap["unit"] == "m" and gap["diagnosed"] < 0.6 * gap["refit"]
 
 
+@pytest.mark.slow
 def test_saturated_thrusters_of_a_catamaran_win_over_lag(recordings: Path) -> None:
     """Kingfisher: bollard thrust is flat above command 0.7; runs left out are predicted to 0.09 m/s, 0.18 without."""
     runs = [observe(run) for run in read_dataset(recordings / "kingfisher_2017")]

@@ -106,6 +106,7 @@ def quiet_trials():
     return looked, trials([f.scenario for f in looked.flown], TRUTH, "II", looked.bound, 24, seed=3)
 
 
+@pytest.mark.slow
 def test_the_likelihood_scatters_as_the_bound_says(quiet_trials):
     """Errors over the bound's covariance: chi-square of 24 x 3 degrees, deviation 12; within four of it."""
     looked, found = quiet_trials
@@ -115,6 +116,7 @@ def test_the_likelihood_scatters_as_the_bound_says(quiet_trials):
     assert found.coverage("likelihood").min() > 0.7
 
 
+@pytest.mark.slow
 def test_least_squares_is_biased_where_the_likelihood_is_not(quiet_trials):
     _, found = quiet_trials
     tau = found.names.index("thrust_lag.tau")
@@ -135,6 +137,7 @@ def test_the_likelihood_of_the_trials_is_that_of_the_command():
     assert quick.sd == pytest.approx(sd, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_bytes_on_one_process_and_two():
     scenarios = [load_scenario("paper-ds3", ("duration_s=40",))]
     one = trials(scenarios, TRUTH, "II", np.ones(3), 4, seed=7)
@@ -197,6 +200,7 @@ def test_cost_is_the_trace_of_the_inverse_and_infinite_without_information():
     assert search.cost([0]) == np.inf
 
 
+@pytest.mark.slow
 def test_the_design_is_better_in_no_more_time_and_never_worse_than_the_plan(paper):
     found = design(paper, pool(paper))
     assert minutes(found.items) <= minutes(found.given) == 4.0 * (2.0 + REST_MIN)
@@ -213,6 +217,7 @@ def test_a_run_of_the_plan_that_is_no_choice_any_more_is_left_out(paper):
     assert 0.0 < minutes(found.items) <= minutes(own)
 
 
+@pytest.mark.slow
 def test_designed_runs_fly_in_the_tank_from_their_files(slow, tmp_path, capsys):
     found = confirmed(slow, pool(slow))
     texts = scenario_texts(found)
@@ -243,6 +248,7 @@ def test_waves_are_not_written():
 
 
 # --- command -------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_the_command_prints_verdicts_and_writes_page_tables_and_json(tmp_path, capsys, fits):
     out = tmp_path / "page"
     code = main(["identifiability", "paper-ds4", "--set", "duration_s=60", "--seeds", "2", "--processes", "1",

@@ -148,6 +148,7 @@ def test_units_follow_the_input(input_name, unit):
 # --- the command -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_command_prints_and_writes_everything(data, tmp_path, capsys):
     out = tmp_path / "out"
     arguments = ["identify", str(data), "--model", "II", "--truth", str(data / "truth.json"), "--out", str(out)]

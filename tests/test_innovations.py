@@ -10,8 +10,8 @@ import pytest
 from scipy.stats import chi2
 from synthetic import SONAR_M, observed, sine, turbulence
 
-from vtank.estimate import innovations
-from vtank.estimate.innovations import Noise
+from vtank.estimate.innovations import Noise, innovations, no_gain
+from vtank.estimate.innovations import filtered as filtered_by
 from vtank.estimate.observed import POSITION, RANGE, SPEED, Observed
 from vtank.estimate.problem import Problem
 from vtank.plant.parameters import vector
@@ -24,15 +24,15 @@ VARIANCE = np.array([SONAR_M[kind] ** 2 for kind in (RANGE, POSITION, SPEED)])
 
 def simulate(p, run: Observed, start=REST, gain=None):
     """Innovations along a run, shape (M,)."""
-    gain = innovations.no_gain(run) if gain is None else gain
-    return innovations.innovations(run, p, start, Noise(), gain)
+    gain = no_gain(run) if gain is None else gain
+    return innovations(run, p, start, Noise(), gain)
 
 
 def filtered(p, run: Observed, sigma, memory=1.0, start=REST, start_sd=REST, variance=None, colour=(0.0, 1.0)):
     """Innovations, their variances and the gains."""
     level = Noise(sigma=sigma, correlation_time=memory, colour_sigma=colour[0], colour_time=colour[1])
     noise = VARIANCE[run.kind] if variance is None else variance
-    found = innovations.filtered(run, p, start, level, noise, np.asarray(start_sd, float))
+    found = filtered_by(run, p, start, level, noise, np.asarray(start_sd, float))
     return found.innovation, found.variance, found.gain
 
 

@@ -65,6 +65,7 @@ def look_at(path):
 # --- what the command leaves ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_figure_of_the_paper_is_drawn(written):
     assert {file.stem for file in (written / "paper-ii").glob("*.png")} == FIGURES
     for file in (written / "paper-ii").glob("*.png"):
@@ -72,6 +73,7 @@ def test_every_figure_of_the_paper_is_drawn(written):
         assert width > 900 and height > 300 and values > 60 and file.stat().st_size > 15_000
 
 
+@pytest.mark.slow
 def test_study_has_its_pictures_tables_and_page(written):
     assert {file.stem for file in written.glob("*.png")} == set(reproduction.STUDY_PICTURES)
     rows = list(csv.DictReader(io.StringIO((written / "study.csv").read_text())))
@@ -82,6 +84,7 @@ def test_study_has_its_pictures_tables_and_page(written):
     assert " nan " not in findings and "inf " not in findings
 
 
+@pytest.mark.slow
 def test_pages_fit_a_telephone_and_lead_to_files_that_exist(written, fits):
     for page in (written / "index.html", written / "paper-ii" / "index.html"):
         text = page.read_text()
@@ -89,12 +92,14 @@ def test_pages_fit_a_telephone_and_lead_to_files_that_exist(written, fits):
         assert targets and all((page.parent / target).exists() for target in targets) and fits(page)
 
 
+@pytest.mark.slow
 def test_data_sets_stand_apart_from_other_tables(written):
     data = read_dataset(written / "data" / "paper-ii")
     assert [run.name for run in data] == ["paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4"]
     assert {run["seed"] for run in read_truth(data.path)["runs"]} == {3}
 
 
+@pytest.mark.slow
 def test_results_replace_earlier_results_only(written, tmp_path, capsys):
     marker = json.loads((written / REPRODUCTION.marker).read_text())
     present = {file.relative_to(written).as_posix() for file in written.rglob("*") if file.is_file()}
@@ -122,6 +127,7 @@ def test_folder_keeps_what_was_there_after_a_failure(tmp_path):
         pass
 
 
+@pytest.mark.slow
 def test_demo_takes_its_steps_and_says_where_to_look(tmp_path, capsys, monkeypatch, fits):
     monkeypatch.setattr(reproduction, "BRIEF", LITTLE)
     monkeypatch.setattr(reproduction, "plan", lambda campaign: {})  # the figures are drawn above

@@ -70,6 +70,7 @@ def test_noise_alone_makes_drag_and_lag_as_derived():
     assert pure_noise(deviation, step)[0] == pytest.approx(-10.6, abs=0.05)
 
 
+@pytest.mark.slow
 def test_study_is_reproducible_from_its_seed_and_shares_noise_among_truths():
     chosen = [level for level in levels() if level.factor in ("method", "T")]
     one, again, other = (study(seed, 2, truths=("physical",), chosen=chosen) for seed in (11, 11, 12))
@@ -79,6 +80,7 @@ def test_study_is_reproducible_from_its_seed_and_shares_noise_among_truths():
         np.testing.assert_array_equal(estimates, again.estimates[key])
 
 
+@pytest.mark.slow
 def test_at_a_short_step_the_lag_collapses_and_the_printed_q_forgets_the_truth():
     chosen = [level for level in levels() if level.factor in ("method", "T")]
     s = study(1996, 6, truths=("physical", "paper-ii"), chosen=chosen)
