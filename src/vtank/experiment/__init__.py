@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from .scenario import Scenario, Sonar, Tachometer, Turbulence, load_scenario, read_scenario
     from .sonar_filter import steady_state, transition
     from .surge_model import drive, simulate_surge
-    from .tank_model import Chunk, chunks, simulate_tank
+    from .tank_model import Chunk, simulate_tank
     from .tick import stamp, tick
     from .written import as_toml, provenance
 
