@@ -60,7 +60,7 @@ def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, f
         total[discrepancy.channel] += chances["unknown"] * leaves * float(weight)
     own = [(fit, chances[fit.hypothesis.name]) for fit in selection.fits]
     for fit, chance in (*own, (selection.best, chances["unknown"] * (1.0 - leaves))):
-        channels = [effect.channel for effect in fit.hypothesis.effects] or ["none"]
+        channels: list[str] = [effect.channel for effect in fit.hypothesis.effects] or ["none"]
         for channel in channels:
             total[channel] += chance / len(channels)
     return total
