@@ -24,6 +24,7 @@ class Channel:
         coloured: whether its error may have a coloured part beside the white one.
         state: index of the state that its first value tells, if it tells one.
         begins: (value, p) -> that state.
+        words: what it is called in a sentence, by default its column.
     """
 
     name: str
@@ -34,6 +35,7 @@ class Channel:
     coloured: bool = False
     state: int | None = None
     begins: Callable[..., float] = lambda value, p: value
+    words: str = ""
 
 
 def reads_state(i: int) -> Any:

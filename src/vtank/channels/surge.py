@@ -20,8 +20,8 @@ def distance(t, s, ds, p):
 CHANNELS = (
     Channel(
         "range_m", "m", distance, chained(acting_on("range_m")[::-1], "instant"), coloured=True,
-        state=PLACE, begins=lambda value, p: p[STANDOFF] - value,
+        state=PLACE, begins=lambda value, p: p[STANDOFF] - value, words="range",
     ),
-    Channel("position_m", "m", reads_state(PLACE), state=PLACE),
-    Channel("surge_m_s", "m/s", reads_state(SPEED), state=SPEED),
+    Channel("position_m", "m", reads_state(PLACE), state=PLACE, words="position"),
+    Channel("surge_m_s", "m/s", reads_state(SPEED), state=SPEED, words="speed"),
 )  # fmt: skip

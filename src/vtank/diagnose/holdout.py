@@ -16,7 +16,7 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..estimate.innovations import filtered, innovations, no_gain
-from ..estimate.observed import RANGE, SPEED, Observed
+from ..estimate.observed import CHANNELS, RANGE, Observed
 from ..estimate.problem import FLAGGED, Noise
 from ..plant.parameters import slot
 from ..plant.surge import TAU
@@ -88,7 +88,7 @@ def predictor(setting: Setting, fit: Fitted) -> Model:
             )
             ** 2
         )
-        quiet = quiet.with_noise(replace(quiet.noise, variance=(square, square, square)))
+        quiet = quiet.with_noise(replace(quiet.noise, variance=(square,) * len(CHANNELS)))
         found = evaluate(quiet, fit.hypothesis, [found.start()])
     own = [i for i, name in enumerate(found.problem.free) if name in dict(fit.hypothesis.parameters())]
     stuck = [found.optimum.theta[i] in (found.prior.low[i], found.prior.high[i]) for i in own]
@@ -119,7 +119,7 @@ class Target:
     def scored(self) -> np.ndarray:
         """Which measurements count: those after the window, positions where there are any, else speeds; shape (M,)."""
         late = np.arange(self.run.time_s.size) >= self.inside
-        return late & (self.weight < FLAGGED) & ((self.run.kind != SPEED) | (not self.run.has_position))
+        return late & (self.weight < FLAGGED) & (self.run.placed | (not self.run.has_position))
 
     @cached_property
     def variance(self) -> np.ndarray:

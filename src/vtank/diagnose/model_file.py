@@ -193,6 +193,6 @@ def _read_noise(table: Table) -> Noise:
     known = [table.positive(key) for key in CHANNELS if key in table.entries]
     if not known:
         raise table.error("range_m", f"missing; expected at least one of {', '.join(CHANNELS)}")
-    a, b, c = (table.number(key, known[0]) ** 2 for key in CHANNELS)
+    variance = tuple(table.number(key, known[0]) ** 2 for key in CHANNELS)
     coloured = table.number("coloured_m", 0.0), table.number("coloured_time_s", 1.0)
-    return Noise((a, b, c), table.number("turbulence_m_s2"), table.positive("turbulence_time_s"), *coloured)
+    return Noise(variance, table.number("turbulence_m_s2"), table.positive("turbulence_time_s"), *coloured)

@@ -222,7 +222,9 @@ def _alone(setting: Setting, fit: Fitted, experiment: Experiment) -> tuple[Probl
     """The new run as a problem of the fit's hypothesis, its unknowns, and the information about its own ones."""
     noise = setting.noise
     if not any(SPEED in run.first for run in setting.runs):
-        noise = replace(noise, variance=(*noise.variance[:2], SPEED_SD**2))
+        variance = list(noise.variance)
+        variance[SPEED] = SPEED_SD**2
+        noise = replace(noise, variance=tuple(variance))
     problem = Problem((experiment.run,), fit.vector(), fit.problem.free, fit.problem.per_run, noise)
     alone = replace(setting, runs=problem.runs, noise=noise, weight=(np.ones(experiment.run.time_s.size),), flags=())
     theta = problem.initial()

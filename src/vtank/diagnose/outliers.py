@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..effects.effect import Effect
-from ..estimate.observed import CHANNELS, SPEED, Observed
+from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Filtered
 
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
@@ -55,7 +55,7 @@ def _stands_alone(time: np.ndarray, values: np.ndarray, floor: float) -> np.ndar
 def long_ranges(run: Observed) -> np.ndarray:
     """Which measurements of a run are lone outliers, shape (M,) of bool."""
     flags = np.zeros(run.time_s.size, dtype=bool)
-    for kind in np.unique(run.kind[run.kind != SPEED]):
+    for kind in np.unique(run.kind[run.placed]):
         chosen = run.kind == kind
         values = run.value[chosen]
         resolution = _resolution(values)

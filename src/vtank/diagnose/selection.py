@@ -21,7 +21,7 @@ from .noise_floor import noise_at, settle
 from .prior import weight
 from .score import linearise, scan, score
 
-FIRST_NOISE = Noise((1e-4, 1e-4, 1e-4), 0.01, 1.0)  # where the search for the noise level starts; a guess
+FIRST_NOISE = Noise(sigma=0.01, correlation_time=1.0)  # where the search for the noise level starts; a guess
 # Share of an effect's gap that survives a refit, which is all that is seen where the nominal is a refit: 3 to 5 % for
 # linear drag, dry friction, dead-band and thrust loss on a generic surge model (simulated)
 SURVIVES = 0.05

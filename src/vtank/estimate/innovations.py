@@ -11,7 +11,7 @@ import numpy as np
 
 from ..lanes import WIDTH
 from .kernels import Steps, kernels
-from .observed import Observed
+from .observed import CHANNELS, Observed
 
 KEPT = 8  # step plans kept per run: one for every combination of delays that a fit tries at a time
 
@@ -25,7 +25,7 @@ class Noise:
     one. Both zero is white measurement noise, the output-error case.
     """
 
-    variance: tuple[float, ...] = (1e-4, 1e-4, 1e-4)
+    variance: tuple[float, ...] = (1e-4,) * len(CHANNELS)
     sigma: float = 0.0
     correlation_time: float = 1.0
     colour_sigma: float = 0.0

@@ -53,10 +53,10 @@ class NoiseSearch:
             cost = 0.5 * float(count * np.log(scale) + logs + strange**2)
         if not np.isfinite(cost):
             return self.noise, HOPELESS
-        a, b, c = (max(float(v * scale), LEAST) for v in trial.variance)
+        variance = tuple(max(float(v * scale), LEAST) for v in trial.variance)
         root = float(np.sqrt(scale))
         sigma = max(trial.sigma * root, self.sizes[0])
-        return replace(trial, variance=(a, b, c), sigma=sigma, colour_sigma=trial.colour_sigma * root), cost
+        return replace(trial, variance=variance, sigma=sigma, colour_sigma=trial.colour_sigma * root), cost
 
     def likeliest(
         self, origin: np.ndarray, steps: Sequence[float], evaluations: int, close: float, even: float

@@ -81,7 +81,13 @@ class Observed:
     @cached_property
     def has_position(self) -> bool:
         """Whether any channel fixes the hull's place, and not only its speed."""
-        return bool(np.any(self.kind != SPEED))
+        return bool(np.any(self.placed))
+
+    @cached_property
+    def placed(self) -> np.ndarray:
+        """Which measurements fix the hull's place, shape (M,) of bool: those of channels that tell a place."""
+        places = {axis.place for axis in self.plant.axes}
+        return np.array([row.state in places for row in channels(self.plant)])[self.kind]
 
     @cached_property
     def first(self) -> dict[int, float]:

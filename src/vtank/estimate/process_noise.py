@@ -49,7 +49,7 @@ def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
         normalised = np.concatenate([f.innovation[own] ** 2 / f.variance[own] for f, own in pairs])
         if normalised.size:
             variance[kind] = max(variance[kind] * float(np.mean(normalised)) * spent, LEAST)
-    return replace(problem.noise, variance=(variance[0], variance[1], variance[2]))
+    return replace(problem.noise, variance=tuple(variance))
 
 
 def noise_level(problem: Problem, theta: np.ndarray, hold_memory: bool = False) -> Noise:

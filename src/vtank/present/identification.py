@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ..channels import channels
 from ..estimate.comparison import Comparison, Linear
 from ..estimate.maximum_likelihood import Estimate
-from ..estimate.observed import POSITION, RANGE, SPEED
 from ..estimate.paper.estimate import PaperEstimate
 from ..estimate.residuals import ResidualStatistics
 from ..plant.parameters import LUMPED
@@ -24,7 +24,6 @@ UNITS = {  # of each parameter by the input that drives the runs
 }
 FEET = {"alpha": (FOOT_M, "1/ft"), "beta": (1.0 / FOOT_M, "ft/rev2"), "gamma": (1.0, "1/rev"), "tau": (1.0, "s")}
 ESTIMATORS = {"kalman": "Kalman", "two_stage": "two-stage", "least_squares": "least squares"}
-CHANNEL_UNIT = {RANGE: "m", POSITION: "m", SPEED: "m/s"}
 
 
 def sheets(c: Comparison, truth: Mapping[str, float] | None = None) -> list[Table]:
@@ -70,11 +69,8 @@ def sentences(c: Comparison) -> Iterator[str]:
         known = f"{mass:.1f} +- {sd:.1f} kg" if np.isfinite(mass) else "not determined, since no thrust was found"
         yield f"Moving mass 1/beta: {known}."
     heard = sorted({kind for run in c.runs for kind in run.first})
-    levels = ", ".join(
-        f"{np.sqrt(noise.variance[kind]):.2g} {CHANNEL_UNIT[kind]} on {name}"
-        for kind, name in ((RANGE, "range"), (POSITION, "position"), (SPEED, "speed"))
-        if kind in heard
-    )
+    rows = [(np.sqrt(noise.variance[kind]), channels(c.runs[0].plant)[kind]) for kind in heard]
+    levels = ", ".join(f"{sd:.2g} {row.unit} on {row.words or row.name}" for sd, row in rows)
     yield f"Measurement noise: {levels}."
     if noise.sigma > 0.0:
         yield (

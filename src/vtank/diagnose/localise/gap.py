@@ -13,14 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate.observed import POSITION, RANGE, SPEED
+from ...channels import channels
+from ...plant.surge import SURGE
 from ..discrepancy import simulated
 from ..evidence import Fitted
 from ..holdout import held, rms
 from ..selection import Selection
 from ..verdict import Verdict
 
-UNIT = {RANGE: "m", POSITION: "m", SPEED: "m/s"}
+UNIT = {kind: row.unit for kind, row in enumerate(channels(SURGE))}
 UNHEARD = 1e4  # [m2 or m2/s2] variance of a measurement that teaches the filter nothing, yet leaves twelve digits of P
 
 
@@ -30,7 +31,7 @@ class RunGap:
 
     Attributes:
         run: the run's name.
-        kind: RANGE, POSITION or SPEED.
+        kind: channel it is judged by.
         time_s: stamps of the measurements, shape (M,).
         error: measured less simulated, by simulator ("nominal", "refit", "diagnosed"), shape (M,) [m or m/s].
         counts: by simulator, which measurements it has to explain, shape (M,) of bool.
@@ -92,7 +93,7 @@ def whitened(fit: Fitted) -> np.ndarray:
 def noise_floors(fit: Fitted) -> list[np.ndarray]:
     """Deviation of measured less simulated that sensor noise and disturbance alone would cause, per run, shape (M,)."""
     level = fit.problem.noise
-    deaf = replace(fit.problem, noise=replace(level, variance=(UNHEARD,) * 3), weight=None)
+    deaf = replace(fit.problem, noise=replace(level, variance=(UNHEARD,) * len(level.variance)), weight=None)
     floors = []
     for run, f in zip(fit.problem.runs, deaf.filter(fit.optimum.theta), strict=True):
         variance = np.maximum(held(f.variance) - UNHEARD, 0.0) + np.array(level.variance)[run.kind]
