@@ -40,7 +40,6 @@ IDENTIFIED = {
     "hardly any motion": {"n_rev_s": DRIVE, "range_m": 3.0 - 1e-9 * np.sin(T)},
     "huge force": {"thrust_N": 1e7 * DRIVE, "range_m": RANGE},
     "weak force": {"thrust_N": 1e-10 * DRIVE, "range_m": RANGE},
-    "round the world": VERDICTS["round the world"],
 }
 Columns = dict[str, np.ndarray]
 
@@ -101,6 +100,14 @@ def test_the_likelihood_ends_in_estimates(
     assert main(["identify", str(recording(IDENTIFIED[name])), *arguments]) == 0
     assert "RuntimeWarning" not in capsys.readouterr().err
     assert finite(json.loads(out.read_text()))
+
+
+def test_recordings_that_determine_no_model_are_refused_in_one_line(
+    recording: Callable[[Columns], Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["identify", str(recording(VERDICTS["round the world"])), "--model", "II", "--method", "ml"]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.startswith("vtank: error: Model II skipped: run run: the recordings do not tell the model's parameters")
 
 
 def test_numbers_beyond_any_vehicle_are_refused() -> None:

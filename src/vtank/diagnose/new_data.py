@@ -67,7 +67,8 @@ class Cause:
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
-        theta = rng.multivariate_normal(self.theta, self.fit.covariance())
+        # without numpy's check, whose absolute tolerance takes the rounding of a large variance for a fault
+        theta = rng.multivariate_normal(self.theta, self.fit.covariance(), check_valid="ignore")
         return np.clip(theta, self.fit.prior.low, self.fit.prior.high)
 
 
