@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -91,6 +92,8 @@ class Diagnosis:
     @cached_property
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/1."""
+        with ThreadPoolExecutor(2) as pool:  # they do not need one another
+            list(pool.map(lambda part: getattr(self, part), ("where", "held_out", "next_experiment")))
         parts = self.summary() | {
             "where": self.where.document(),
             "shrink": self.held_out,

@@ -18,10 +18,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter, savgol_filter
 
 from ..estimate.observed import RANGE, Observed
 from .outliers import THRESHOLD
+from .smoothing import first_order, local_polynomial
 
 LEAST = 0.01  # share of the largest input below which nothing is flagged; a choice
 POLE, ORDER = 0.75, 10  # of the Laguerre functions: memories up to some 3 s at 10 Hz; choices
@@ -111,7 +111,7 @@ def _rough(values: np.ndarray) -> np.ndarray:
     """What is left of samples, shape (I,) or (I, K), after smoothing along time; 0 where there are too few."""
     if values.shape[0] < SMOOTH[0]:
         return np.zeros_like(values)
-    return np.asarray(values - savgol_filter(values, *SMOOTH, axis=0))
+    return np.asarray(values - local_polynomial(values, *SMOOTH))
 
 
 def _spread(values: np.ndarray) -> float:
@@ -218,7 +218,7 @@ def _heard(run: Observed) -> tuple[np.ndarray, np.ndarray]:
 def _laguerre(heard: np.ndarray) -> np.ndarray:
     """The ranges themselves and their Laguerre filters, at rest before the run, shape (I, ORDER + 1)."""
     start = heard - heard[0]
-    columns = [start, lfilter([np.sqrt(1.0 - POLE**2)], [1.0, -POLE], start)]
+    columns = [start, first_order(start, np.sqrt(1.0 - POLE**2), 0.0, POLE)]
     for _ in range(ORDER - 1):
-        columns.append(lfilter([-POLE, 1.0], [1.0, -POLE], columns[-1]))
+        columns.append(first_order(columns[-1], -POLE, 1.0, POLE))
     return np.column_stack(columns)

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.signal import lfilter
 from scipy.special import expit
 
 from ..estimate.innovations import no_gain
@@ -21,6 +20,7 @@ from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
 from .selection import Selection
+from .smoothing import first_order
 from .verdict import Verdict, probabilities, unknown_odds
 
 UNLIKELY = 0.02  # probability over the largest below which a cause is left out
@@ -184,4 +184,4 @@ def remembered(time: np.ndarray, memory: float, rng: np.random.Generator) -> np.
     keep = np.exp(-step / memory)
     kicks = rng.normal(size=grid.size)
     kicks[1:] *= np.sqrt(1.0 - keep**2)
-    return np.asarray(np.interp(time, grid, lfilter([1.0], [1.0, -keep], kicks)))
+    return np.asarray(np.interp(time, grid, first_order(kicks, 1.0, 0.0, keep)))

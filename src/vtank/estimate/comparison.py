@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.signal import welch
 
 from ..errors import InputError
 from ..record.run import Run
@@ -199,6 +198,8 @@ def coherence_peak(speed: Array, residual: Array, step_s: float) -> tuple[float,
 
     Only where there is motion to speak of: beyond it a pilot on the sonar makes the hull follow the sonar's noise.
     """
+    from scipy.signal import welch
+
     frequency, coherence = residual_coherence(speed, residual, step_s)
     _, power = welch(speed, fs=1.0 / step_s, nperseg=2 * frequency.size - 2)
     moving = power[: frequency.size] > MOTION * power[1:].max()

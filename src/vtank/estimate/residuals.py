@@ -14,8 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import coherence
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from ..compiled import law
 from ..plant.lumped import Lumped
@@ -96,6 +95,8 @@ def residual_coherence(u_m_s: Array, error: Array, step_s: float, segments: int 
     Half-overlapping Hann segments; the record is cut so that about `segments` of them fit. The paper does not say
     how it averaged. Under independence the coherence is about 1 / segments, not 0.
     """
+    from scipy.signal import coherence  # half a second, for reports alone
+
     length = max(2 * u_m_s.size // (segments + 1), 8)
     with np.errstate(invalid="ignore"):  # what does not move at all coheres with nothing
         frequency_hz, value = coherence(u_m_s, error, fs=1.0 / step_s, nperseg=min(length, u_m_s.size))
@@ -109,4 +110,4 @@ def whiteness(error: Array, lags: int = 20) -> Whiteness:
     r = full[1 : lags + 1] / (full[0] or 1.0)  # nothing left is white
     k = np.arange(1, r.size + 1)
     statistic = float(centred.size * (centred.size + 2) * np.sum(r**2 / (centred.size - k)))
-    return Whiteness(r, statistic, float(chi2.sf(statistic, r.size)))
+    return Whiteness(r, statistic, float(chdtrc(r.size, statistic)))

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from ...estimate.observed import RANGE, Observed
 from ...plant.surge import STANDOFF
@@ -74,7 +74,7 @@ def residual_force(selection: Selection, verdict: Verdict) -> tuple[Profile, ...
     """Force that the refit lacks, with simultaneous bands, and what the diagnosed simulator still lacks."""
     moved = motion(verdict.fit)
     edges = {name: bin_edges(np.concatenate(list(values))) for name, values in moved.items()}
-    z = float(norm.isf(0.5 * LEVEL / sum(e.size - 1 for e in edges.values())))
+    z = float(-ndtri(0.5 * LEVEL / sum(e.size - 1 for e in edges.values())))
     lacks, left = missing_force(selection.refit, moved, edges), missing_force(verdict.fit, moved, edges)
     found = ((name, *lacks[name], left[name][0]) for name in moved)
     return tuple(Profile(name, edges[name], mean, z * sd, rest, gain) for name, mean, sd, gain, rest in found)
