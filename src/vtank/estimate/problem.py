@@ -147,7 +147,7 @@ class Problem:
         own, start = self.model(theta, run)
         push = self.push(run) if forcing is None else forcing
         e = innovations(self.runs[run], own if p is None else p, start, self.noise, f.gain, value, push)
-        return _tamed(e / (np.sqrt(f.variance) if e.ndim == 1 else np.sqrt(f.variance)[:, None]))
+        return np.asarray(_tamed(e / (np.sqrt(f.variance) if e.ndim == 1 else np.sqrt(f.variance)[:, None])))
 
     def residuals(self, theta: np.ndarray, filtered: Sequence[Filtered]) -> np.ndarray:
         """Innovations of all runs over their deviations, with the gains of `filtered` held, shape (sum M,)."""
@@ -196,15 +196,10 @@ class Problem:
         return total
 
 
-def _tamed(residual: np.ndarray) -> np.ndarray:
-    """Residuals of a model that has run away (NaN as well), held at a size that still says which way is worse."""
-    return np.asarray(np.fmin(np.fmax(residual, -RUNAWAY), RUNAWAY))
-
-
 @law
-def _held(residual: float) -> float:
-    """The same of one residual."""
-    return min(residual, RUNAWAY) if residual > -RUNAWAY else -RUNAWAY
+def _tamed(residual):  # type: ignore[no-untyped-def]
+    """A residual or an array of them, NaN as well, held at a size that still says which way is worse."""
+    return np.fmin(np.fmax(residual, -RUNAWAY), RUNAWAY)
 
 
 @law
@@ -217,8 +212,8 @@ def _differences(
     """
     for m in range(e.shape[0]):
         sd = math.sqrt(variance[m])
-        base = _held(e[m, 0] / sd)
+        base = _tamed(e[m, 0] / sd)
         residual[m] = base
         for c in range(1, e.shape[1]):
             i = c - 1 if c <= shared else own + c - 1 - shared
-            J[m, i] = (_held(e[m, c] / sd) - base) / step[i]
+            J[m, i] = (_tamed(e[m, c] / sd) - base) / step[i]
