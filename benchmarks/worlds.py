@@ -41,7 +41,7 @@ def nominal_text(name: str, vehicle: dict[str, float]) -> str:
     return "\n".join(lines + [f"{key} = {value!r}" for key, value in values.items()])
 
 
-def diagnosed(folder: Path, vehicles: dict[str, Any], item: tuple[str, dict[str, Any]]) -> dict[str, Any]:
+def diagnosed(folder: Path, item: tuple[str, dict[str, Any]]) -> dict[str, Any]:
     """Verdict on one case, and whether it is right."""
     import vtank as vt
 
@@ -91,16 +91,17 @@ def table(rows: list[dict[str, Any]]) -> str:
             f"{sum(r['kind'] == 'undecided' for r in own):9}  {sum(r['probability'] >= SURE for r in wrong):13}  "
             f"{sum(r['probability'] >= 0.8 for r in wrong):12}"
         )
-    out.append("")
-    for r in rows:
-        names = "+".join(r["effects"]) or "-"
-        true = "+".join(c["name"] for c in r["causes"]) or "-"
-        mark = "  " if r["right"] else "x "
-        out.append(
-            f"{mark}{r['world']} {r['family']:12} {true:45} d {r['d']:6.1f}  {r['kind']:10} {names:35} "
-            f"{r['channel'] or '-':13} {r['probability']:.2f}  sigma {1e3 * r['sigma']:.2f} mm/s2  {r['seconds']:.1f} s"
-        )
     return "\n".join(out)
+
+
+def line(row: dict[str, Any]) -> str:
+    """One case, marked where it is not right."""
+    names, true = "+".join(row["effects"]) or "-", "+".join(c["name"] for c in row["causes"]) or "-"
+    return (
+        f"{'  ' if row['right'] else 'x '}{row['world']} {row['family']:12} {true:45} d {row['d']:6.1f}  "
+        f"{row['kind']:10} {names:35} {row['channel'] or '-':13} {row['probability']:.2f}  "
+        f"disturbance {1e3 * row['sigma']:.2f} mm/s2  {row['seconds']:.1f} s"
+    )
 
 
 def main() -> int:
@@ -122,9 +123,12 @@ def main() -> int:
         for vehicle, values in truth["vehicles"].items():
             (folder / f"{vehicle}.toml").write_text(nominal_text(vehicle, values), encoding="utf-8")
         with ProcessPoolExecutor(asked.workers, mp_context=get_context("spawn")) as pool:
-            rows = list(pool.map(partial(diagnosed, folder, truth["vehicles"]), items))
+            rows = []
+            for row in pool.map(partial(diagnosed, folder), items):
+                rows.append(row)
+                print(line(row), flush=True)
     rows.sort(key=lambda r: (r["family"], r["world"]))
-    print(table(rows))
+    print("\n" + table(rows))
     if asked.json:
         asked.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
     return 0

@@ -15,13 +15,12 @@ import numpy as np
 from ..estimate.maximum_likelihood import identify
 from ..estimate.observed import Observed
 from ..plant.parameters import vector
-from .discrepancy import unnamed
 from .evidence import Fitted, Setting, Start
 from .holdout import Prediction, predictor, rms, targets_of
 from .hypothesis import Hypothesis
 from .noise_floor import settle
 from .score import linearise, score
-from .selection import PAIR_GAIN, Selection, weigh_all
+from .selection import PAIR_GAIN, Selection, weigh_all, with_nameless
 
 TRIED = 4  # effects that are tried on top of the best hypothesis
 LARGEST = 4  # effects of a hypothesis at most
@@ -46,7 +45,7 @@ def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -
         selection = replace(selection, named=tuple(sorted([*selection.named, *found], key=lambda f: -f.log_evidence)))
         if selection.best.log_evidence < best.log_evidence + PAIR_GAIN:
             break
-    return replace(selection, unnamed=tuple(unnamed(selection.setting, selection.best)))
+    return with_nameless(selection)
 
 
 def gap(setting: Setting, fit: Fitted) -> float:

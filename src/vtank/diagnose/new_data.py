@@ -8,20 +8,19 @@ runs, and so does the cause itself, which knows everything but the turbulence to
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.special import expit
 
 from ..estimate.innovations import no_gain
 from ..estimate.observed import RANGE
-from .discrepancy import Discrepancy
 from .evidence import Fitted
+from .freeform import Freeform
 from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
 from .selection import Selection
 from .smoothing import first_order
-from .verdict import Verdict, probabilities, unknown_odds
+from .verdict import Verdict, probabilities
 
 UNLIKELY = 0.02  # probability over the largest below which a cause is left out
 CHANCE = 2.0  # [-] mean square over its expectation that turbulence may reach by chance in a few runs; a guess
@@ -78,21 +77,16 @@ class Cause:
         return np.clip(theta, self.fit.prior.low, self.fit.prior.high)
 
 
-def cause_of(fit: Fitted, targets: Sequence[Target], unnamed: Discrepancy | None = None) -> Cause:
-    """A fitted hypothesis, with a discrepancy laid over it where one is given."""
-    count = len(targets)
-    fitted = unnamed.fitted if unnamed else ()
-    force = fitted if unnamed and fitted and unnamed.channel != "sensor" else (None,) * count
-    error = fitted if unnamed and fitted and unnamed.channel == "sensor" else (np.zeros(()),) * count
+def cause_of(fit: Fitted, targets: Sequence[Target], free: Freeform | None = None) -> Cause:
+    """A fitted hypothesis, with what it lacks laid over it where that is given."""
     theta = fit.optimum.theta
-    if fitted:
-        runs = tuple(replace(r, value=r.value - e) for r, e in zip(fit.problem.runs, error, strict=True))
-        forced = replace(fit.problem, runs=runs, forcing=None if force[0] is None else force)
-        before, J = fit.problem.linearise(theta, fit.filtered)
-        theta = theta - fit.covariance() @ (J.T @ (forced.residuals(theta, fit.filtered) - before))
-        theta = np.clip(theta, fit.prior.low, fit.prior.high)
+    force: tuple[np.ndarray | None, ...] = (None,) * len(targets)
+    error: tuple[np.ndarray, ...] = (np.zeros(()),) * len(targets)
+    if free:
+        theta = np.clip(theta + free.shift, fit.prior.low, fit.prior.high)
+        force, error = free.forces(), free.errors()
     model = model_of(fit)
-    return Cause(fit, theta, tuple(force), tuple(error), tuple(Prediction(model, t) for t in targets))
+    return Cause(fit, theta, force, error, tuple(Prediction(model, t) for t in targets))
 
 
 @dataclass(frozen=True)
@@ -119,15 +113,13 @@ class NewData:
         """Causes with their probabilities, the most probable first."""
         chances = probabilities(self.selection)
         fits = [self.selection.nominal, self.selection.refit, *self.selection.named]
-        found: list[tuple[float, Fitted, Discrepancy | None]] = [(chances[f.hypothesis.name], f, None) for f in fits]
-        unnamed = max(self.selection.unnamed, key=lambda d: d.gain)
-        traces, mimic = unknown_odds(self.selection)
-        leaves = float(expit(traces - mimic))  # a cause that mimics the best is the best for all that follows
-        found += [(chances["unknown"] * leaves, self.selection.best, unnamed)]
+        found: list[tuple[float, Fitted, Freeform | None]] = [(chances[f.hypothesis.name], f, None) for f in fits]
+        beyond = self.selection.beyond
+        found += [(chances["unknown"] + chances["varying"], beyond.fit, beyond if beyond.components else None)]
         most = max(chance for chance, _, _ in found)
         likely = sorted((f for f in found if f[0] > UNLIKELY * most), key=lambda f: -f[0])
         total = sum(chance for chance, _, _ in likely)
-        return [(chance / total, cause_of(fit, self.targets, unnamed)) for chance, fit, unnamed in likely]
+        return [(chance / total, cause_of(fit, self.targets, free)) for chance, fit, free in likely]
 
     def floor(self) -> float:
         """Error on the recorded runs of a model that knows everything [m or m/s].

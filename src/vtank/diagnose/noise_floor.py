@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,7 +18,11 @@ from ..estimate.noise_likelihood import linearised, squares_and_logs
 from ..estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
 from ..estimate.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
+from .freeform.pursuit import pursue
 
+# Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
+# turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
+STILL_SIGMA, STILL_SPREAD = 1e-3, 1.0  # [m/s2], [-]
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -65,11 +70,45 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
 
 
 def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
-    """The setting at the noise level of the contender that, with its own level, is most likely."""
+    """The setting at the noise level of the contender that, with its own level, is most likely.
+
+    Contenders are the likeliest hypotheses, alone and with what has no name beside them: what repeats, or is there in
+    a window only, is no turbulence, whatever level would swallow it.
+    """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
+    refit = next(f for f in fits if f.hypothesis.refit and not f.hypothesis.effects)
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
-    return setting.with_noise(max(found, key=lambda pair: pair[0])[1])
+        alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
+        found = still(max(alone, key=lambda pair: pair[0])[1])
+        bases = [ranked[0]] if len(ranked[0].hypothesis.effects) > 1 else [refit]
+        beyond = [_beyond(setting, fit, found) for fit in bases]
+    return setting.with_noise(max([*alone, *beyond], key=lambda pair: pair[0])[1])
+
+
+def still(noise: Noise) -> Noise:
+    """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
+    sigma = min(noise.sigma, STILL_SIGMA)
+    return replace(noise, sigma=sigma, colour_sigma=0.0) if sigma < noise.sigma else noise
+
+
+def log_prior(noise: Noise) -> float:
+    """Log density of a disturbance beforehand, over its largest: falls above what still water shows."""
+    return -0.5 * float(max(np.log(max(noise.sigma, LEAST_SIGMA) / STILL_SIGMA), 0.0) / STILL_SPREAD) ** 2
+
+
+def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
+    """Log evidence of a hypothesis with what has no name beside it, and the noise level that then is left."""
+    found = []
+    for _ in range(ROUNDS):
+        fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
+        free = pursue(fit)
+        found.append((fit.log_evidence + free.gain + log_prior(noise), noise))
+        if not free.components:
+            break
+        before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
+        if abs(np.log(noise.sigma / before.sigma)) < SETTLED:
+            break
+    return max(found, key=lambda pair: pair[0])
 
 
 def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
@@ -80,4 +119,4 @@ def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break
-    return fit.log_evidence, noise
+    return fit.log_evidence + log_prior(noise), noise

@@ -13,8 +13,8 @@ from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
 from . import outliers
-from .discrepancy import Discrepancy, unnamed
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
+from .freeform import Freeform, pursue
 from .hypothesis import Hypothesis, candidates
 from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
@@ -27,7 +27,8 @@ FIRST_NOISE = Noise(sigma=0.01, correlation_time=1.0)  # where the search for th
 SURVIVES = 0.05
 LEADERS = 3  # single effects that are tried in pairs with all others
 PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pair promise over it, to be fitted
-MOST_PAIRS = 6  # pairs that are fitted
+MOST_PAIRS = 6  # pairs that are fitted, and larger sets
+LARGEST = 3  # effects together at most
 Report = Callable[[str], None]
 
 
@@ -39,14 +40,14 @@ class Selection:
         setting: runs, nominal, noise.
         nominal, refit: the simulator as it is, and with its own parameters refitted.
         named: single effects and pairs, the best first.
-        unnamed: families of discrepancies without a name, on top of the best of all above.
+        free: what has no name, on top of the refit and of the best of all above.
     """
 
     setting: Setting
     nominal: Fitted
     refit: Fitted
     named: tuple[Fitted, ...]
-    unnamed: tuple[Discrepancy, ...]
+    free: tuple[Freeform, ...] = ()
 
     def __repr__(self) -> str:
         """How many hypotheses, the best of them, and the runs."""
@@ -67,6 +68,11 @@ class Selection:
     def best(self) -> Fitted:
         """The most probable explanation that has a name."""
         return max(self.fits, key=lambda fit: weight(fit, self.singles))
+
+    @property
+    def beyond(self) -> Freeform:
+        """What has no name, on top of what it goes best with."""
+        return max(self.free, key=lambda free: weight(free.fit, self.singles) + free.gain)
 
 
 def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False) -> Setting:
@@ -99,20 +105,31 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     say("noise level")
     setting = settle(setting, fits)
     fits = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
-    pairs = _pairs(setting, fits)
-    if pairs:
-        say(f"{len(pairs)} pairs")
-        fits += weigh_all(setting, [pair for pair, _ in pairs], [[start] for _, start in pairs])
-    nominal, refit, named = fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence))
+    for count in range(2, LARGEST + 1):
+        more = _larger(setting, fits, count)
+        if not more:
+            break
+        say(f"{len(more)} sets of {count} effects")
+        fits += weigh_all(setting, [h for h, _ in more], [[start] for _, start in more])
     say("what has no name")
-    found = Selection(setting, nominal, refit, named, ())
+    if max(fits, key=lambda f: f.log_evidence).hypothesis.name not in (h.name for h in singles):
+        setting = settle(setting, fits)
+        fits = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
+    found = Selection(setting, fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence)))
     if found.best.log_evidence == -np.inf:
         listed = ", ".join(run.name for run in setting.runs)
         raise InputError(
             f"run {listed}: no simulator follows these recordings, whatever its drag and thrust; "
             "expected numbers that a vehicle driven by its input could reach, in SI units"
         )
-    return replace(found, unnamed=tuple(unnamed(setting, found.best)))
+    return with_nameless(found)
+
+
+def with_nameless(selection: Selection) -> Selection:
+    """The selection, with what has no name laid over the refit and over the best explanation."""
+    bases = {id(fit): fit for fit in (selection.refit, selection.best)}.values()
+    with ThreadPoolExecutor(2) as pool:
+        return replace(selection, free=tuple(pool.map(pursue, bases)))
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:
@@ -132,19 +149,20 @@ def weigh_all(
         return list(pool.map(partial(evaluate, setting), hypotheses, starts))
 
 
-def _pairs(setting: Setting, fits: Sequence[Fitted]) -> list[tuple[Hypothesis, Start]]:
-    """Leaders among the single effects, each with the effects whose score on top of the leader is promising."""
-    refit, singles = fits[1].log_evidence, fits[2:]
-    ranked = sorted((f for f in singles if f.log_evidence > refit + PAIR_GAIN), key=lambda f: -f.log_evidence)
+def _larger(setting: Setting, fits: Sequence[Fitted], count: int) -> list[tuple[Hypothesis, Start]]:
+    """Leaders among the sets of count - 1 effects, each with the effects whose score on top of it is promising."""
+    refit, singles = fits[1].log_evidence, [f for f in fits if len(f.hypothesis.effects) == 1]
+    smaller = [f for f in fits if len(f.hypothesis.effects) == count - 1 and f.log_evidence > refit + PAIR_GAIN]
+    ranked = sorted(smaller, key=lambda f: -f.log_evidence)
     found: dict[frozenset[str], tuple[float, Hypothesis, Start]] = {}
     for leader in ranked[:LEADERS]:
         near = linearise(leader)
         for second in singles:
-            names = frozenset((leader.hypothesis.name, second.hypothesis.name))
-            if len(names) == 2 and names not in found:
-                pair = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
+            names = frozenset(e.name for e in (*leader.hypothesis.effects, *second.hypothesis.effects))
+            if len(names) == count and names not in found:
+                larger = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
                 gain = leader.log_evidence + score(setting, near, second, refit)
-                found[names] = gain, pair, {**second.start(), **leader.start()}
-    best = ranked[0].log_evidence if ranked else 0.0
+                found[names] = gain, larger, {**second.start(), **leader.start()}
+    best = max((f.log_evidence for f in fits), default=0.0)
     promising = sorted((f for f in found.values() if f[0] > best + PAIR_GAIN), key=lambda f: -f[0])
-    return [(pair, start) for _, pair, start in promising[:MOST_PAIRS]]
+    return [(larger, start) for _, larger, start in promising[:MOST_PAIRS]]

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 
 from ..estimate.observed import Observed
-from .discrepancy import Discrepancy
 from .evidence import STATES, Fitted, Setting, evaluate
 from .holdout import Prediction, fraction_closed, predictor, rms, targets_of
 from .new_data import Gaps, NewData
@@ -98,8 +97,7 @@ def leave_out(selection: Selection, parts: Setting, k: int) -> Fold:
     leaders = [f for f in ranked[:MOST] if rest[f.hypothesis.name] > rest[ranked[0].hypothesis.name] - WITHIN]
     nominal, refit, *found = (again(setting, f, k) for f in (selection.nominal, selection.refit, *leaders))
     hopeless = [replace(f, log_evidence=-np.inf) for f in selection.named if f not in leaders]
-    nothing = (Discrepancy("sensor", "", -np.inf),)
-    chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless), nothing))
+    chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless)))
     best = max((nominal, refit, *found), key=lambda f: chances[f.hypothesis.name])
     target = targets_of(parts)[k]
     errors = tuple(Prediction(predictor(setting, f), target).errors() for f in (nominal, refit, best))

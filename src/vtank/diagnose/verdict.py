@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import log
 from typing import Any
 
 import numpy as np
 
 from .evidence import Fitted
+from .freeform import OWN
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
@@ -20,12 +22,13 @@ class Verdict:
     """What the diagnosis says.
 
     Attributes:
-        kind: none, parameters, effect, effects, unknown or undecided.
+        kind: none, parameters, effect, effects, varying, unknown or undecided.
         effects: the effects named, most probable first.
         rivals: effects this data cannot separate from the winner, the winner included.
         channel: hydrodynamics, actuator, sensor or None.
         probability: of the verdict's class, or of the kind.
         fit: the explanation that goes with it.
+        varying: own parameters that differ from run to run.
     """
 
     kind: str
@@ -34,34 +37,48 @@ class Verdict:
     channel: str | None
     probability: float
     fit: Fitted = field(repr=False)
+    varying: tuple[str, ...] = ()
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
         said = {"kind": self.kind, "effects": list(self.effects), "class": list(self.rivals)}
+        said |= {"varying": list(self.varying)}
         return said | {"channel": self.channel, "probability": self.probability}
 
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
-    """Posterior probability of every hypothesis; names of pairs are joined by `+`."""
-    fits = selection.fits
+    """Posterior probability of every hypothesis; names of sets are joined by `+`."""
+    fits, frozen = selection.fits, calibration()
     before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
-    before["unknown"] = calibration().prior["unknown"]
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
-    logits["unknown"] = logits[selection.best.hypothesis.name] + np.logaddexp(*unknown_odds(selection))
+    for kind, gains in nameless_gains(selection, tempering).items():
+        before[kind] = frozen.prior[kind]
+        logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
-    total, doubt, whole = sum(weights.values()), calibration().doubt, sum(before.values())
+    total, doubt, whole = sum(weights.values()), frozen.doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
 
-def unknown_odds(selection: Selection) -> tuple[float, float]:
-    """Log odds, over the best explanation, of a cause without a name that leaves traces, and of one that mimics it."""
+def nameless_gains(selection: Selection, tempering: float | None = None) -> dict[str, list[float]]:
+    """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
+
+    A cause may also leave nothing beside the best explanation, which then mimics it.
+    """
     frozen = calibration()
-    gain = float(np.logaddexp.reduce([d.gain for d in selection.unnamed]) - np.log(len(selection.unnamed)))
-    if selection.setting.foreign:  # no model is complete: what has no name counts as far as it exceeds what has one
-        gain -= selection.best.log_evidence - selection.refit.log_evidence
-    mimic = float(np.log(frozen.mimicry)) if selection.best is not selection.nominal else -np.inf
-    return gain + float(np.log(frozen.prior["unknown"])), mimic
+    out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
+    for free in selection.free:
+        named = bool(free.fit.hypothesis.effects)
+        # effects beside it are paid for; the refit of the own parameters is part of both
+        base = weight(free.fit, selection.singles, tempering)
+        base -= 0.0 if named else log_prior(free.fit, selection.singles)
+        if free.varying > 0.0:
+            out["varying"].append(base + free.varying)
+        rarer = log(frozen.prior["varying"]) if free.varying > 0.0 else 0.0
+        out["unknown"].append(base + free.gain + rarer)
+        if free.fit is selection.best and free.fit is not selection.nominal:
+            out["unknown"].append(base + float(np.log(frozen.mimicry)))
+    return out
 
 
 def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
@@ -73,10 +90,12 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
     if leader in ("none", "parameters"):
         fit = selection.nominal if leader == "none" else selection.refit
         return Verdict(leader if chances[leader] >= NAMED else "undecided", (), (), None, chances[leader], fit)
-    if leader == "unknown":
-        family = max(selection.unnamed, key=lambda d: d.gain)
-        kind = "unknown" if chances["unknown"] >= NAMED else "undecided"
-        return Verdict(kind, (), (), family.channel, chances["unknown"], selection.best)
+    if leader in ("unknown", "varying"):
+        free = selection.beyond
+        channel = max(shares := free.channels(), key=lambda name: shares[name])
+        kind = leader if chances[leader] >= NAMED else "undecided"
+        own = tuple(OWN[c.about] for c in free.components if c.own)
+        return Verdict(kind, (), (), channel if channel != "none" else None, chances[leader], free.fit, own)
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)

@@ -1,20 +1,15 @@
 """The channel: does the gap look like a force that is missing, or like a sensor that errs?
 
-Discrepancies without a name, a force and a sensor error, are laid on top of the refit and compete; the named
-hypotheses say more, and share their probability out to the channels they act in.
+What has no name says where it acts; the named hypotheses share their probability out to the channels they act in.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from scipy.special import expit, softmax
-
-from ..discrepancy import Discrepancy, unnamed
+from ..freeform import Freeform
 from ..selection import Selection
-from ..verdict import unknown_odds
 
 CHANNELS = ("hydrodynamics", "actuator", "sensor", "none")
 
@@ -25,7 +20,7 @@ class ChannelShares:
 
     Attributes:
         probability: of the gap lying in each of CHANNELS; sums to one.
-        refit: per family of unnamed discrepancies, log evidence it gains on the refit.
+        refit: log evidence that each thing without a name gains on the refit.
         best: the same on the best explanation: what is left of it.
     """
 
@@ -41,37 +36,29 @@ class ChannelShares:
 
 def channel_shares(selection: Selection, chances: dict[str, float]) -> ChannelShares:
     """Evidence of force against sensor on top of the refit, and the probability of each channel."""
-    on_refit = selection.unnamed
-    if selection.best is not selection.refit:
-        on_refit = tuple(unnamed(selection.setting, selection.refit))
-    return ChannelShares(_probability(selection, chances), _gains(on_refit), _gains(selection.unnamed))
+    free = {id(f.fit): f for f in selection.free}
+    on_refit, on_best = free[id(selection.refit)], free.get(id(selection.best), selection.beyond)
+    return ChannelShares(_probability(selection, chances), _gains(on_refit), _gains(on_best))
 
 
 def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, float]:
-    """Every hypothesis gives its probability to its effects' channels; what has no name to where its traces are.
-
-    A cause that leaves none, but passes for the best explanation, is taken to act where that one does.
-    """
-    traces, mimic = unknown_odds(selection)
-    leaves = float(expit(traces - mimic))
+    """Every hypothesis gives its probability to its effects' channels; what has no name to where its traces are."""
     total = dict.fromkeys(CHANNELS, 0.0)
-    weights = softmax([d.gain for d in selection.unnamed])
-    for discrepancy, weight in zip(selection.unnamed, weights, strict=True):
-        total[discrepancy.channel] += chances["unknown"] * leaves * float(weight)
-    own = [(fit, chances[fit.hypothesis.name]) for fit in selection.fits]
-    for fit, chance in (*own, (selection.best, chances["unknown"] * (1.0 - leaves))):
+    for fit in selection.fits:
         channels: list[str] = [effect.channel for effect in fit.hypothesis.effects] or ["none"]
         for channel in channels:
-            total[channel] += chance / len(channels)
+            total[channel] += chances[fit.hypothesis.name] / len(channels)
+    for name in ("unknown", "varying"):
+        for channel, share in selection.beyond.channels().items():
+            total[channel] += chances[name] * share
     return total
 
 
-def _gains(nameless: Sequence[Discrepancy]) -> dict[str, float]:
-    return {f"{d.channel}: {d.family}": d.gain for d in nameless}
+def _gains(free: Freeform) -> dict[str, float]:
+    return {f"{c.channel}: {c.about}": c.gain for c in free.components}
 
 
 def _by_kind(gains: dict[str, float]) -> dict[str, float]:
-    """Best gain of a force and of a sensor error."""
-    sensor = max(gain for name, gain in gains.items() if name.startswith("sensor"))
-    force = max(gain for name, gain in gains.items() if not name.startswith("sensor"))
-    return {"force": force, "sensor": sensor}
+    """Gain of forces and of sensor errors."""
+    sensor = sum((gain for name, gain in gains.items() if name.startswith("sensor")), 0.0)
+    return {"force": sum(gains.values()) - sensor, "sensor": sensor}

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from ...estimate.observed import Observed
-from ..discrepancy import drive_frequency
+from ..freeform import drive_frequency
 from ..selection import Selection
 from .gap import whitened
 from .time import LEVEL

@@ -15,8 +15,8 @@ import numpy as np
 
 from ...channels import channels
 from ...plant.surge import SURGE
-from ..discrepancy import simulated
 from ..evidence import Fitted
+from ..freeform import simulated
 from ..holdout import held, rms
 from ..selection import Selection
 from ..verdict import Verdict

@@ -20,8 +20,8 @@ from scipy.special import ndtri
 
 from ...estimate.observed import RANGE, Observed
 from ...plant.surge import STANDOFF
-from ..discrepancy import PROBES, simulated_tracks
 from ..evidence import Fitted
+from ..freeform import PROBE_M_S2, simulated_tracks
 from ..selection import Selection
 from ..verdict import Verdict
 from .gap import whitened
@@ -165,10 +165,10 @@ def _centring(values: Sequence[np.ndarray], edges: np.ndarray, centre: bool) -> 
 
 def _columns(fit: Fitted, base: np.ndarray, values: Sequence[np.ndarray], edges: np.ndarray) -> np.ndarray:
     """Change of all whitened innovations per unit of acceleration in each bin, shape (sum M, B)."""
-    pushes = [PROBES[0] * (place[:, None] == np.arange(edges.size - 1)) for place in _places(values, edges)]
+    pushes = [PROBE_M_S2 * (place[:, None] == np.arange(edges.size - 1)) for place in _places(values, edges)]
     parts = zip(fit.filtered, pushes, strict=True)
     pushed = [fit.problem.varied(fit.optimum.theta, f, k, forcing=push) for k, (f, push) in enumerate(parts)]
-    return np.asarray((np.concatenate(pushed) - base[:, None]) / PROBES[0])
+    return np.asarray((np.concatenate(pushed) - base[:, None]) / PROBE_M_S2)
 
 
 def _blocked(rows: np.ndarray, runs: Sequence[Observed]) -> np.ndarray:

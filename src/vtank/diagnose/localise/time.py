@@ -14,9 +14,8 @@ import numpy as np
 
 from ...estimate.problem import Filtered, Problem
 from ...plant.parameters import indices
-from ..discrepancy import PROBES, Discrepancy
 from ..evidence import Fitted
-from ..score import projected_out
+from ..freeform import Freeform
 from ..selection import Selection
 from ..verdict import Verdict
 
@@ -93,11 +92,10 @@ def _compared(selection: Selection, verdict: Verdict) -> tuple[list[np.ndarray],
     if verdict.kind in ("none", "parameters"):
         return pointwise(selection, nominal), pointwise(selection, refit), ("nominal", "parameters")
     if verdict.kind == "unknown":
-        family = max(selection.unnamed, key=lambda d: d.gain)
-        if family.fitted:
-            best = selection.best
-            after = _gaussian(best.problem, with_discrepancy(best, family))
-            return pointwise(selection, best), after, (best.hypothesis.name, family.family)
+        free = selection.beyond
+        if free.components:
+            after = _gaussian(free.fit.problem, with_discrepancy(free))
+            return pointwise(selection, free.fit), after, (free.fit.hypothesis.name, "unknown")
     return pointwise(selection, refit), pointwise(selection, verdict.fit), ("parameters", verdict.fit.hypothesis.name)
 
 
@@ -133,22 +131,11 @@ def _outliers(selection: Selection, fit: Fitted) -> list[np.ndarray]:
     return places
 
 
-def with_discrepancy(fit: Fitted, found: Discrepancy) -> list[Filtered]:
-    """Innovations of a fit with an unnamed discrepancy added and the parameters moved along, to first order, per run.
-
-    The discrepancy is what remains of a force or an error once the parameters have taken up what they can.
-    """
-    theta, problem = fit.optimum.theta, fit.problem
-    largest = max(float(np.max(np.abs(part))) for part in found.fitted) or 1.0
-    nudge = PROBES[0] / largest
-    if found.channel == "sensor":
-        pairs = zip(problem.runs, found.fitted, strict=True)
-        nudged = replace(problem, runs=tuple(replace(run, value=run.value - nudge * part) for run, part in pairs))
-    else:
-        nudged = replace(problem, forcing=tuple(nudge * part for part in found.fitted))
-    base, J = problem.linearise(theta, fit.filtered)
-    change = (nudged.residuals(theta, fit.filtered) - base) / nudge
-    after = base + projected_out(change, J, fit.optimum.information)
+def with_discrepancy(free: Freeform) -> list[Filtered]:
+    """Innovations of a fit with what it lacks added and the parameters moved along, to first order, per run."""
+    fit = free.fit
+    after = free.problem().residuals(fit.optimum.theta, fit.filtered)
+    after = after + fit.problem.jacobian(fit.optimum.theta, fit.filtered) @ free.shift
     ends = np.cumsum([f.innovation.size for f in fit.filtered])[:-1]
     parts = zip(fit.filtered, np.split(after, ends), strict=True)
     return [replace(f, innovation=part * np.sqrt(f.variance)) for f, part in parts]

@@ -1,0 +1,165 @@
+"""What could be missing, in groups: functions of the motion, own terms by run, windows of time, lines.
+
+Every group is a Gaussian process of one size. Its columns are the change of all whitened innovations per unit of each
+of its functions; those that go with all runs span all rows, those of one run its own rows alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from ...estimate.observed import SPEED
+from ..evidence import Fitted
+from .functions import functions_of, products_of
+from .motion import Motion, motions
+
+PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small enough to be linear
+PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act together
+MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
+ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
+BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
+SCANNED_RAD_S = np.arange(0.08, 3.2, 0.04)  # frequencies of force lines; 120 s resolve about 0.05 rad/s
+HEARD_RAD_S = np.arange(0.08, 4.6, 0.04)  # of sensor lines, which no hull filters
+PERIODS = np.geomspace(0.7, 16.0, 20)  # periods over the whole range, of an error periodic in place; a choice
+HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Columns made in one go, of all runs together or of one run.
+
+    Attributes:
+        kind: "function", "window" or "line".
+        channel: where it acts.
+        about: what it goes with, in words.
+        force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
+        functions: per run, shape (I, K) or (M, K); None where the run has none.
+        each: columns of one group, where the piece holds several side by side.
+    """
+
+    kind: str
+    channel: str
+    about: str
+    force: bool
+    functions: tuple[np.ndarray | None, ...]
+    each: int
+    edges: np.ndarray | None = None
+    frequencies: np.ndarray | None = None
+
+
+def pieces(fit: Fitted) -> list[Piece]:
+    """All that could be missing from a fitted model."""
+    moved = motions(fit)
+    fed, read = [pair[0] for pair in moved], [pair[1] for pair in moved]
+    positions = [run.kind != SPEED for run in fit.problem.runs]
+    return [
+        *_forces(fed),
+        *_errors(read, positions),
+        *(piece for k in range(len(moved)) for piece in _windows(k, moved, positions)),
+        _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
+        _lines("error", SENSOR, False, HEARD_RAD_S, [m.t for m in read]),
+    ]
+
+
+def _forces(fed: list[Motion]) -> Iterator[Piece]:
+    single = {name: _functions([m.variables[name] for m in fed]) for name in fed[0].variables}
+    for name, found in single.items():
+        yield _piece(_channel(name), name, found)
+    for pair in combinations(PAIRED, 2):
+        both = [products_of(a, b) for a, b in zip(*(single[name] for name in pair), strict=True)]
+        yield _piece(_channel(" ".join(pair)), " and ".join(pair), both)
+    for term in fed[0].terms:
+        for name in MODULATING:
+            both = [m.terms[term][:, None] * f for m, f in zip(fed, single[name], strict=True)]
+            yield _piece(HULL if term == "drag" else ACTUATOR, f"{term} over {name}", both)
+
+
+def _channel(about: str) -> str:
+    return ACTUATOR if any(word in about for word in ACTUATED) else HULL
+
+
+def _piece(channel: str, about: str, found: list[np.ndarray]) -> Piece:
+    return Piece("function", channel, about, True, tuple(found), found[0].shape[1])
+
+
+def _errors(read: list[Motion], positions: list[np.ndarray]) -> Iterator[Piece]:
+    """Smooth errors of the readings; of speeds ten times those of positions [m/s against m]."""
+    names = ("place", "speed", "time", "acceleration")
+    single = {name: _functions([m.variables[name] for m in read]) for name in names}
+    single["place and speed"] = [products_of(a, b) for a, b in zip(single["place"], single["speed"], strict=True)]
+    for name, found in single.items():
+        yield Piece("function", SENSOR, name, False, tuple(found), found[0].shape[1])
+    share = _shares([m.x for m in read])
+    phase = [2.0 * np.pi * np.outer(s, PERIODS) for s in share]
+    waves = [np.stack([np.sin(p), np.cos(p)], axis=2).reshape(p.shape[0], -1) for p in phase]
+    yield Piece("function", SENSOR, "place, periodic", False, tuple(waves), 2)
+
+
+def _windows(k: int, moved: list[tuple[Motion, Motion]], positions: list[np.ndarray]) -> Iterator[Piece]:
+    """Bins of time of one run, in which a force, an own term or a reading is off."""
+    fed, read = moved[k]
+    length = fed.t[-1] - fed.t[0]
+    edges = np.linspace(fed.t[0], fed.t[-1], int(np.clip(length / SHORTEST_S, 1, BINS)) + 1)
+
+    def bins(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+        place = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, edges.size - 2)
+        return np.asarray(values[:, None] * (place[:, None] == np.arange(edges.size - 1)))
+
+    def own(found: np.ndarray) -> tuple[np.ndarray | None, ...]:
+        return tuple(found if i == k else None for i in range(len(moved)))
+
+    forces = {"force": (HULL, np.ones(fed.t.size))}
+    forces |= {term: (HULL if term == "drag" else ACTUATOR, values) for term, values in fed.terms.items()}
+    for about, (channel, values) in forces.items():
+        yield Piece("window", channel, about, True, own(bins(fed.t, values)), 1, edges)
+    for about, values in (("reading", np.ones(read.t.size)), ("latency", read.u)):
+        yield Piece("window", SENSOR, about, False, own(bins(read.t, values)), 1, edges)
+
+
+def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: list[np.ndarray]) -> Piece:
+    """Sines and cosines of time, of a phase of its own in every run."""
+    phases = [np.outer(t - t[0], rad_s) for t in stamps]
+    waves = [np.stack([np.sin(p), np.cos(p)], axis=2).reshape(p.shape[0], -1) for p in phases]
+    return Piece("line", channel, about, force, tuple(waves), 2, frequencies=rad_s)
+
+
+def _shares(values: list[np.ndarray]) -> list[np.ndarray]:
+    """Values as shares of the range of all runs together."""
+    low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+    return [(v - low) / max(high - low, 1e-12) for v in values]
+
+
+def _functions(values: list[np.ndarray]) -> list[np.ndarray]:
+    return [functions_of(share) for share in _shares(values)]
+
+
+def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
+    """Per run, the change of its whitened innovations per unit of every column of every piece, shape (M, C)."""
+    problem, theta = fit.problem, fit.optimum.theta
+
+    def of(k: int) -> np.ndarray:
+        run, f = problem.runs[k], fit.filtered[k]
+        here = [(piece, piece.functions[k]) for piece in made if piece.functions[k] is not None]
+        out = np.empty((run.time_s.size, sum(functions.shape[1] for _, functions in here)))
+        base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
+        for force in (True, False):
+            side = [functions for piece, functions in here if piece.force is force]
+            columns = np.hstack(side)
+            size = np.max(np.abs(columns), axis=0) + 1e-300
+            if force:
+                there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * columns / size)
+                out[:, done : done + columns.shape[1]] = (there - base) * (size / PROBE_M_S2)
+            else:
+                scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * columns
+                there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
+                out[:, done : done + columns.shape[1]] = (there - base) * (size / PROBE_M)
+            done += columns.shape[1]
+        return out
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(of, range(len(problem.runs))))

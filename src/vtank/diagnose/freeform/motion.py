@@ -1,0 +1,94 @@
+"""The motion of a fitted model, over which the free-form model draws its functions.
+
+All of it comes from a pure simulation: functions of the filtered state would carry the sonar's noise and explain it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ...compiled import law
+from ...estimate.problem import Filtered, Problem
+from ..evidence import Fitted
+from ..holdout import held
+
+MEMORIES_S = (1.0, 4.0, 15.0)  # [s] over which speed and thrust are remembered; a choice, three to the decade
+
+
+def simulated(problem: Problem, theta: np.ndarray) -> list[Filtered]:
+    """Pure simulation at theta."""
+    return [replace(f, innovation=held(f.innovation)) for f in problem.simulate(theta)]
+
+
+def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
+    """States at the measurements in the same simulation, shapes (M, 5)."""
+    return [held(track) for track in problem.track(theta, simulated(problem, theta))]
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,)."""
+
+    t: np.ndarray
+    x: np.ndarray
+    u: np.ndarray
+    z: np.ndarray
+    n: np.ndarray
+
+    @cached_property
+    def variables(self) -> dict[str, np.ndarray]:
+        """What a missing term may depend on, by name."""
+        a = _rate(self.t, self.u)
+        found = {"speed": self.u, "input": self.n, "place": self.x, "time": self.t - self.t[0], "acceleration": a}
+        for memory in MEMORIES_S:
+            found[f"speed of the last {memory:g} s"] = faded(self.t, self.u, memory)
+            found[f"thrust of the last {memory:g} s"] = faded(self.t, self.z, memory)
+        return found
+
+    @cached_property
+    def terms(self) -> dict[str, np.ndarray]:
+        """The simulator's own terms, up to a factor: what each own parameter multiplies."""
+        return {"drag": self.u * np.abs(self.u), "thrust": self.z, "lag": _rate(self.t, self.z)}
+
+
+def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
+    """Per run, the motion at the input's stamps and at the measurements."""
+    problem = fit.problem
+    out = []
+    for run, track in zip(problem.runs, simulated_tracks(problem, fit.optimum.theta), strict=True):
+        states = [track[:, i] for i in (0, 1, 2)]
+        fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
+        held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
+        if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
+            fed[2], states[2] = run.input * np.abs(run.input), held_input * np.abs(held_input)
+        out.append((Motion(run.input_time_s, *fed, run.input), Motion(run.time_s, *states, held_input)))
+    return out
+
+
+def _rate(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """d/dt of what is sampled at t; zero where there is one sample."""
+    return np.gradient(values, t) if t.size > 1 and np.all(np.diff(t) > 0.0) else np.zeros(t.size)
+
+
+@law
+def faded(t: np.ndarray, values: np.ndarray, memory: float) -> np.ndarray:
+    """Values remembered with an exponential memory [s], from rest at the first, shape (I,)."""
+    out, state = np.empty(t.size), values[0]
+    for k in range(t.size):
+        if k > 0:
+            state += (values[k] - state) * (1.0 - np.exp(-(t[k] - t[k - 1]) / memory))
+        out[k] = state
+    return out
+
+
+def drive_frequency(time: np.ndarray, values: np.ndarray) -> float:
+    """Frequency [rad/s] at which a run's input is strongest, from its periodogram on an even grid."""
+    grid = np.linspace(time[0], time[-1], time.size)
+    even = np.interp(grid, time, values - np.mean(values))
+    spectrum = np.abs(np.fft.rfft(even * np.hanning(even.size), 8 * even.size)) ** 2
+    frequency = 2.0 * np.pi * np.fft.rfftfreq(8 * even.size, grid[1] - grid[0])
+    inside = frequency < 5.0
+    return float(frequency[inside][int(np.argmax(spectrum[inside]))])

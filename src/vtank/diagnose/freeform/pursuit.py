@@ -1,0 +1,410 @@
+"""Pursuit: what is missing, one thing after the other, for as long as one gains evidence.
+
+The innovations are linear in all columns, and each group's coefficients are Gaussian with one size, so that its
+evidence is closed form; the size is integrated over a grid, and what was looked through is paid for: the groups share
+a prior probability of one. A group that is found joins the parameters, and later ones explain what it leaves.
+Brynjarsdottir, O'Hagan, Inverse Problems 30 (2014), on what such a discrepancy can mean; Gross, Vitells, Eur. Phys. J.
+C 70 (2010), on looking elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from scipy.linalg import block_diag, cholesky, solve_triangular
+
+from ...estimate.problem import Problem
+from ...plant.parameters import LAG
+from ..evidence import Fitted
+from ..holdout import held
+from ..score import linearise
+from .dictionary import Piece, changes, pieces
+
+SIZES = np.logspace(
+    0.5, 2.5, 5
+)  # [-] whitened norm of a group's change: what would be seen, up to what cannot be missed
+TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
+WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
+MOST = 12  # groups found at most; for the time it takes
+KINDS = ("function", "run", "window", "line")  # each has an even share of the prior
+OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
+LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24)  # of windows, in bins
+
+
+@dataclass(frozen=True)
+class Component:
+    """A group that was found missing.
+
+    Attributes:
+        kind: "function", "run" (a term that differs from run to run), "wander" (from moment to moment), "window", "line".
+        channel: "hydrodynamics", "actuator" or "sensor".
+        about: what it goes with.
+        gain: log evidence it added.
+        window: (run, from, to) of a window [s].
+        frequency: of a line [rad/s].
+        force: whether a force, else an error of the readings.
+        fitted: per run, force at the input's stamps [m/s2], shape (I,), or error at the measurements, shape (M,).
+    """
+
+    kind: str
+    channel: str
+    about: str
+    gain: float
+    window: tuple[int, float, float] | None
+    frequency: float | None
+    force: bool
+    fitted: tuple[np.ndarray, ...]
+
+    @property
+    def own(self) -> bool:
+        """Whether it is an own parameter of the simulator that differs from run to run."""
+        return self.kind == "run" and self.about in OWN
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it would come again in another run: a function of the motion does."""
+        return self.kind == "function"
+
+
+@dataclass(frozen=True)
+class Freeform:
+    """What a fitted model lacks.
+
+    Attributes:
+        fit: the model.
+        components: in the order in which they were found.
+        left: log evidence that one more thing, whichever, gains: below zero where there is none.
+        shift: of the fit's unknowns beside the components, shape (size,).
+    """
+
+    fit: Fitted
+    components: tuple[Component, ...]
+    left: float
+    shift: np.ndarray
+
+    @property
+    def gain(self) -> float:
+        """Log evidence, over the model alone, of something missing that has no name."""
+        return self.varying + self.nameless
+
+    @property
+    def varying(self) -> float:
+        """The part of own parameters that differ from run to run."""
+        return sum(c.gain for c in self.components if c.own)
+
+    @property
+    def nameless(self) -> float:
+        """The part of everything else; of one more thing where nothing else was found."""
+        return sum(c.gain for c in self.components if not c.own) or self.left
+
+    def channels(self) -> dict[str, float]:
+        """Share of each channel in the gain."""
+        total = sum(c.gain for c in self.components)
+        found = {c.channel: 0.0 for c in self.components}
+        for c in self.components:
+            found[c.channel] += c.gain / total
+        return found or {"none": 1.0}
+
+    def forces(self) -> tuple[np.ndarray, ...]:
+        """Missing force at every run's input stamps [m/s2], shapes (I,)."""
+        runs = self.fit.problem.runs
+        parts = [c.fitted for c in self.components if c.force]
+        return tuple(sum((p[k] for p in parts), np.zeros(run.input_time_s.size)) for k, run in enumerate(runs))
+
+    def errors(self) -> tuple[np.ndarray, ...]:
+        """Error of every run's readings [m or m/s], shapes (M,)."""
+        runs = self.fit.problem.runs
+        parts = [c.fitted for c in self.components if not c.force]
+        return tuple(sum((p[k] for p in parts), np.zeros(run.time_s.size)) for k, run in enumerate(runs))
+
+    def problem(self) -> Problem:
+        """The fit's problem with the missing force added and the error taken off the readings."""
+        pairs = zip(self.fit.problem.runs, self.errors(), strict=True)
+        runs = tuple(replace(run, value=run.value - error) for run, error in pairs)
+        return replace(self.fit.problem, runs=runs, forcing=self.forces())
+
+    def cleared(self) -> Problem:
+        """The fit's problem, its readings as they would be, to first order, if nothing were missing."""
+        problem, theta = self.fit.problem, self.fit.optimum.theta
+        before, after = problem.simulate(theta), self.problem().simulate(theta + self.shift)
+        changes = (held(a.innovation) - held(b.innovation) for a, b in zip(after, before, strict=True))
+        runs = tuple(replace(run, value=run.value + change) for run, change in zip(problem.runs, changes, strict=True))
+        return replace(problem, runs=runs)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """One candidate: per run that it touches, how its coefficients combine a piece's columns, shape (K, C)."""
+
+    kind: str
+    piece: Piece
+    combine: tuple[tuple[int, np.ndarray], ...]
+    window: tuple[int, float, float] | None = None
+    frequency: float | None = None
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """Groups side by side: their gains and deviations, shapes (G,), and each when it is asked for."""
+
+    gains: np.ndarray
+    sizes: np.ndarray
+    group: Callable[[int], _Group]
+
+
+class _Pursuit:
+    """Normal equations of all columns beside the parameters and groups found so far."""
+
+    def __init__(self, fit: Fitted) -> None:
+        self.near = linearise(fit)
+        self.pieces = pieces(fit)
+        self.columns = changes(fit, self.pieces)
+        self.rows = np.cumsum([0] + [f.innovation.size for f in fit.filtered])
+        self.where = self._layout(len(self.columns))
+        root = cholesky(self.near.information, lower=True)
+        self.W = solve_triangular(root, self.near.jacobian.T, lower=True).T
+        self.pull = [C.T @ self._row(self.near.residual, k) for k, C in enumerate(self.columns)]
+        self.taken = [C.T @ self._row(self.W, k) for k, C in enumerate(self.columns)]
+        self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
+        self.found: list[tuple[_Group, float, float, np.ndarray]] = []
+
+    def _row(self, a: np.ndarray, k: int) -> np.ndarray:
+        return a[self.rows[k] : self.rows[k + 1]]
+
+    def _layout(self, runs: int) -> list[list[slice | None]]:
+        """Per piece and run, its columns: forces come first, as in `changes`."""
+        out: list[list[slice | None]] = [[None] * runs for _ in self.pieces]
+        for k in range(runs):
+            done = 0
+            for force in (True, False):
+                for i, piece in enumerate(self.pieces):
+                    if piece.force is force and (functions := piece.functions[k]) is not None:
+                        out[i][k] = slice(done, done := done + functions.shape[1])
+        return out
+
+    def _own(self, i: int, k: int) -> np.ndarray:
+        """Columns of a piece in a run, shape (M, K)."""
+        return self.columns[k][:, self.where[i][k]]
+
+    def _runs(self, i: int) -> list[int]:
+        return [k for k, own in enumerate(self.where[i]) if own is not None]
+
+    def _squares(self, piece: Piece, i: int) -> np.ndarray:
+        """Products of a piece's columns within its groups, shape (R or 1, G, K, K); bins of windows all in one."""
+        parts = []
+        for k in self._runs(i):
+            own = self._own(i, k)
+            each = own.shape[1] if piece.kind == "window" else piece.each
+            split = own.reshape(own.shape[0], -1, each).transpose(1, 2, 0)
+            parts.append(split @ split.transpose(0, 2, 1))
+        return np.array(parts) if piece.kind != "function" else np.sum(parts, axis=0)[None]
+
+    def _left(self, i: int) -> tuple[np.ndarray, np.ndarray]:
+        """Per piece: what remains of its products, and the pull on its coefficients, groups first."""
+        piece, g = self.pieces[i], self.W.T @ self.near.residual
+        runs = self._runs(i)
+        E = [self.taken[k][self.where[i][k]] for k in runs]
+        q = [self.pull[k][self.where[i][k]] for k in runs]
+        each = E[0].shape[0] if piece.kind == "window" else piece.each
+        if piece.kind == "function":
+            E, q = [np.sum(E, axis=0)], [np.sum(q, axis=0)]
+        split = np.array([e.reshape(-1, each, e.shape[1]) for e in E])  # R, G, K, P
+        b = np.array([(e @ g - v).reshape(-1, each) for e, v in zip(E, q, strict=True)])
+        if piece.kind == "line":  # coefficients of all runs side by side: R, G, K -> G, RK
+            R, G, K, P = split.shape
+            S = np.zeros((G, R * K, R * K))
+            for r in range(R):
+                S[:, r * K : (r + 1) * K, r * K : (r + 1) * K] = self.squares[i][r]
+            flat = split.transpose(1, 0, 2, 3).reshape(G, R * K, P)
+            return S - flat @ flat.transpose(0, 2, 1), b.transpose(1, 0, 2).reshape(G, R * K)
+        return self.squares[i][0] - split[0] @ split[0].transpose(0, 2, 1), b[0]
+
+    def best(self) -> tuple[float, float, _Group, float]:
+        """The group with the largest gain: gain, its coefficients' deviation, itself; and all groups' gain together."""
+        tried: dict[str, list[_Tried]] = {kind: [] for kind in KINDS}
+        for i, piece in enumerate(self.pieces):
+            tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
+        tried["run"] = self._by_run()
+        weighed = []
+        for some in tried.values():
+            paid = np.log(len(KINDS) * max(sum(one.gains.size for one in some), 1))
+            weighed += [(one.gains - paid, one) for one in some if one.gains.size]
+        gains, one = max(weighed, key=lambda pair: float(np.max(pair[0])))
+        j = int(np.argmax(gains))
+        together = float(np.logaddexp.reduce(np.concatenate([gains for gains, _ in weighed])))
+        return float(gains[j]), float(one.sizes[j]), one.group(j), together
+
+    def _groups(self, i: int) -> _Tried:
+        """The groups of a piece: functions of all runs together, lines of each on their own."""
+        piece, runs = self.pieces[i], self._runs(i)
+        A, b = self._left(i)
+        gains, sizes = evidence(A, b, np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0))
+
+        def group(j: int) -> _Group:
+            pick = np.zeros((piece.each, self._own(i, runs[0]).shape[1]))
+            pick[:, j * piece.each : (j + 1) * piece.each] = np.eye(piece.each)
+            if piece.kind == "function":
+                return _Group("function", piece, tuple((k, pick) for k in runs))
+            apart = np.eye(len(runs))
+            combine = tuple((k, np.kron(apart[n][:, None], pick)) for n, k in enumerate(runs))
+            return _Group("line", piece, combine, frequency=float(piece.frequencies[j]))
+
+        return _Tried(gains, sizes, group)
+
+    def _windows(self, i: int) -> _Tried:
+        """All windows of a term in one run."""
+        piece, (k,) = self.pieces[i], self._runs(i)
+        A, b = self._left(i)
+        line = np.concatenate([[0.0], np.cumsum(b[0])])
+        lo, hi = spans(b[0].size).T
+        gains, sizes = evidence(
+            _inside(A[0], lo, hi)[:, None, None], (line[hi] - line[lo])[:, None], _inside(self.squares[i][0][0], lo, hi)
+        )
+
+        def group(j: int) -> _Group:
+            pick = np.zeros((1, b[0].size))
+            pick[0, lo[j] : hi[j]] = 1.0
+            return _Group("window", piece, ((k, pick),), (k, float(piece.edges[lo[j]]), float(piece.edges[hi[j]])))
+
+        return _Tried(gains, sizes, group)
+
+    def _by_run(self) -> list[_Tried]:
+        """Own terms, each with a factor of its own in every run."""
+        by_term: dict[str, list[int]] = {}
+        for i, piece in enumerate(self.pieces):
+            if piece.kind == "window" and piece.force:
+                by_term.setdefault(piece.about, []).append(i)
+        count, g = len(self.columns), self.W.T @ self.near.residual
+        varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
+        return varying + [self._wandering(members, g) for term, members in by_term.items() if term in OWN]
+
+    def _varying(self, members: list[int], g: np.ndarray) -> _Tried:
+        E = np.array([self.taken[k][self.where[i][k]].sum(axis=0) for k, i in enumerate(members)])
+        q = np.array([self.pull[k][self.where[i][k]].sum() for k, i in enumerate(members)])
+        raw = np.array([self.squares[i][0][0].sum() for i in members])
+        gains, sizes = evidence((np.diag(raw) - E @ E.T)[None], (E @ g - q)[None], np.array([raw.sum()]))
+        apart = np.eye(len(members))
+        combine = tuple((k, np.outer(apart[k], np.ones(self._own(i, k).shape[1]))) for k, i in enumerate(members))
+        return _Tried(gains, sizes, lambda j: _Group("run", self.pieces[members[0]], combine))
+
+    def _wandering(self, members: list[int], g: np.ndarray) -> _Tried:
+        """An own term with a factor of its own in every bin of every run: what comes and goes without a rule."""
+        E = np.vstack([self.taken[k][self.where[i][k]] for k, i in enumerate(members)])
+        q = np.concatenate([self.pull[k][self.where[i][k]] for k, i in enumerate(members)])
+        raw = block_diag(*(self.squares[i][0][0] for i in members))
+        gains, sizes = evidence((raw - E @ E.T)[None], (E @ g - q)[None], np.array([np.trace(raw)]))
+        ends = np.cumsum([0] + [self._own(i, k).shape[1] for k, i in enumerate(members)])
+        apart = np.eye(ends[-1])
+        combine = tuple((k, apart[:, ends[k] : ends[k + 1]]) for k in range(len(members)))
+        return _Tried(gains, sizes, lambda j: _Group("wander", self.pieces[members[0]], combine))
+
+    def _columns_of(self, group: _Group) -> np.ndarray:
+        """Whitened columns of a group, shape (sum M, K)."""
+        out = np.zeros((self.rows[-1], group.combine[0][1].shape[0]))
+        for k, weights in group.combine:
+            i = self._piece_in(group, k)
+            self._row(out, k)[:] = self._own(i, k) @ weights.T
+        return out
+
+    def _piece_in(self, group: _Group, k: int) -> int:
+        """Index of the piece that holds a group's functions in a run; run terms have one for each run."""
+        if group.kind not in ("run", "wander"):
+            return next(i for i, p in enumerate(self.pieces) if p is group.piece)
+        return next(
+            i
+            for i, p in enumerate(self.pieces)
+            if p.kind == "window" and p.about == group.piece.about and p.force and self.where[i][k] is not None
+        )
+
+    def add(self, group: _Group, gain: float, size: float) -> None:
+        """Let a group join the parameters."""
+        C = self._columns_of(group)
+        taken = self.W.T @ C
+        m = cholesky(C.T @ C + np.eye(C.shape[1]) / size**2 - taken.T @ taken, lower=True)
+        new = solve_triangular(m, (C - self.W @ taken).T, lower=True).T
+        self.W = np.hstack([self.W, new])
+        self.taken = [np.hstack([E, self.columns[k].T @ self._row(new, k)]) for k, E in enumerate(self.taken)]
+        self.found.append((group, gain, size, C))
+
+    def solved(self, left: float) -> Freeform:
+        """All groups found and the parameters together."""
+        size = self.near.information.shape[0]
+        J = np.hstack([self.near.jacobian, *(C for *_, C in self.found)])
+        prior = np.zeros((J.shape[1], J.shape[1]))
+        prior[:size, :size] = np.diag(self.near.fit.prior.weight)
+        done = size
+        for _, _, deviation, C in self.found:
+            own = slice(done, done := done + C.shape[1])
+            prior[own, own] = np.eye(C.shape[1]) / deviation**2
+        solution = -np.linalg.solve(J.T @ J + prior, J.T @ self.near.residual)
+        components, done = [], size
+        for group, gain, _, C in self.found:
+            c = solution[done : done + C.shape[1]]
+            done += C.shape[1]
+            fitted = []
+            runs = self.near.fit.problem.runs
+            combine = dict(group.combine)
+            for k, run in enumerate(runs):
+                rows = run.input_time_s.size if group.piece.force else run.time_s.size
+                part = np.zeros(rows)
+                if k in combine:
+                    part = self.pieces[self._piece_in(group, k)].functions[k] @ (combine[k].T @ c)
+                fitted.append(part)
+            components.append(
+                Component(
+                    group.kind,
+                    group.piece.channel,
+                    group.piece.about,
+                    gain,
+                    group.window,
+                    group.frequency,
+                    group.piece.force,
+                    tuple(fitted),
+                )
+            )
+        return Freeform(self.near.fit, tuple(components), left, solution[:size])
+
+
+@cache
+def spans(count: int) -> np.ndarray:
+    """First and last bin of all windows over `count` bins, shape (W, 2)."""
+    found = [(j, j + n) for n in LENGTHS if n < count for j in range(count - n + 1)]
+    return np.array(found, dtype=int).reshape(-1, 2)
+
+
+def _inside(products: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    """Sum of products (B, B) over the square of bins from lo to hi, shape (W,)."""
+    total = np.zeros((products.shape[0] + 1,) * 2)
+    total[1:, 1:] = np.cumsum(np.cumsum(products, axis=0), axis=1)
+    return np.asarray(total[hi, hi] - total[lo, hi] - total[hi, lo] + total[lo, lo])
+
+
+def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Log Bayes factors of G groups of K Gaussian coefficients against none, and the deviations that suit best.
+
+    A, b: what remains of the products of their columns, shape (G, K, K), and of their pull, shape (G, K);
+    raw: sum of squares before, shape (G,).
+    """
+    trace = np.trace(A, axis1=1, axis2=2)
+    seen = trace > TAKEN_UP * np.maximum(raw, 1e-300)
+    scale = np.sqrt(np.where(seen, trace, 1.0))
+    values, vectors = np.linalg.eigh(A / (scale**2)[:, None, None])
+    values = np.maximum(values, 0.0)
+    projected = np.einsum("gkj,gk->gj", vectors, b) / scale[:, None]
+    square = (SIZES**2)[:, None, None]
+    gains = 0.5 * np.sum(projected**2 * square / (1.0 + square * values) - np.log1p(square * values), axis=2)
+    total = np.where(seen, np.logaddexp.reduce(gains, axis=0) - np.log(SIZES.size), -np.inf)
+    return total, SIZES[np.argmax(gains, axis=0)] / scale
+
+
+def pursue(fit: Fitted) -> Freeform:
+    """Everything that a fitted model lacks."""
+    pursuit = _Pursuit(fit)
+    while True:
+        gain, size, group, together = pursuit.best()
+        if gain < WORTHWHILE or len(pursuit.found) == MOST:
+            return pursuit.solved(together)
+        pursuit.add(group, gain, size)
