@@ -22,7 +22,7 @@ from .freeform.pursuit import pursue
 
 # Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
 # turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
-STILL_SIGMA, STILL_SPREAD = 1e-3, 1.0  # [m/s2], [-]
+STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 3  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -89,6 +89,11 @@ def still(noise: Noise) -> Noise:
     """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
     sigma = min(noise.sigma, STILL_SIGMA)
     return replace(noise, sigma=sigma, colour_sigma=0.0) if sigma < noise.sigma else noise
+
+
+def plausible(noise: Noise) -> bool:
+    """Whether a disturbance is no more than water that was left alone has, several times over."""
+    return noise.sigma <= SEVERAL * STILL_SIGMA
 
 
 def log_prior(noise: Noise) -> float:

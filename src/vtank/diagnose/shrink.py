@@ -8,7 +8,7 @@ The interval is for the fraction closed when all runs are made once more (`new_d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -28,15 +28,15 @@ from .verdict import Verdict, probabilities
 WITHIN = 8.0  # log evidence behind a fold's leader up to which a hypothesis is refitted there
 MOST = 4  # hypotheses refitted in a fold, beside the nominal and the refit
 DRAWS, TOGETHER = 120, 30  # simulated sets of new runs, and how many at a time
-BLOCKS = 4  # blocks of time that a single run is cut into
+FEWEST_PARTS = 4  # runs, or blocks of time where there are fewer runs, that are left out in turn; a choice
 FEWEST = 40  # sets with a gap to close that an interval needs
 
 
 def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, Any]:
     """The gap before and after on data that were not used, in the form of schema vtank.diagnosis/1."""
-    new, parts = NewData(selection, verdict), blocks(selection.setting)
+    new, parts = NewData(selection, verdict), parts_of(selection.setting)
     with ThreadPoolExecutor(2) as pool:
-        folds = list(pool.map(partial(leave_out, selection, parts), range(len(parts.runs))))
+        folds = list(pool.map(partial(leave_out, selection, parts), range(len(parts.parent))))
         nominal, refit, diagnosed = (rms([fold.errors[i] for fold in folds]) for i in range(3))
         floor = new.floor()
         closed = fraction_closed(refit, diagnosed, floor) if verdict.kind not in ("none", "parameters") else None
@@ -47,59 +47,90 @@ def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, A
             seeds = [(seed, i) for i in range(DRAWS)]
             sets = [*chain(*pool.map(new.new_sets, [seeds[i : i + TOGETHER] for i in range(0, DRAWS, TOGETHER)]))]
     return {
-        "unit": "m" if any(run.has_position for run in parts.runs) else "m/s",
+        "unit": "m" if any(run.has_position for run in parts.setting.runs) else "m/s",
         "nominal": nominal,
         "refit": refit,
         "diagnosed": diagnosed,
         "floor": floor,
         "fraction_closed": closed,
         "interval90": interval90(sets, closed),
-        "left_out": [run.name for run in parts.runs],
+        "left_out": [run.name for run in parts.setting.runs],
         "chosen": [fold.chosen for fold in folds],
     }
 
 
 # --- leave one run out -------------------------------------------------------------------------------------------
-def blocks(setting: Setting) -> Setting:
-    """The setting itself, or of a single run its blocks of time, which then take the place of runs."""
-    if len(setting.runs) > 1:
-        return setting
-    run, count = setting.runs[0], BLOCKS
+@dataclass(frozen=True)
+class Parts:
+    """What is left out in turn: runs, or blocks of time of few runs, with starts of their own.
+
+    Attributes:
+        setting: the parts in the place of runs.
+        parent: index of the run that each part is of.
+        rows: measurements of each part among those of all runs, shapes (sum M,) of bool.
+    """
+
+    setting: Setting
+    parent: tuple[int, ...]
+    rows: tuple[np.ndarray, ...]
+
+    @property
+    def whole(self) -> bool:
+        """Whether the parts are the runs."""
+        return len(set(self.parent)) == len(self.parent)
+
+
+def parts_of(setting: Setting) -> Parts:
+    """The runs where there are enough of them, else even blocks of time."""
+    count = -(-FEWEST_PARTS // len(setting.runs))
+    cuts = [piece for k, run in enumerate(setting.runs) for piece in _cut(run, k, count)]
+    size = np.cumsum([0] + [run.time_s.size for run in setting.runs])
+    rows = []
+    for k, inside, _ in cuts:
+        rows.append(np.zeros(size[-1], bool))
+        rows[-1][size[k] : size[k + 1]] = inside
+    flags, weight = (tuple(part[k][inside] for k, inside, _ in cuts) for part in (setting.flags, setting.weight))
+    runs = tuple(run for _, _, run in cuts)
+    return Parts(replace(setting, runs=runs, flags=flags, weight=weight), tuple(k for k, _, _ in cuts), tuple(rows))
+
+
+def _cut(run: Observed, k: int, count: int) -> Iterator[tuple[int, np.ndarray, Observed]]:
+    """Even blocks of a run: its index, its measurements in the block, and the block."""
+    if count == 1:
+        yield k, np.ones(run.time_s.size, bool), run
+        return
     edges = np.linspace(run.time_s[0], run.time_s[-1], count + 1)
-    pieces, rows = [], []
-    for k in range(count):
-        inside = (run.time_s >= edges[k]) & ((run.time_s < edges[k + 1]) | (k == count - 1))
+    for i in range(count):
+        inside = (run.time_s >= edges[i]) & ((run.time_s < edges[i + 1]) | (i == count - 1))
         if not inside.any():
             continue  # nothing was measured for so long
-        first = max(int(np.searchsorted(run.input_time_s, edges[k], "right")) - 1, 0)
-        fed = slice(first, int(np.searchsorted(run.input_time_s, edges[k + 1], "right")))
-        rows.append(inside)
-        pieces.append(Observed(f"{run.name}, {edges[k]:.4g} to {edges[k + 1]:.4g} s", run.input_name,
-                               run.input_time_s[fed], run.input[fed], run.time_s[inside], run.value[inside],
-                               run.kind[inside], run.lone[fed]))  # fmt: skip
-    flags, weight = (tuple(part[0][inside] for inside in rows) for part in (setting.flags, setting.weight))
-    return replace(setting, runs=tuple(pieces), flags=flags, weight=weight)
+        first = max(int(np.searchsorted(run.input_time_s, edges[i], "right")) - 1, 0)
+        fed = slice(first, int(np.searchsorted(run.input_time_s, edges[i + 1], "right")))
+        name = f"{run.name}, {edges[i]:.4g} to {edges[i + 1]:.4g} s"
+        yield k, inside, replace(run, name=name, input_time_s=run.input_time_s[fed], input=run.input[fed],
+                                 time_s=run.time_s[inside], value=run.value[inside], kind=run.kind[inside],
+                                 lone=run.lone[fed])  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Fold:
-    """Errors of nominal, refit and chosen model on the run left out, and the name of what was chosen."""
+    """Errors of nominal, refit and chosen model on the part left out, and the name of what was chosen."""
 
     errors: tuple[np.ndarray, ...]
     chosen: str
 
 
-def leave_out(selection: Selection, parts: Setting, k: int) -> Fold:
+def leave_out(selection: Selection, parts: Parts, k: int) -> Fold:
     """Choose and fit without part k, then predict it."""
-    setting = without(parts, k)
-    rest = {f.hypothesis.name: f.log_evidence - log_likelihood(f, parts.runs[k]) for f in selection.named}
+    setting = without(parts.setting, k)
+    rest = {f.hypothesis.name: f.log_evidence - log_likelihood(f, parts, k) for f in selection.named}
     ranked = sorted(selection.named, key=lambda f: -rest[f.hypothesis.name])
     leaders = [f for f in ranked[:MOST] if rest[f.hypothesis.name] > rest[ranked[0].hypothesis.name] - WITHIN]
-    nominal, refit, *found = (again(setting, f, k) for f in (selection.nominal, selection.refit, *leaders))
+    nominal, refit, *found = (again(setting, f, parts, k) for f in (selection.nominal, selection.refit, *leaders))
     hopeless = [replace(f, log_evidence=-np.inf) for f in selection.named if f not in leaders]
     chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless)))
     best = max((nominal, refit, *found), key=lambda f: chances[f.hypothesis.name])
-    target = targets_of(parts)[k]
+    target = targets_of(parts.setting)[k]
     errors = tuple(Prediction(predictor(setting, f), target).errors() for f in (nominal, refit, best))
     return Fold(errors, best.hypothesis.name)
 
@@ -115,22 +146,19 @@ def without(setting: Setting, k: int) -> Setting:
     )
 
 
-def again(setting: Setting, fit: Fitted, k: int) -> Fitted:
-    """A hypothesis fitted without part k, starting from where it was with it."""
-    start = fit.start()
-    if len(fit.problem.runs) == 1:  # blocks: initial states of their own, a phase as in the whole run
-        return evaluate(setting, fit.hypothesis, [{n: np.squeeze(v) for n, v in start.items() if n != STATES}])
+def again(setting: Setting, fit: Fitted, parts: Parts, k: int) -> Fitted:
+    """A hypothesis fitted without part k, starting from where it was with it; blocks have starts of their own."""
+    parent = np.delete(parts.parent, k)
+    start = {n: v for n, v in fit.start().items() if parts.whole or n != STATES}
     own = {*fit.problem.per_run, STATES}
-    return evaluate(
-        setting, fit.hypothesis, [{n: np.delete(v, k, axis=0) if n in own else v for n, v in start.items()}]
-    )
+    return evaluate(setting, fit.hypothesis, [{n: np.asarray(v)[parent] if n in own else v for n, v in start.items()}])
 
 
-def log_likelihood(fit: Fitted, part: Observed) -> float:
-    """Log-likelihood of the innovations of a run, or of a block of the only one."""
-    k = max((i for i, run in enumerate(fit.problem.runs) if run is part), default=0)
-    time, f = fit.problem.runs[k].time_s, fit.filtered[k]
-    used = fit.problem.used(k) & (time >= part.time_s[0]) & (time <= part.time_s[-1])
+def log_likelihood(fit: Fitted, parts: Parts, k: int) -> float:
+    """Log-likelihood of the innovations of a part."""
+    run = parts.parent[k]
+    f, first = fit.filtered[run], sum(f.innovation.size for f in fit.filtered[:run])
+    used = fit.problem.used(run) & parts.rows[k][first : first + f.innovation.size]
     return -0.5 * float(np.sum(f.innovation[used] ** 2 / f.variance[used] + np.log(2.0 * np.pi * f.variance[used])))
 
 

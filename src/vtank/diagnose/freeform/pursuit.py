@@ -9,9 +9,9 @@ C 70 (2010), on looking elsewhere.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -20,7 +20,7 @@ from ...estimate.problem import Problem
 from ...plant.parameters import LAG
 from ..evidence import Fitted
 from ..holdout import held
-from ..score import linearise
+from ..score import Linearised, linearise
 from .dictionary import Piece, changes, pieces
 
 SIZES = np.logspace(
@@ -28,6 +28,7 @@ SIZES = np.logspace(
 )  # [-] whitened norm of a group's change: what would be seen, up to what cannot be missed
 TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
+BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
 MOST = 12  # groups found at most; for the time it takes
 KINDS = ("function", "run", "window", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
@@ -43,20 +44,33 @@ class Component:
         channel: "hydrodynamics", "actuator" or "sensor".
         about: what it goes with.
         gain: log evidence it added.
-        window: (run, from, to) of a window [s].
+        windows: (run, from, to) in which it shows [s]; none where it is there all the time.
         frequency: of a line [rad/s].
         force: whether a force, else an error of the readings.
-        fitted: per run, force at the input's stamps [m/s2], shape (I,), or error at the measurements, shape (M,).
+        functions: per run, whose sum by coefficients is the force [m/s2], shape (I, K), or the error, shape (M, K).
+        columns: change of all whitened innovations per unit of each, shape (sum M, K).
+        deviation: of the coefficients beforehand.
+        coefficients: that explain most, shape (K,).
+        sd: their deviations, shape (K,).
     """
 
     kind: str
     channel: str
     about: str
     gain: float
-    window: tuple[int, float, float] | None
+    windows: tuple[tuple[int, float, float], ...]
     frequency: float | None
     force: bool
-    fitted: tuple[np.ndarray, ...]
+    functions: tuple[np.ndarray, ...]
+    columns: np.ndarray
+    deviation: float
+    coefficients: np.ndarray
+    sd: np.ndarray
+
+    @cached_property
+    def fitted(self) -> tuple[np.ndarray, ...]:
+        """Per run, force at the input's stamps [m/s2], shape (I,), or error at the measurements [m or m/s], (M,)."""
+        return tuple(functions @ self.coefficients for functions in self.functions)
 
     @property
     def own(self) -> bool:
@@ -74,16 +88,21 @@ class Freeform:
     """What a fitted model lacks.
 
     Attributes:
-        fit: the model.
+        near: the model, linearised where it was fitted.
         components: in the order in which they were found.
         left: log evidence that one more thing, whichever, gains: below zero where there is none.
         shift: of the fit's unknowns beside the components, shape (size,).
     """
 
-    fit: Fitted
+    near: Linearised
     components: tuple[Component, ...]
     left: float
     shift: np.ndarray
+
+    @property
+    def fit(self) -> Fitted:
+        """The model."""
+        return self.near.fit
 
     @property
     def gain(self) -> float:
@@ -119,6 +138,16 @@ class Freeform:
         runs = self.fit.problem.runs
         parts = [c.fitted for c in self.components if not c.force]
         return tuple(sum((p[k] for p in parts), np.zeros(run.time_s.size)) for k, run in enumerate(runs))
+
+    def without(self, rows: np.ndarray) -> Freeform:
+        """What would have been found from the measurements `rows` alone, shape (sum M,) of bool, to first order.
+
+        Only what would come again in another run is kept.
+        """
+        shift, parts = solve(self.near, self.components, rows)
+        found = zip(self.components, parts, strict=True)
+        kept = [replace(c, coefficients=mean, sd=sd) for c, (mean, sd) in found if c.repeats]
+        return replace(self, components=tuple(kept), shift=shift)
 
     def problem(self) -> Problem:
         """The fit's problem with the missing force added and the error taken off the readings."""
@@ -166,6 +195,8 @@ class _Pursuit:
         self.where = self._layout(len(self.columns))
         root = cholesky(self.near.information, lower=True)
         self.W = solve_triangular(root, self.near.jacobian.T, lower=True).T
+        offset = fit.prior.weight * (fit.optimum.theta - fit.prior.mean)
+        self.g = solve_triangular(root, self.near.jacobian.T @ self.near.residual + offset, lower=True)
         self.pull = [C.T @ self._row(self.near.residual, k) for k, C in enumerate(self.columns)]
         self.taken = [C.T @ self._row(self.W, k) for k, C in enumerate(self.columns)]
         self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
@@ -204,7 +235,7 @@ class _Pursuit:
 
     def _left(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Per piece: what remains of its products, and the pull on its coefficients, groups first."""
-        piece, g = self.pieces[i], self.W.T @ self.near.residual
+        piece, g = self.pieces[i], self.g
         runs = self._runs(i)
         E = [self.taken[k][self.where[i][k]] for k in runs]
         q = [self.pull[k][self.where[i][k]] for k in runs]
@@ -277,7 +308,7 @@ class _Pursuit:
         for i, piece in enumerate(self.pieces):
             if piece.kind == "window" and piece.force:
                 by_term.setdefault(piece.about, []).append(i)
-        count, g = len(self.columns), self.W.T @ self.near.residual
+        count, g = len(self.columns), self.g
         varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
         return varying + [self._wandering(members, g) for term, members in by_term.items() if term in OWN]
 
@@ -326,46 +357,69 @@ class _Pursuit:
         m = cholesky(C.T @ C + np.eye(C.shape[1]) / size**2 - taken.T @ taken, lower=True)
         new = solve_triangular(m, (C - self.W @ taken).T, lower=True).T
         self.W = np.hstack([self.W, new])
+        pull = C.T @ self.near.residual - taken.T @ self.g
+        self.g = np.concatenate([self.g, solve_triangular(m, pull, lower=True)])
         self.taken = [np.hstack([E, self.columns[k].T @ self._row(new, k)]) for k, E in enumerate(self.taken)]
         self.found.append((group, gain, size, C))
 
     def solved(self, left: float) -> Freeform:
         """All groups found and the parameters together."""
-        size = self.near.information.shape[0]
-        J = np.hstack([self.near.jacobian, *(C for *_, C in self.found)])
-        prior = np.zeros((J.shape[1], J.shape[1]))
-        prior[:size, :size] = np.diag(self.near.fit.prior.weight)
-        done = size
-        for _, _, deviation, C in self.found:
-            own = slice(done, done := done + C.shape[1])
-            prior[own, own] = np.eye(C.shape[1]) / deviation**2
-        solution = -np.linalg.solve(J.T @ J + prior, J.T @ self.near.residual)
-        components, done = [], size
-        for group, gain, _, C in self.found:
-            c = solution[done : done + C.shape[1]]
-            done += C.shape[1]
-            fitted = []
-            runs = self.near.fit.problem.runs
-            combine = dict(group.combine)
-            for k, run in enumerate(runs):
-                rows = run.input_time_s.size if group.piece.force else run.time_s.size
-                part = np.zeros(rows)
-                if k in combine:
-                    part = self.pieces[self._piece_in(group, k)].functions[k] @ (combine[k].T @ c)
-                fitted.append(part)
-            components.append(
-                Component(
-                    group.kind,
-                    group.piece.channel,
-                    group.piece.about,
-                    gain,
-                    group.window,
-                    group.frequency,
-                    group.piece.force,
-                    tuple(fitted),
-                )
-            )
-        return Freeform(self.near.fit, tuple(components), left, solution[:size])
+        found: list[Component] = []
+        for group, gain, deviation, C in self.found:
+            functions = tuple(self._functions(group, k) for k in range(len(self.columns)))
+            rest = gain, (), group.frequency, group.piece.force, functions, C, deviation, np.empty(0), np.empty(0)
+            found.append(Component(group.kind, group.piece.channel, group.piece.about, *rest))
+        shift, parts = solve(self.near, found)
+        components = []
+        for (group, *_), component, (mean, sd) in zip(self.found, found, parts, strict=True):
+            windows = (group.window,) if group.window else self._shown(group, mean, sd)
+            components.append(replace(component, windows=windows, coefficients=mean, sd=sd))
+        return Freeform(self.near, tuple(components), left, shift)
+
+    def _functions(self, group: _Group, k: int) -> np.ndarray:
+        """A group's functions in a run, shape (I, K) or (M, K)."""
+        run, combine = self.near.fit.problem.runs[k], dict(group.combine)
+        if k in combine:
+            functions = self.pieces[self._piece_in(group, k)].functions[k]
+            assert functions is not None
+            return functions @ combine[k].T
+        rows = run.input_time_s.size if group.piece.force else run.time_s.size
+        return np.zeros((rows, group.combine[0][1].shape[0]))
+
+    def _shown(self, group: _Group, mean: np.ndarray, sd: np.ndarray) -> tuple[tuple[int, float, float], ...]:
+        """Windows in which a term that wanders is off beyond doubt, neighbours joined."""
+        out: list[tuple[int, float, float]] = []
+        for k, weights in group.combine if group.kind == "wander" else ():
+            edges = self.pieces[self._piece_in(group, k)].edges
+            assert edges is not None
+            for b in np.flatnonzero((np.abs(mean) > BEYOND_DOUBT * sd) @ weights):
+                if out and out[-1][0] == k and out[-1][2] == edges[b]:
+                    out[-1] = (k, out[-1][1], float(edges[b + 1]))
+                else:
+                    out.append((k, float(edges[b]), float(edges[b + 1])))
+        return tuple(out)
+
+
+def solve(
+    near: Linearised, components: Sequence[Component], rows: np.ndarray | None = None
+) -> tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]:
+    """Shift of a fit's unknowns, shape (size,), and mean and deviation of each component's coefficients, all at once.
+
+    rows: which measurements count, shape (sum M,) of bool; all by default. Without those of a run, this is what would
+    have been found without it, to first order.
+    """
+    keep = np.ones(near.residual.size, bool) if rows is None else rows
+    J = np.hstack([near.jacobian, *(c.columns for c in components)])[keep]
+    prior = np.concatenate([near.fit.prior.weight, *(np.full(c.columns.shape[1], c.deviation**-2) for c in components)])
+    scale = np.sqrt(np.sum(J**2, axis=0) + prior)
+    inverse = np.linalg.inv((J / scale).T @ (J / scale) + np.diag(prior / scale**2)) / np.outer(scale, scale)
+    offset = np.zeros(prior.size)
+    size = near.information.shape[0]
+    offset[:size] = prior[:size] * (near.fit.optimum.theta - near.fit.prior.mean)
+    solution, sd = -inverse @ (J.T @ near.residual[keep] + offset), np.sqrt(np.diag(inverse))
+    ends = np.cumsum([size, *(c.columns.shape[1] for c in components)])
+    parts = [(solution[a:b], sd[a:b]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    return solution[:size], parts
 
 
 @cache
