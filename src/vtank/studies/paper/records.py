@@ -33,7 +33,7 @@ def records(
 
     settings: KEY=VALUE laid over the scenarios. amplitude: of the command, over that of each scenario.
     """
-    scenarios = [_louder(load_scenario(name, settings), amplitude) for name in SCENARIOS]
+    scenarios = [louder(load_scenario(name, settings), amplitude) for name in SCENARIOS]
     plans = [
         plan_run(scenario, run=k * SETS + i, seed=seed, truth=truth)
         for k in range(seeds)
@@ -43,7 +43,7 @@ def records(
     return [flat[k * SETS : (k + 1) * SETS] for k in range(seeds)]
 
 
-def _louder(s: Scenario, factor: float) -> Scenario:
+def louder(s: Scenario, factor: float) -> Scenario:
     amplitudes = tuple(factor * amplitude for amplitude in s.excitation.amplitudes)
     return replace(s, excitation=replace(s.excitation, amplitudes=amplitudes))
 
