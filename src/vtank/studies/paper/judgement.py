@@ -87,13 +87,14 @@ def growth(campaign: Campaign, method: str) -> float:
 
 def artefact(r: Results) -> Finding:
     """Is the published drag an artefact?"""
+    remain = left(r.joint)
     return told(
         "artefact",
-        {(LOW,): HOLDS, (HIGH,): FAILS}.get(tuple(left(r.joint)), PARTLY),
+        HOLDS if remain == [LOW] else FAILS if remain == [HIGH] else PARTLY,
         settled=with_interval(r.joint.odds(SETTLED, HIGH)),
         between=with_interval(r.joint.odds(SETTLED, BETWEEN)),
         literal=with_interval(r.joint.odds(LITERAL, HIGH)),
-        left=listed(left(r.joint)),
+        left=listed(remain),
         decides=DECIDES,
         shares=percents(classes(r.joint, SETTLED)),
         by_step=", ".join(f"{step:g} s {r.joint.odds(SETTLED, HIGH, k)[1]:.2g}" for k, step in enumerate(STEPS_S)),
@@ -131,18 +132,17 @@ def misfit(joint: Joint, reading: str) -> float:
 
 def joint_table(joint: Joint) -> Table:
     """Likelihood of each true drag over the best, T unknown and at every T."""
-    drag_step = joint.likelihoods[SETTLED].sum(axis=(0, 3))
-    columns = {"T unknown": drag_step.sum(axis=1)}
-    columns |= {f"{step:g} s": drag_step[:, k] for k, step in enumerate(STEPS_S)}
-    columns["q_ii = 1"] = joint.over(LITERAL, "drag")
-    rows = [(f"{drag:g}", *(f"{of[i] / of.max():.2f}" for of in columns.values())) for i, drag in enumerate(MULTIPLES)]
+    of_step = joint.likelihoods[SETTLED].sum(axis=(0, 3)).T
     weight = joint.over(SETTLED, "step")
-    rows.append(("share of T [%]", "100", *(f"{100.0 * share:.1f}" for share in weight), "100"))
-    worlds = {reading: joint.estimates[reading].shape[2] for reading in READINGS}
+    lines = [("unknown", of_step.sum(axis=0), ""), ("unknown, q_ii = 1", joint.over(LITERAL, "drag"), "")]
+    lines[1:1] = [(f"{step:g} s", of_step[k], f"{100.0 * weight[k]:.1f}") for k, step in enumerate(STEPS_S)]
+    rows = [(name, *(f"{x:.2f}" for x in of / of.max()), share) for name, of, share in lines]
+    worlds = [joint.estimates[reading].shape[2] for reading in READINGS]
+    heaviest = percents([joint.over(reading, "world").max() for reading in READINGS])
     guesses = listed([f"{key} {low:g} to {high:g}" for key, (low, high) in (OF_WORLD | OF_RUN).items()])
-    note = filled("joint_note", worlds=worlds[SETTLED], literal=worlds[LITERAL], repeats=REPEATS, guesses=guesses,
-                  step=percents([joint.over(reading, "world").max() for reading in READINGS]))  # fmt: skip
-    return Table(("true drag over Brutzman's", *columns), tuple(rows), (note,))
+    note = filled("joint_note", worlds=worlds[0], literal=worlds[1], repeats=REPEATS, guesses=guesses, share=heaviest)
+    header = ("T", *(f"{multiple:g} times" for multiple in MULTIPLES), "share of T [%]")
+    return Table(header, tuple(rows), (note,))
 
 
 JUDGEMENT = (sample_time, artefact, printed_q)  # as the page has them
