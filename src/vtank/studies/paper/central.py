@@ -14,7 +14,6 @@ from .evidence import (
     HOLDS,
     LOW_DRAG,
     PARTLY,
-    WITHIN,
     Finding,
     Results,
     apart,
@@ -72,7 +71,7 @@ def origin(r: Results) -> Finding:
     times = {case: r.study.medians(LOW_DRAG, "part", case, "least_squares", "a") / truth for case in CASES}
     return told(
         "origin",
-        np.minimum(np.abs(times["filter u,n"]), np.abs(times["noise"])) > WITHIN,
+        np.all([np.abs(times[case] - times["exact"]) > 1.0 for case in ("filter u,n", "noise")], axis=0),
         alone=numbers(times["exact"], 1),
         on_u=numbers(times["filter u"], 1),
         on_both=numbers(times["filter u,n"], 1),

@@ -7,7 +7,7 @@ from .central import CENTRAL
 from .claims import CLAIMS
 from .evidence import NAMES, Results, band, filled, listed, span
 from .joint import BETWEEN, HIGH
-from .judgement import JUDGEMENT, SETTLED, joint_table, left, quantiles, with_interval
+from .judgement import DECIDES, JUDGEMENT, SETTLED, joint_table, left, quantiles, with_interval
 from .published import brutzman_a_per_ft, published
 from .records import CASES
 from .study import Study
@@ -41,6 +41,7 @@ def summary(r: Results) -> str:
         odds=with_interval(r.joint.odds(SETTLED, HIGH)),
         between=with_interval(r.joint.odds(SETTLED, BETWEEN)),
         left=listed(left(r.joint)),
+        decides=DECIDES,
     )
 
 

@@ -37,7 +37,7 @@ OF_WORLD = {  # log-uniform between these; guesses, around those of the scenario
 OF_RUN = {"amplitude": (0.5, 1.1), "effects.tachometer_spikes.size_rev_s": (0.5, 8.0)}  # as OF_WORLD; over a scenario's
 REPEATS = 4
 CLASSES = {  # name -> MULTIPLES; Table 2, taken at its word, has 26 to 56
-    "Brutzman's (once or twice)": slice(0, 2),
+    "Brutzman's drag (once or twice)": slice(0, 2),
     "one between (4 to 16 times)": slice(2, 5),
     "one as published (32 or 64 times)": slice(5, None),
 }

@@ -63,15 +63,14 @@ def printed_q(r: Results) -> Finding:
     """Did the authors run the literal Q?"""
     preference, b = r.joint.preference, published()[2].values["b"]
     apart = b.max() / b.min()
-    share = [steady(r.joint.estimates[reading][..., 1], apart).mean(axis=(0, 2, 3)) for reading in READINGS]
+    share = [steady(r.joint.estimates[reading][..., 1], apart).mean(axis=(0, 2, 3)).max() for reading in READINGS]
     return told(
         "printed_q",
         FAILS if preference >= DECIDES else HOLDS if preference <= 1.0 / DECIDES else PARTLY,
         preference=preference,
         apart=apart,
-        settled=percents(share[0]),
-        literal=percents(share[1]),
-        joint_steps=listed([f"{step:g}" for step in STEPS_S]),
+        settled=percents(share[:1]),
+        literal=percents(share[1:]),
         misfit=misfit(r.joint, SETTLED),
         other=misfit(r.joint, LITERAL),
         grown=min(growth(c, "kalman") for c in r.campaigns.values()),

@@ -37,7 +37,7 @@ class Effort:
 
 
 REPRODUCTION = Kind("results of vtank reproduce", "reproduction.json", "vtank.reproduction/1")
-FULL = Effort(12, 54, 4)
+FULL = Effort(12, 96, 4)
 BRIEF = Effort(3, 18, 1)  # about 25 s on one core
 QUICK = Effort(1, 6, 1)
 
