@@ -23,7 +23,6 @@ from .study import STEPS_S, Study
 HOLDS, PARTLY, FAILS = "supported", "partly supported", "not supported"
 WITHIN = 2.0  # factor within which an estimate counts as reproducing a printed value; a convention
 LOW_DRAG, HIGH_DRAG = "physical", "paper-ii"
-NAMES = {"kalman": "Kalman, q_ii = 1", "two_stage": "two-stage, printed q_ii", "least_squares": "least squares"}
 
 
 @dataclass(frozen=True)
@@ -99,12 +98,6 @@ def span(values: Sequence[float] | Array, digits: int) -> str:
     """Smallest to largest magnitude, or "none"."""
     ordered = sorted(np.asarray(values, dtype=float).tolist(), key=abs)
     return f"{ordered[0]:.{digits}f} to {ordered[-1]:.{digits}f}" if ordered else "none of the tried multiples of"
-
-
-def band(values: Array, digits: int) -> str:
-    """Median and band as text."""
-    low, middle, high = (fixed(x, digits, "diverges") for x in values)
-    return f"{middle} [{low}, {high}]"
 
 
 def numbers(values: Sequence[float] | Array, digits: int = 2) -> str:

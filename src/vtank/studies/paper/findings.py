@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from ...present import Block, Heading, Paragraph, Table
+from ...present import Block, Heading, Paragraph
 from .central import CENTRAL
 from .claims import CLAIMS
-from .evidence import NAMES, Results, band, filled, listed, span
+from .evidence import Results, filled, listed, span
 from .joint import BETWEEN, HIGH
 from .judgement import DECIDES, JUDGEMENT, SETTLED, joint_table, left, quantiles, with_interval
 from .published import brutzman_a_per_ft, published
-from .records import CASES
-from .study import Study
 
 
 def page(r: Results) -> list[Block]:
@@ -23,7 +21,6 @@ def page(r: Results) -> list[Block]:
         joint_table(r.joint),
         Heading("What the estimator does"),
         *(finding(r).block for finding in CENTRAL),
-        parts_table(r.study),
         Heading("What the paper says of its method"),
         *(finding(r).block for finding in CLAIMS),
         Heading("How this was found"),
@@ -43,26 +40,6 @@ def summary(r: Results) -> str:
         left=listed(left(r.joint)),
         decides=DECIDES,
     )
-
-
-PARTS = {
-    "exact": "time step alone",
-    "filter u": "sonar filter on u",
-    "filter u,n": "sonar filter on u and n",
-    "noise": "noise in u alone",
-    "recorded": "all, as recorded",
-}
-
-
-def parts_table(s: Study) -> Table:
-    """Medians and bands of a for every part of the error."""
-    rows = []
-    for method in ("least_squares", "kalman"):
-        for case in CASES:
-            bands = (band(s.band(t, s.level("part", case, method), "a"), 3) for t in s.truths)
-            rows.append((NAMES[method], PARTS[case], *bands))
-    header = ("a [1/ft], Model II", "what acts", *(f"{t} (truth {v[0]:.3f})" for t, v in s.truths.items()))
-    return Table(header, tuple(rows), ("Median and 10-90 % over T, seeds and data sets 1 to 4.",), left=2)
 
 
 def method(r: Results) -> str:

@@ -17,13 +17,15 @@ from . import findings
 from .campaign import PIECES, SCENARIOS, TRUTHS, Campaign, identify_campaign
 from .evidence import Results, filled
 from .joint import MULTIPLES, READINGS, STEPS_S, Joint, judge
+from .joint_figures import JOINT_PICTURES
 from .paper_figures import plan
 from .practice import practise
 from .published import published
 from .study import experiments, levels, study, study_csv
-from .study_figures import STUDY_PICTURES
+from .study_figures import STUDY_PICTURES as OF_STUDY
 from .tables import paper_form, tables_csv
 
+STUDY_PICTURES = JOINT_PICTURES | OF_STUDY
 Drawings = Mapping[str, tuple[str, Callable[..., bytes]]]  # file name without suffix -> caption, drawing
 
 
