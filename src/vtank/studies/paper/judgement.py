@@ -95,14 +95,10 @@ def artefact(r: Results) -> Finding:
         literal=with_interval(r.joint.odds(LITERAL, HIGH)),
         left=listed(remain),
         decides=DECIDES,
-        shares=percents(classes(r.joint, SETTLED)),
+        before=percents([np.size(MULTIPLES[of]) / len(MULTIPLES) for of in CLASSES.values()]),
+        shares=percents([r.joint.over(SETTLED, "drag")[of].sum() for of in CLASSES.values()]),
         by_step=", ".join(f"{step:g} s {r.joint.odds(SETTLED, HIGH, k)[1]:.2g}" for k, step in enumerate(STEPS_S)),
     )
-
-
-def classes(joint: Joint, reading: str) -> list[float]:
-    """Posterior shares of a drag as Brutzman's, between, and as published."""
-    return [float(joint.over(reading, "drag")[of].sum()) for of in CLASSES.values()]
 
 
 def left(joint: Joint) -> list[str]:
