@@ -94,7 +94,7 @@ def identify_and_reproduce(demo: Demo) -> None:
     about = {"seed": demo.seed, "truths": list(TRUTHS), "quick": True}
     with results_folder(demo.out / "reproduction", REPRODUCTION, about) as folder:
         results = reproduce(folder, demo.flights, demo.seed, BRIEF, progress)
-    brief = f"From a brief study, on {BRIEF.study} seeds; vtank reproduce takes {FULL.study}."
+    brief = f"From a brief study, in {BRIEF.worlds} worlds; vtank reproduce takes {FULL.worlds}."
     demo.page += [Heading("Identified and true (feet, as in the paper)"), overview(results.campaigns)]
     demo.page += [Heading("The paper's estimator"), Paragraph(f"{summary(results)} {brief}")]
     told = "findings, study, and Tables 1 to 4 and Figures 1 to 12 of each truth"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .linear import fit_linear
     from .regression import MODELS, Array, Model, Regression, lump_all, regression
     from .settings import ESTIMATORS, Estimator, PaperSettings
-    from .signals import Signals, run_signals, speed_signals
+    from .signals import Signals, decimated, run_signals
     from .sonar_filter import sonar_filter_compiled
 
 __all__ = facade(__name__)

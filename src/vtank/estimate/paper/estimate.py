@@ -2,7 +2,7 @@
 
 range to the wall -> three-state filter -> u = -(its velocity);   propeller speed -> the same filter -> n
 u, n at the regression step -> z = h C -> Kalman estimator, two-stage estimator or least squares -> a, b, gamma, tau
--> free run from n -> residual mean, deviation, mean absolute value, coherence, whiteness; cross-validation.
+-> free run from n -> residual mean, deviation, mean absolute value, coherence; cross-validation.
 """
 
 from __future__ import annotations
@@ -18,11 +18,9 @@ from ...plant.lumped import Lumped, to_feet
 from ...units import FOOT_M
 from ..residuals import (
     ResidualStatistics,
-    Whiteness,
     free_run_beside,
     residual_coherence,
     residual_statistics,
-    whiteness,
 )
 from .kalman import Evolution, kalman, kalman_compiled, scales
 from .least_squares import least_squares
@@ -46,8 +44,6 @@ class PaperEstimate:
     parameters: Lumped
     simulated_m_s: Array  # (K,) free run; NaN once diverged
     statistics: ResidualStatistics  # [m/s]
-    coherence: tuple[Array, Array]  # frequency [rad/s], coherence between u and e; empty if diverged
-    whiteness: Whiteness | None  # None if diverged
 
     @property
     def feet(self) -> tuple[float, float, float, float]:
@@ -70,6 +66,13 @@ class PaperEstimate:
         return self.signals.u_m_s - self.simulated_m_s
 
     @property
+    def coherence(self) -> tuple[Array, Array]:
+        """Frequency [rad/s] and coherence between u and e, of one shape; empty if diverged."""
+        if self.diverged:
+            return np.empty(0), np.empty(0)
+        return residual_coherence(self.signals.u_m_s, self.residuals_m_s, self.signals.step_s)
+
+    @property
     def statistics_ft_s(self) -> ResidualStatistics:
         """Mean, deviation, mean absolute value [ft/s] as in the paper's tables."""
         s = self.statistics
@@ -88,19 +91,7 @@ def identify_signals(signals: Signals, model: Model, settings: PaperSettings) ->
     parameters = recover(evolution.final, signals.step_s, model)
     simulated = free_run_beside(signals.u_m_s, signals.n_rev_s, signals.step_s, parameters)
     statistics = residual_statistics(signals.u_m_s, simulated)
-    followed = bool(np.isfinite(simulated).all())
-    error = signals.u_m_s - simulated
-    return PaperEstimate(
-        model,
-        signals,
-        rows,
-        evolution,
-        parameters,
-        simulated,
-        statistics,
-        coherence=residual_coherence(signals.u_m_s, error, signals.step_s) if followed else (np.empty(0), np.empty(0)),
-        whiteness=whiteness(error) if followed else None,
-    )
+    return PaperEstimate(model, signals, rows, evolution, parameters, simulated, statistics)
 
 
 def identify_run(run: Run, model: Model, settings: PaperSettings) -> PaperEstimate:

@@ -82,8 +82,9 @@ def _kalman(z, h, q, r, start, covariance):  # type: ignore[no-untyped-def]
             ph = p @ h[k]
             gain = ph / (h[k] @ ph + r)
             state += gain * (z[k] - h[k] @ state)
-            shrink = np.eye(size) - np.outer(gain, h[k])
-            p = shrink @ p @ shrink.T + r * np.outer(gain, gain)  # Joseph's form of (21), as filterpy has it
+            for i in range(size):
+                for j in range(size):
+                    p[i, j] -= gain[i] * ph[j]  # (21), without products of matrices
         c[k] = state
         for i in range(size):
             variance[k, i] = p[i, i]

@@ -16,8 +16,9 @@ def least_squares(rows: Regression) -> Evolution:
     z, h = rows.z[rows.complete], rows.h[rows.complete]
     length = np.linalg.norm(h, axis=0)
     length[length == 0.0] = 1.0
-    scaled = np.linalg.lstsq(h / length, z, rcond=None)[0]
+    inverse = np.linalg.pinv(h / length)
+    scaled = inverse @ z
     error = z - h / length @ scaled
     variance = float(error @ error) / max(z.size - h.shape[1], 1)
-    covariance = variance * np.linalg.pinv((h / length).T @ (h / length)) / np.outer(length, length)
+    covariance = variance * (inverse @ inverse.T) / np.outer(length, length)
     return Evolution((scaled / length)[None], covariance.diagonal()[None], covariance)

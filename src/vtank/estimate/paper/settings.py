@@ -29,7 +29,7 @@ class PaperSettings:
     filter_q_ft2_s5: float = 1.0  # guess: the "almost unitary gain" of section IV needs about this or more
     filter_r_ft2: float = 0.01  # section V: R is "the same value used by the sonar filter"
     filter_propeller: bool = True  # section IV: "the filter was also applied to the propeller speeds"
-    regression_step_s: float = 0.5  # T of (6)-(7); guess: at 0.1 s tau collapses to about T
+    regression_step_s: float = 0.5  # T of (6)-(7); guess: the paper does not give it, and a and tau hang on it
     settle_s: float = 2.0  # dropped while the filter settles; guess
     compiled: bool = False  # the numba twins in place of filterpy: the same within rounding, for Monte Carlo
 

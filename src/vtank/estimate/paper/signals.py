@@ -38,12 +38,12 @@ def range_signals(range_m: Array, n_rev_s: Array, period_s: float, settings: Pap
     q, r = settings.filter_q_ft2_s5 * FOOT_M**2, settings.filter_r_ft2 * FOOT_M**2
     u = -run_filter(range_m, period_s, q, r)[:, 1]
     n = run_filter(n_rev_s, period_s, q, r)[:, 0] if settings.filter_propeller else _held(n_rev_s)
-    return _decimated(u, n, period_s, settings.regression_step_s, settings.settle_s)
+    return decimated(u, n, period_s, settings.regression_step_s, settings.settle_s)
 
 
 def speed_signals(u_m_s: Array, n_rev_s: Array, period_s: float, settings: PaperSettings) -> Signals:
     """Signals from a measured surge speed, shape (T,), which passes no filter; gaps in it are interpolated."""
-    return _decimated(_interpolated(u_m_s), _held(n_rev_s), period_s, settings.regression_step_s, 0.0)
+    return decimated(_interpolated(u_m_s), _held(n_rev_s), period_s, settings.regression_step_s)
 
 
 def run_signals(run: Run, settings: PaperSettings) -> Signals:
@@ -85,7 +85,11 @@ def _placed(time_s: Array, values: Array, start_s: float, period_s: float, size:
     return on_grid
 
 
-def _decimated(u: Array, n: Array, period_s: float, regression_step_s: float, settle_s: float) -> Signals:
+def decimated(u: Array, n: Array, period_s: float, regression_step_s: float, settle_s: float = 0.0) -> Signals:
+    """Signals at every regression step from speeds at every period, both shape (T,), NaN: none.
+
+    settle_s: dropped at the start [s]. InputError if too little is left.
+    """
     every = max(1, round(regression_step_s / period_s))
     both = np.isfinite(u) & np.isfinite(n)
     if not both.any():

@@ -14,40 +14,50 @@ from numpy.typing import NDArray
 
 from ...estimate.paper import Array
 from ...present import Paragraph, fixed
-from .calibration import Calibration
 from .campaign import Campaign
+from .joint import Joint
 from .practice import Practice
-from .published import SETS, published
-from .study import QUANTITIES, Study
+from .published import SETS
+from .study import STEPS_S, Study
 
 HOLDS, PARTLY, FAILS = "supported", "partly supported", "not supported"
 WITHIN = 2.0  # factor within which an estimate counts as reproducing a printed value; a convention
 LOW_DRAG, HIGH_DRAG = "physical", "paper-ii"
-NAMES = {"kalman": "Kalman, q_ii = 1", "two_stage": "two-stage, printed q_ii", "least_squares": "least squares"}
 
 
 @dataclass(frozen=True)
 class Finding:
-    """A claim, whether the simulations support it, and the numbers."""
+    """A claim, whether the simulations support it and at which T, and the numbers."""
 
     claim: str
     verdict: str
     text: str
+    where: str = ""
 
     @property
     def block(self) -> Paragraph:
         """As a paragraph."""
-        return Paragraph(self.text, f"{self.claim} — {self.verdict}.")
+        return Paragraph(self.text, f"{self.claim} — {self.verdict}{self.where}.")
 
 
-def told(name: str, verdict: str, /, **values: object) -> Finding:
-    """The finding of that name in findings.toml, with the verdict and the values in their places."""
-    return Finding(sentences()[name]["claim"], verdict, filled(name, **values))
+def told(name: str, held: str | NDArray[np.bool_], /, **values: object) -> Finding:
+    """The finding of that name in findings.toml with the values in their places.
+
+    held: the verdict, or whether the claim holds at each of STEPS_S: what holds at some only is supported in part.
+    """
+    claim, text = sentences()[name]["claim"], filled(name, **values)
+    if isinstance(held, str):
+        return Finding(claim, held, text)
+    if held.all() or not held.any():
+        return Finding(claim, HOLDS if held.all() else FAILS, text, " at every T" if held.all() else " at any T")
+    places = [f"{step:g}" for step, holds in zip(STEPS_S, held, strict=True) if holds]
+    return Finding(claim, PARTLY, text, f": at T = {listed(places)} s")
 
 
 def filled(name: str, /, **values: object) -> str:
     """The text of that name in findings.toml on one line, with the values in their places."""
-    always = {"low": LOW_DRAG, "high": HIGH_DRAG, "within": WITHIN, "sets": SETS}
+    steps = listed([f"{step:g}" for step in STEPS_S])
+    always = {"low": LOW_DRAG, "high": HIGH_DRAG, "within": WITHIN, "sets": SETS, "steps": steps}
     return " ".join(sentences()[name]["text"].format(**always | values).split())
 
 
@@ -62,61 +72,26 @@ class Results:
     """Everything the findings draw on; campaigns may be of some truths only."""
 
     study: Study
-    calibration: Calibration
+    joint: Joint
     practice: Practice
     campaigns: dict[str, Campaign]
 
 
-def median(s: Study, truth: str, factor: str, label: str, method: str, quantity: str) -> float:
-    """Median over seeds and data sets at one level."""
-    return float(s.band(truth, s.level(factor, label, method), quantity)[1])
-
-
-def within(values: Array, printed: Array) -> float:
-    """Share of estimates, shape (seeds, sets), that have the print's sign and lie within a factor WITHIN of it."""
-    return float(np.mean(_near(values, printed)))
-
-
-def _near(values: Array, printed: Array) -> NDArray[np.bool_]:
+def within(values: Array, printed: Array) -> Array:
+    """Share of estimates, shape (steps, seeds, sets), with the print's sign and within a factor WITHIN; (steps,)."""
     ratio = values / printed
-    return (ratio >= 1.0 / WITHIN) & (ratio <= WITHIN)
+    return np.asarray(np.mean((ratio >= 1.0 / WITHIN) & (ratio <= WITHIN), axis=(1, 2)))
 
 
-def reproduced(estimates: Array, printed: dict[str, Array]) -> tuple[float, float]:
-    """Shares of runs, and of seeds in all data sets, with every quantity within a factor WITHIN of the print.
-
-    estimates: shape (seeds, sets, QUANTITIES).
-    """
-    good = np.all([_near(estimates[..., QUANTITIES.index(q)], target) for q, target in printed.items()], axis=0)
-    return float(np.mean(good)), float(np.mean(good.all(axis=1)))
+def steady(values: Array, factor: float) -> Array:
+    """Whether all values of the last axis are positive and within a factor of each other."""
+    return np.asarray((values.min(axis=-1) > 0.0) & (values.max(axis=-1) <= factor * values.min(axis=-1)))
 
 
-def positive_within(values: Array, factor: float) -> bool:
-    """Whether all values are positive and within a factor of each other."""
-    return bool(values.min() > 0.0 and values.max() <= factor * values.min())
-
-
-def apart(s: Study, method: str) -> float:
-    """Probability that a run of the high-drag vehicle shows more drag than one of the other, mean over data sets."""
-    low, high = (s.of(t, "method", method, method)[..., 0] for t in (LOW_DRAG, HIGH_DRAG))
-    return float(np.mean([np.mean(high[:, None, d] < low[None, :, d]) for d in range(SETS)]))
-
-
-def implied_medians(c: Calibration, method: str, base: str) -> Array:
-    """True drag over Brutzman's at the median for Table 2's values, those that have one."""
-    found = [c.implied(base, method, d, a)[1] for d, a in enumerate(published()[2].values["a"].tolist())]
-    return np.array([x for x in found if np.isfinite(x)])
-
-
-def compatible(c: Calibration, method: str, base: str) -> str:
-    """True drags over Brutzman's that are compatible with every value of Table 2, each by itself, as text."""
-    ends = np.array([c.implied(base, method, d, a) for d, a in enumerate(published()[2].values["a"].tolist())])
-    low, high, tried = float(np.max(ends[:, 0])), float(np.min(ends[:, 2])), c.multiples
-    if not low <= high:
-        return f"compatible with no one true drag of {tried[0]:g} to {tried[-1]:g} times Brutzman's"
-    everything = low <= 1.05 * tried[0] and high >= 0.95 * tried[-1]
-    worth = "all that were tried: they say nothing about it" if everything else f"{tried[0]:g} to {tried[-1]:g} tried"
-    return f"compatible with true drags from {low:.2g} to {high:.2g} times Brutzman's ({worth})"
+def apart(s: Study, method: str) -> Array:
+    """Probability that a run of the high-drag vehicle shows more drag than one of the other, at each T, (steps,)."""
+    low, high = (s.of(truth, "method", method, method)[..., 0] for truth in (LOW_DRAG, HIGH_DRAG))
+    return np.asarray(np.mean(high[:, :, None] < low[:, None], axis=(1, 2, 3)))
 
 
 def span(values: Sequence[float] | Array, digits: int) -> str:
@@ -125,20 +100,19 @@ def span(values: Sequence[float] | Array, digits: int) -> str:
     return f"{ordered[0]:.{digits}f} to {ordered[-1]:.{digits}f}" if ordered else "none of the tried multiples of"
 
 
-def band(values: Array, digits: int) -> str:
-    """Median and band as text."""
-    low, middle, high = (fixed(x, digits, "diverges") for x in values)
-    return f"{middle} [{low}, {high}]"
+def numbers(values: Sequence[float] | Array, digits: int = 2) -> str:
+    """Decimals of each, one after another; "diverges" for infinity."""
+    return ", ".join(fixed(x, digits, "diverges") for x in np.asarray(values).tolist())
 
 
-def interval(low: float, middle: float, high: float) -> str:
-    """Median and compatible interval as text."""
-    return f"{fixed(middle, 1)} [{f'{low:.1f}, {high:.1f}' if np.isfinite(low) else '-'}]"
+def percents(shares: Sequence[float] | Array) -> str:
+    """Shares in percent, one after another."""
+    return ", ".join(f"{100.0 * share:.0f}" for share in shares) + " %"
 
 
-def numbers(values: Sequence[float]) -> str:
-    """Two decimals each; "diverges" for infinity."""
-    return ", ".join(fixed(x, 2, "diverges") for x in values)
+def listed(words: Sequence[str]) -> str:
+    """Words with commas, and the last after "and"."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def percent(share: float) -> str:

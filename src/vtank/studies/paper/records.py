@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from ...estimate.paper import Array, PaperSettings, Signals, sonar_filter_compiled, speed_signals
+from ...estimate.paper import Array, PaperSettings, Signals, decimated, sonar_filter_compiled
 from ...experiment import Result, Scenario, load_scenario, plan_run, simulate_surge
 from ...plant import Truth
 from ...units import FOOT_M
@@ -33,7 +33,7 @@ def records(
 
     settings: KEY=VALUE laid over the scenarios. amplitude: of the command, over that of each scenario.
     """
-    scenarios = [_louder(load_scenario(name, settings), amplitude) for name in SCENARIOS]
+    scenarios = [louder(load_scenario(name, settings), amplitude) for name in SCENARIOS]
     plans = [
         plan_run(scenario, run=k * SETS + i, seed=seed, truth=truth)
         for k in range(seeds)
@@ -43,13 +43,18 @@ def records(
     return [flat[k * SETS : (k + 1) * SETS] for k in range(seeds)]
 
 
-def _louder(s: Scenario, factor: float) -> Scenario:
+def louder(s: Scenario, factor: float) -> Scenario:
     amplitudes = tuple(factor * amplitude for amplitude in s.excitation.amplitudes)
     return replace(s, excitation=replace(s.excitation, amplitudes=amplitudes))
 
 
 def signals(r: Result, settings: PaperSettings, case: str = "recorded") -> Signals:
     """What the estimator sees of a run in one of CASES; the same instants in all of them."""
+    return decimated(*filtered_speed(r, settings, case), r.plan.scenario.period_s, settings.regression_step_s)
+
+
+def filtered_speed(r: Result, settings: PaperSettings, case: str = "recorded") -> tuple[Array, Array]:
+    """Speed [m/s] and propeller speed [rev/s] in one of CASES at every ping after the filter has settled."""
     q, noise_variance = settings.filter_q_ft2_s5 * FOOT_M**2, settings.filter_r_ft2 * FOOT_M**2
     period_s, recorded, true = r.plan.scenario.period_s, r.run.columns, r.true
 
@@ -74,4 +79,4 @@ def signals(r: Result, settings: PaperSettings, case: str = "recorded") -> Signa
         case _:
             raise ValueError(f"{case}: expected one of {', '.join(CASES)}")
     skip = round(settings.settle_s / period_s)
-    return speed_signals(u[skip:], n[skip:], period_s, settings)
+    return u[skip:], n[skip:]

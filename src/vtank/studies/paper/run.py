@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 from ...experiment import Result, plan_all, provenance
@@ -13,33 +14,34 @@ from ...present.document import csv_text, html, markdown
 from ...record import Kind, write_dataset
 from ..stage import Stage, silent
 from . import findings
-from .calibration import BASES, MULTIPLES, Calibration, calibrate
 from .campaign import PIECES, SCENARIOS, TRUTHS, Campaign, identify_campaign
 from .evidence import Results, filled
+from .joint import MULTIPLES, READINGS, STEPS_S, Joint, judge
+from .joint_figures import JOINT_PICTURES
 from .paper_figures import plan
 from .practice import practise
 from .published import published
 from .study import experiments, levels, study, study_csv
-from .study_figures import STUDY_PICTURES
+from .study_figures import STUDY_PICTURES as OF_STUDY
 from .tables import paper_form, tables_csv
 
+STUDY_PICTURES = JOINT_PICTURES | OF_STUDY
 Drawings = Mapping[str, tuple[str, Callable[..., bytes]]]  # file name without suffix -> caption, drawing
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How many seeds each part of the study gets, and the true drags of the calibration over Brutzman's."""
+    """How many seeds the study and the paper's comparisons get at each T, and how many worlds the joint judgement."""
 
     study: int
-    calibration: int
+    worlds: int
     practice: int
-    multiples: tuple[float, ...] = MULTIPLES
 
 
 REPRODUCTION = Kind("results of vtank reproduce", "reproduction.json", "vtank.reproduction/1")
-FULL = Effort(40, 24, 16)
-BRIEF = Effort(10, 16, 6, (0.3, 1.0, 3.0, 10.0, 30.0, 65.0))  # about 25 s on one core
-QUICK = Effort(3, 3, 2, (0.3, 1.0, 10.0, 65.0))
+FULL = Effort(12, 96, 4)
+BRIEF = Effort(3, 18, 1)  # about 25 s on one core
+QUICK = Effort(1, 6, 1)
 
 
 def fly(truths: Sequence[str], seed: int, progress: Callable[[float], None] | None = None) -> dict[str, list[Result]]:
@@ -64,13 +66,13 @@ def reproduce(
 
 
 def investigate(campaigns: dict[str, Campaign], seed: int, effort: Effort, stage: Stage = silent) -> Results:
-    """The study, the calibration and the paper's comparisons on many seeds."""
+    """The study, the joint judgement and the paper's comparisons on many seeds."""
     chosen = levels()
-    work = len(TRUTHS) * len(experiments(chosen)) + len(BASES) * len(effort.multiples) + len(TRUTHS)
+    work = len(TRUTHS) * len(experiments(chosen)) + effort.worlds + len(TRUTHS)
     with stage("studying the estimator", work) as advance:
         return Results(
             study(seed, effort.study, advance, chosen=chosen),
-            calibrate(seed, effort.calibration, advance, effort.multiples),
+            judge(seed, effort.worlds, advance),
             practise(seed, effort.practice, advance),
             campaigns,
         )
@@ -92,12 +94,12 @@ def write_results(folder: Path, results: Results, stage: Stage = silent) -> None
     page = findings.page(results)
     links = [(f"{truth}/index.html", f"Tables 1 to 4 and Figures 1 to 12, truth {truth}") for truth in drawings]
     links += [("study.csv", "medians and 10-90 % bands of every level"),
-              ("calibration.csv", "estimated against true drag")]  # fmt: skip
+              ("joint.csv", "likelihood of the four published sets by true drag and T")]  # fmt: skip
     contents: list[Block] = [Heading("The paper reproduced"), Links(tuple(links)), Heading("The study in pictures")]
     write_texts(folder, {
         "findings.md": markdown(page),
         "study.csv": study_csv(results.study),
-        "calibration.csv": calibration_csv(results.calibration),
+        "joint.csv": joint_csv(results.joint),
         "index.html": html("The paper reproduced", [*page, *contents, *study_pictures]),
     })  # fmt: skip
 
@@ -132,13 +134,12 @@ def write_texts(folder: Path, files: Mapping[str, str]) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def calibration_csv(c: Calibration) -> str:
-    """Quantiles of a [1/ft] over true drag, one a line."""
-    header = ("thrust_and_lag_of", "method", "data_set", "true_drag_over_brutzman", "a_p10", "a_median", "a_p90")
+def joint_csv(joint: Joint) -> str:
+    """Posterior over true drag and T for each reading of Q, one cell a line."""
+    maps = {reading: joint.map(reading) for reading in READINGS}
+    header = ("reading", "true_drag_over_brutzman", "T_s", "share")
+    cells = product(READINGS, enumerate(MULTIPLES), enumerate(STEPS_S))
     rows = [
-        (base, method, data_set + 1, f"{multiple:g}", *(f"{x:.5g}" for x in bands[i, data_set]))
-        for (base, method), bands in c.bands.items()
-        for data_set in range(bands.shape[1])
-        for i, multiple in enumerate(c.multiples)
+        (reading, f"{drag:g}", f"{step:g}", f"{maps[reading][i, k]:.5g}") for reading, (i, drag), (k, step) in cells
     ]
     return csv_text(header, rows)

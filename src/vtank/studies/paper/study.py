@@ -1,7 +1,8 @@
 """How the paper's estimate of Model II depends on everything the paper leaves unsaid, and on the truth.
 
-One level is one way to do it. What is not under study stays at the base: T = 0.5 s, sonar filter q = 1 ft2/s5, filter
-also on n, 120 s, 6 mm of noise. Each level is estimated on the same seeds, for each truth and data set.
+One level is one way to do it. What is not under study stays at the base: sonar filter q = 1 ft2/s5, filter also on n,
+120 s, 6 mm of noise. T, on which everything hangs, is unknown: each level is estimated at every T of STEPS_S, whose
+equal weights make it log-uniform, on the same seeds, for each truth and data set.
 """
 
 from __future__ import annotations
@@ -13,15 +14,16 @@ from itertools import product
 
 import numpy as np
 
-from ...estimate.paper import Array, Model, PaperSettings, identify_signals
+from ...estimate.paper import Array, Model, PaperSettings, decimated, identify_signals
 from ...experiment import Result
 from ...plant import load_truth, to_feet
 from ...present.document import csv_text
 from .campaign import METHODS, TRUTHS
 from .published import SETS
-from .records import CASES, records, signals
+from .records import CASES, filtered_speed, records
 
 QUANTITIES = ("a", "b", "gamma", "tau", "s_e")  # [1/ft, ft/rev2, 1/rev, s, ft/s]
+STEPS_S = (0.1, 0.2, 0.3, 0.5, 0.9, 1.5)  # T: even in its logarithm, rounded to whole pings
 BAND = (0.1, 0.5, 0.9)  # quantiles that are reported
 FAST = {name: replace(settings, compiled=True) for name, settings in METHODS.items()}
 
@@ -69,7 +71,6 @@ def levels() -> list[Level]:
         found.append(Level("Q", f"{q:g}", "normalised", replace(FAST["kalman_settling"], q_model_ii=q)))
     for method in COMPARED:
         s = FAST[method]
-        found += [Level("T", f"{t:g} s", method, replace(s, regression_step_s=t)) for t in (0.1, 0.2, 0.5, 1.0)]
         found += [Level("filter q", f"{q:g}", method, replace(s, filter_q_ft2_s5=q)) for q in (0.1, 1.0, 10.0, 100.0)]
         found += [Level("filter on n", "yes", method, s)]
         found += [Level("filter on n", "no", method, replace(s, filter_propeller=False))]
@@ -89,7 +90,7 @@ EXPERIMENTAL = {  # factor -> label -> experiment
 
 @dataclass(frozen=True)
 class Study:
-    """Estimates of every level: (truth, key) -> shape (seeds, data sets, QUANTITIES), in feet."""
+    """Estimates of every level: (truth, key) -> shape (steps, seeds, data sets, QUANTITIES), in feet."""
 
     seed: int
     seeds: int
@@ -105,13 +106,21 @@ class Study:
         raise KeyError((factor, label, method))
 
     def of(self, truth: str, factor: str, label: str, method: str) -> Array:
-        """Estimates of one level, shape (seeds, data sets, QUANTITIES)."""
+        """Estimates of one level, shape (steps, seeds, data sets, QUANTITIES)."""
         return self.estimates[truth, self.level(factor, label, method).key]
 
-    def band(self, truth: str, level: Level, quantity: str, data_set: int | None = None) -> Array:
-        """10 %, 50 % and 90 % quantiles over seeds, and over data sets where none is given, shape (3,)."""
+    def band(
+        self, truth: str, level: Level, quantity: str, data_set: int | None = None, step: int | None = None
+    ) -> Array:
+        """10 %, 50 % and 90 % quantiles over seeds, and over data sets and T where none is given, shape (3,)."""
         values = self.estimates[truth, level.key][..., QUANTITIES.index(quantity)]
-        return quantiles(values if data_set is None else values[:, data_set])
+        values = values if step is None else values[step : step + 1]
+        return quantiles(values if data_set is None else values[..., data_set])
+
+    def medians(self, truth: str, factor: str, label: str, method: str, quantity: str) -> Array:
+        """Median over seeds and data sets at each T, shape (steps,)."""
+        level = self.level(factor, label, method)
+        return np.array([self.band(truth, level, quantity, step=k)[1] for k in range(len(STEPS_S))])
 
     @cached_property
     def factors(self) -> tuple[str, ...]:
@@ -141,7 +150,7 @@ def study(
             flown = records(truth, seeds, seed, EXPERIMENTS[name], AMPLITUDES.get(name, 1.0))
             for level in chosen:
                 if level.experiment == name and (truth, level.key) not in estimates:
-                    estimates[truth, level.key] = estimate_all(flown, level)
+                    estimates[truth, level.key] = estimate_all(flown, level.settings, level.case, level.model)
             advance(f"{truth}, {name}")
     feet = {truth: to_feet(load_truth(truth).lumped) for truth in truths}
     return Study(seed, seeds, tuple(chosen), feet, estimates)
@@ -152,25 +161,37 @@ def experiments(chosen: Sequence[Level]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(level.experiment for level in chosen))
 
 
-def estimate_all(flown: Sequence[Sequence[Result]], level: Level) -> Array:
-    """Estimates of one level on records by seed and data set, shape (seeds, data sets, QUANTITIES)."""
-    rows = []
-    for runs in flown:
-        found = [identify_signals(signals(r, level.settings, level.case), level.model, level.settings) for r in runs]
-        rows.append([(*estimate.feet, estimate.statistics_ft_s.deviation) for estimate in found])
-    return np.array(rows)
+def estimate_all(
+    flown: Sequence[Sequence[Result]],
+    settings: PaperSettings,
+    case: str = "recorded",
+    model: Model = "II",
+    steps_s: Sequence[float] = STEPS_S,
+) -> Array:
+    """Estimates at every T from records by seed and data set, shape (steps, seeds, data sets, QUANTITIES)."""
+    found = np.empty((len(steps_s), len(flown), SETS, len(QUANTITIES)))
+    for k, runs in enumerate(flown):
+        for d, run in enumerate(runs):
+            u, n = filtered_speed(run, settings, case)
+            for i, step_s in enumerate(steps_s):
+                seen = decimated(u, n, run.plan.scenario.period_s, step_s)
+                estimate = identify_signals(seen, model, settings)
+                found[i, k, d] = *estimate.feet, estimate.statistics_ft_s.deviation
+    return found
 
 
 def study_csv(s: Study) -> str:
-    """Quantiles of every level, truth and data set, one a line."""
-    header = ("factor", "level", "method", "model", "truth", "data_set", "quantity", "true", "p10", "median", "p90")
-    places = ("all", *map(str, range(1, SETS + 1)))
+    """Quantiles of every level, truth and data set over all T, and of all data sets at each T, one a line."""
+    header = ("factor", "level", "method", "model", "truth", "T_s", "data_set", "quantity", "true", "p10", "median",
+              "p90")  # fmt: skip
+    places = [(None, None), *((None, d) for d in range(SETS)), *((k, None) for k in range(len(STEPS_S)))]
     rows = []
-    for level, truth, place, quantity in product(s.levels, s.truths, places, QUANTITIES):
+    for level, truth, (step, data_set), quantity in product(s.levels, s.truths, places, QUANTITIES):
         if quantity == "gamma" and level.model != "III":
             continue
         true = (*s.truths[truth], np.nan)[QUANTITIES.index(quantity)]
-        band = s.band(truth, level, quantity, None if place == "all" else int(place) - 1)
+        band = s.band(truth, level, quantity, data_set, step)
+        where = ("all" if step is None else f"{STEPS_S[step]:g}", "all" if data_set is None else str(data_set + 1))
         numbers = (f"{x:.5g}" if np.isfinite(x) else "" for x in (true, *band))
-        rows.append((level.factor, level.label, level.method, level.model, truth, place, quantity, *numbers))
+        rows.append((level.factor, level.label, level.method, level.model, truth, *where, quantity, *numbers))
     return csv_text(header, rows)

@@ -1,4 +1,4 @@
-"""Figures of the study: estimates beside truths and print, factor by factor, part by part, and the calibration."""
+"""Figures of the study: estimates beside truths and print, factor by factor and part by part."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ...present.canvas import GREY, PUBLISHED, TRUTH, TRUTH_COLOURS, VERMILION, drawn, legend_below, page
-from .calibration import BASES, ESTIMATORS, Calibration
+from ...present.canvas import PUBLISHED, TRUTH_COLOURS, VERMILION, drawn, legend_below, page
 from .evidence import Results
 from .paper_figures import NAMES
 from .published import SETS, brutzman_a_per_ft, published
-from .study import QUANTITIES, Level, Study
+from .study import QUANTITIES, STEPS_S, Level, Study
+
+Place = tuple[Level, int | None, int | None]  # level, data set, T; None: all
 
 TITLES = {
     "kalman": "Kalman, printed q_ii = 1",
@@ -23,7 +24,6 @@ TITLES = {
     "normalised": "Kalman, q_ii normalised",
 }
 FACTOR_TITLES = {
-    "T": "regression step T",
     "filter q": "sonar filter's q [ft²/s⁵]",
     "filter on n": "filter also on n",
     "record": "length of record",
@@ -53,7 +53,7 @@ PART_TITLES = {
 def truths_and_print(r: Results) -> Any:
     """What each estimator makes of three vehicles, beside what was published."""
     s = r.study
-    figure = page("The paper's estimators on three vehicles, beside the published values", 12.5, 8.4)
+    figure = page("The paper's estimators on three vehicles, T unknown, beside the published values", 12.5, 8.4)
     grid = figure.subplots(len(ROWS), len(COLUMNS), squeeze=False)
     for j, (factor, label, method, number) in enumerate(COLUMNS):
         level = s.level(factor, label, method)
@@ -63,7 +63,7 @@ def truths_and_print(r: Results) -> Any:
             if quantity == "gamma" and level.model == "II":
                 ax.set_axis_off()
                 continue
-            _truths(ax, s, [(level, d) for d in range(SETS)], quantity)
+            _truths(ax, s, [(level, d, None) for d in range(SETS)], quantity)
             ax.plot(range(SETS), published()[number].values[quantity], "x", color=VERMILION, ms=8, mew=2, zorder=5)
             ax.set(ylim=(LIMITS_III if level.model == "III" else LIMITS)[quantity])
             ax.set_ylabel(NAMES[quantity] if j in (0, 3) else "")
@@ -78,15 +78,19 @@ def factors(r: Results, method: str) -> Any:
     """The estimate of a, all data sets together, as one thing after another varies."""
     s = r.study
     panels = [("Q", group) for group in ("literal", "normalised")] if method == "kalman" else []
-    panels += [(name, method) for name in FACTOR_TITLES if name in s.factors]
-    figure = page(f"Drag estimated by {TITLES[method]} (Model II, data sets 1 to 4 together)", 12.5, 7.0)
+    panels += [("T", method), *((name, method) for name in FACTOR_TITLES if name in s.factors)]
+    figure = page(f"Drag estimated by {TITLES[method]} (Model II, data sets 1 to 4 together, T unknown)", 12.5, 7.0)
     grid = figure.subplots(2, -(-len(panels) // 2), sharey=True, squeeze=False)
     for ax, (factor, group) in zip(grid.flat, panels, strict=False):
         chosen = [level for level in s.levels if (level.factor, level.method) == (factor, group)]
         _published_band(ax)
-        _truths(ax, s, [(level, None) for level in chosen], "a")
-        ax.set_xticks(range(len(chosen)), [level.label.removesuffix(" mm") for level in chosen])
-        ax.set(title=FACTOR_TITLES.get(factor, TITLES.get(group)), ylim=(-4.0, 1.6))
+        places: list[Place] = [(level, None, None) for level in chosen]
+        if factor == "T":
+            places = [(s.level("method", method, method), None, k) for k in range(len(STEPS_S))]
+        _truths(ax, s, places, "a")
+        labels = [f"{step:g}" for step in STEPS_S] if factor == "T" else [level.label for level in chosen]
+        ax.set_xticks(range(len(labels)), [label.removesuffix(" mm") for label in labels])
+        ax.set(title=(FACTOR_TITLES | TITLES).get(group if factor == "Q" else factor, "T [s]"), ylim=(-4.0, 1.6))
     for ax in grid.flat[len(panels) :]:
         ax.set_axis_off()
     for ax in grid[:, 0]:
@@ -100,12 +104,12 @@ def factors(r: Results, method: str) -> Any:
 def parts(r: Results) -> Any:
     """Where the error comes from: time step, filter, noise, all together."""
     s = r.study
-    figure = page("Where the error of the drag comes from (Model II, T = 0.5 s)", 12.5, 6.4)
+    figure = page("Where the error of the drag comes from (Model II, T unknown)", 12.5, 6.4)
     grid = figure.subplots(2, SETS, sharex=True, squeeze=False)
     for row, method, limits in ((grid[0], "least_squares", (-2.0, 1.0)), (grid[1], "kalman", (-4.0, 1.6))):
         chosen = [level for level in s.levels if (level.factor, level.method) == ("part", method)]
         for data_set, ax in enumerate(row):
-            _truths(ax, s, [(level, data_set) for level in chosen], "a")
+            _truths(ax, s, [(level, data_set, None) for level in chosen], "a")
             ax.axhline(published()[2].values["a"][data_set], **PUBLISHED)
             ax.set(title=f"{TITLES[method]}, data set {data_set + 1}", ylim=limits)
             ax.set_xticks(range(len(chosen)), [PART_TITLES[level.label] for level in chosen], fontsize=8)
@@ -114,37 +118,13 @@ def parts(r: Results) -> Any:
     return figure
 
 
-@drawn
-def calibration(r: Results) -> Any:
-    """Estimated against true drag, and the published values."""
-    c = r.calibration
-    figure = page("Which true drag stands behind a published one (Model II)", 12.5, 8.6)
-    grid = figure.subplots(len(ESTIMATORS), SETS, sharex=True, sharey="row", squeeze=False)
-    for row, method in zip(grid, ESTIMATORS, strict=True):
-        printed = published()[4 if method == "two_stage" else 2].values["a"]
-        for data_set, ax in enumerate(row):
-            for base in BASES:
-                _curve(ax, c, base, method, data_set)
-            ax.plot(c.multiples, c.multiples * brutzman_a_per_ft(), **TRUTH | {"label": "estimate = truth"})
-            ax.axhline(printed[data_set], **PUBLISHED)
-            ax.axvline(printed[data_set] / brutzman_a_per_ft(), color=VERMILION, lw=0.8, alpha=0.5)
-            ax.set(xscale="log", title=f"{TITLES[method]}, data set {data_set + 1}", ylim=(-3.0, 0.6))
-            ax.set_xticks([1, 3, 10, 30], ["1", "3", "10", "30"])
-            ax.minorticks_off()
-        row[0].set_ylabel("estimated a [1/ft]")
-    for ax in grid[-1]:
-        ax.set_xlabel("true drag / Brutzman's")
-    word = "upright line: the published drag taken at its word"
-    figure.text(0.99, 0.995, word, ha="right", va="top", color=GREY, fontsize=8)
-    legend_below(figure, [grid[0, 0]], 4)
-    return figure
-
-
-def _truths(ax: Any, s: Study, places: list[tuple[Level, int | None]], quantity: str) -> None:
-    """One place on the axis for each level and data set; there, in one colour a truth, median and 10-90 % band."""
+def _truths(ax: Any, s: Study, places: list[Place], quantity: str) -> None:
+    """One place on the axis for each level, data set and T; there, in one colour a truth, median and 10-90 % band."""
     for k, truth in enumerate(s.truths):
         colour, x = TRUTH_COLOURS[truth], np.arange(len(places)) + 0.22 * (k - 1)
-        low, middle, high = np.array([s.band(truth, level, quantity, data_set) for level, data_set in places]).T
+        low, middle, high = np.array(
+            [s.band(truth, level, quantity, data_set, step) for level, data_set, step in places]
+        ).T
         ax.vlines(x, low, high, color=colour, lw=2.6, alpha=0.45)
         ax.plot(x, middle, "o", color=colour, ms=4, label=f"truth {truth}: median and\n10-90 %; dashed: its value")
         ax.axhline(s.truths[truth][QUANTITIES.index(quantity)], color=colour, lw=0.9, ls=(0, (5, 2)))
@@ -155,13 +135,6 @@ def _legend_in(empty: Any, ax: Any) -> None:
     """The legend of one panel in the room of an empty one, where it widens nothing."""
     legend = empty.legend(*ax.get_legend_handles_labels(), loc="upper left", borderaxespad=0.0, labelspacing=1.0)
     legend.set_in_layout(False)
-
-
-def _curve(ax: Any, c: Calibration, base: str, method: str, data_set: int) -> None:
-    low, middle, high = c.bands[base, method][:, data_set].T
-    label = f"thrust and lag of {base}: median, 10-90 %"
-    ax.fill_between(c.multiples, low, high, color=TRUTH_COLOURS[base], alpha=0.18, lw=0)
-    ax.plot(c.multiples, middle, "o-", ms=3, color=TRUTH_COLOURS[base], label=label)
 
 
 def _published_band(ax: Any) -> None:
@@ -178,7 +151,6 @@ def _multiples(ax: Any) -> None:
 
 STUDY_PICTURES: dict[str, tuple[str, Callable[..., bytes]]] = {  # file name without suffix -> caption, drawing
     "study-truths": ("Three vehicles through the paper's estimators, beside the published values.", truths_and_print),
-    "study-calibration": ("Estimated against true drag, and what true drag a published value stands for.", calibration),
     "study-parts": ("Time step, sonar filter and noise, each by itself and together.", parts),
     "study-kalman": (
         "The printed Kalman estimator as Q, T, filter and experiment vary.",
