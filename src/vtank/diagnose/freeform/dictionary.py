@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations
 
 import numpy as np
@@ -40,6 +40,8 @@ class Piece:
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
         functions: per run, shape (I, K) or (M, K); None where the run has none.
         each: columns of one group, where the piece holds several side by side.
+        edges: of the bins of windows [s].
+        frequencies: of lines [rad/s].
     """
 
     kind: str
@@ -48,8 +50,8 @@ class Piece:
     force: bool
     functions: tuple[np.ndarray | None, ...]
     each: int
-    edges: np.ndarray | None = None
-    frequencies: np.ndarray | None = None
+    edges: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 def pieces(fit: Fitted) -> list[Piece]:
@@ -144,22 +146,19 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
 
     def of(k: int) -> np.ndarray:
         run, f = problem.runs[k], fit.filtered[k]
-        here = [(piece, piece.functions[k]) for piece in made if piece.functions[k] is not None]
-        out = np.empty((run.time_s.size, sum(functions.shape[1] for _, functions in here)))
-        base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
+        out, base = [], (f.innovation / np.sqrt(f.variance))[:, None]
         for force in (True, False):
-            side = [functions for piece, functions in here if piece.force is force]
-            columns = np.hstack(side)
+            side = [piece.functions[k] for piece in made if piece.force is force]
+            columns = np.hstack([functions for functions in side if functions is not None])
             size = np.max(np.abs(columns), axis=0) + 1e-300
             if force:
                 there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * columns / size)
-                out[:, done : done + columns.shape[1]] = (there - base) * (size / PROBE_M_S2)
+                out.append((there - base) * (size / PROBE_M_S2))
             else:
                 scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * columns
                 there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
-                out[:, done : done + columns.shape[1]] = (there - base) * (size / PROBE_M)
-            done += columns.shape[1]
-        return out
+                out.append((there - base) * (size / PROBE_M))
+        return np.hstack(out)
 
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(of, range(len(problem.runs))))

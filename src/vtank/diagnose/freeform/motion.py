@@ -64,7 +64,8 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
             fed[2], states[2] = run.input * np.abs(run.input), held_input * np.abs(held_input)
-        out.append((Motion(run.input_time_s, *fed, run.input), Motion(run.time_s, *states, held_input)))
+        (x, u, z), (xm, um, zm) = fed, states
+        out.append((Motion(run.input_time_s, x, u, z, run.input), Motion(run.time_s, xm, um, zm, held_input)))
     return out
 
 

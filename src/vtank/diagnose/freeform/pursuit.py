@@ -40,7 +40,7 @@ class Component:
     """A group that was found missing.
 
     Attributes:
-        kind: "function", "run" (a term that differs from run to run), "wander" (from moment to moment), "window", "line".
+        kind: "function", "run" (a term that differs by run), "wander" (from moment to moment), "window" or "line".
         channel: "hydrodynamics", "actuator" or "sensor".
         about: what it goes with.
         gain: log evidence it added.
@@ -298,7 +298,8 @@ class _Pursuit:
         def group(j: int) -> _Group:
             pick = np.zeros((1, b[0].size))
             pick[0, lo[j] : hi[j]] = 1.0
-            return _Group("window", piece, ((k, pick),), (k, float(piece.edges[lo[j]]), float(piece.edges[hi[j]])))
+            window = k, float(piece.edges[lo[j]]), float(piece.edges[hi[j]])
+            return _Group("window", piece, ((k, pick),), window)
 
         return _Tried(gains, sizes, group)
 
@@ -391,7 +392,6 @@ class _Pursuit:
         out: list[tuple[int, float, float]] = []
         for k, weights in group.combine if group.kind == "wander" else ():
             edges = self.pieces[self._piece_in(group, k)].edges
-            assert edges is not None
             for b in np.flatnonzero((np.abs(mean) > BEYOND_DOUBT * sd) @ weights):
                 if out and out[-1][0] == k and out[-1][2] == edges[b]:
                     out[-1] = (k, out[-1][1], float(edges[b + 1]))
