@@ -69,7 +69,7 @@ def _make(args: argparse.Namespace) -> int:
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
-    kinds = KINDS if args.kinds is None else tuple(args.kinds)
+    kinds = tuple(KINDS) if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
     make(order, args.out, truth_out, progress, percent)

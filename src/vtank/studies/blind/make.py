@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,14 +17,15 @@ from ...experiment import Result, simulate_tank
 from ...record import Run, new_folder, refuse_loss
 from ..processes import processes
 from ..stage import Shares, Stage, silent
-from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
-from .cause import HOLDOUTS, RUNS
+from .case import KINDS, Case, Frequencies, draw_frequencies
 from .fly import TripChunk
 from .held_out import HeldOut
 from .seal import Entry, as_written, digest, seal_truth, write_index, write_runs
 from .sizing import ready_case
 from .truth import truth_of
+from .vehicles import FLEET
 
+LEAST = 0.3  # [-] share of samples that a run must have
 ROUNDS = 10  # times that cases which hit a wall in the tank are drawn anew
 
 
@@ -41,7 +43,7 @@ class Order:
 
     trials: int
     seed: int
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = tuple(KINDS)
     effects: tuple[str, ...] | None = None
     familiar: bool = False
     separations: bool = True
@@ -66,7 +68,10 @@ def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent, shares
     with new_folder(out) as cases_in, new_folder(truth_out) as sealed:
         pairs = zip(made, truths, strict=True)
         entries = [_write(cases_in, sealed, number, one, *truth) for number, (one, truth) in enumerate(pairs, 1)]
-        write_index(cases_in, sealed, NOMINAL, entries, vars(order))
+        for craft in FLEET.values():
+            if (path := Path(craft.nominal)).is_file():
+                shutil.copyfile(path, cases_in / path.name)
+        write_index(cases_in, sealed, entries, vars(order))
 
 
 def fly_all(order: Order, work: Callable[..., Iterator[Any]], stage: Stage, shares: Shares) -> list[Made]:
@@ -78,11 +83,11 @@ def fly_all(order: Order, work: Callable[..., Iterator[Any]], stage: Stage, shar
         numbers = list(missing)
         found = work(partial(_ready, order, frequencies), numbers, missing.values())
         drawn = _counted(found, stage, "drawing cases", len(numbers))
-        plans = [case.plan(k) for case, _ in drawn for k in range(RUNS + HOLDOUTS)]
+        plans = [case.plan(k) for case, _ in drawn for k in range(len(case.experiment.scenarios))]
         with shares("flying") as report:
             flown = map(_rounded, simulate_tank(plans, order.threads, report, TripChunk))
         for number, (case, attempt) in zip(numbers, drawn, strict=True):
-            results = list(islice(flown, RUNS + HOLDOUTS))
+            results = list(islice(flown, len(case.experiment.scenarios)))
             missing[number] = attempt + 1
             if all(map(_sound, results)):
                 made[number] = case, attempt, results
@@ -106,8 +111,8 @@ def _rounded(result: Result) -> Result:
     """The run as a reader of its file gets it, and of what is true only what the truth needs."""
     run = result.run
     columns = {name: as_written(values, name) for name, values in run.columns.items()}
-    true = {name: result.true[name] for name in ("position_m", "n_rev_s")}
-    return replace(result, run=Run(run.name, np.round(run.time_s, 6), columns), true=true)
+    true = {name: result.true[name] for name in ("position_m", "n_rev_s", "range_m")}
+    return replace(result, run=Run(run.name, as_written(run.time_s, "time_s"), columns), true=true)
 
 
 def _sound(result: Result) -> bool:
@@ -115,7 +120,7 @@ def _sound(result: Result) -> bool:
         result.check_clearance()
     except InputError:
         return False
-    return all(np.isfinite(values).any() for values in result.run.columns.values())
+    return all(np.isfinite(values).mean() > LEAST for values in result.run.columns.values())
 
 
 def _ready(order: Order, frequencies: Frequencies, number: int, first: int) -> tuple[Case, int]:
@@ -124,7 +129,9 @@ def _ready(order: Order, frequencies: Frequencies, number: int, first: int) -> t
 
 def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], kept: list[HeldOut]) -> Entry:
     (case, attempt, results), name = made, f"case_{number:04d}"
-    hashes = write_runs(cases / name, [result.run for result in results[:RUNS]])
+    hashes = write_runs(cases / name, [result.run for result in results[: case.experiment.given]])
     held = write_runs(sealed / "held_out" / name, [held.run for held in kept])
     truth = truth | {"case": name, "data": digest(hashes), "held_out_files": held, "attempt": attempt}
-    return Entry(name, hashes, case.withheld, seal_truth(sealed / f"{name}.json", truth))
+    return Entry(
+        name, Path(FLEET[case.craft].nominal).name, hashes, case.withheld, seal_truth(sealed / f"{name}.json", truth)
+    )

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from ...effects import PARAMETERS, Effect, Parameter
-from ...plant import LAG, slot
+from ...plant import LAG, LOSS, slot
 from .replay import Replay
 from .whitening import Whitener
 
 Array = NDArray[np.float64]
-NUISANCE = ("alpha", "beta", LAG)  # the nominal's own parameters (paper-ii)
+OWN = ("alpha", "beta", LOSS, LAG)  # own parameters of a nominal, where it has them
 START_STEP = (1e-4, 1e-4, 1e-4)  # finite differences of the initial state [m, m/s, m/s2]
 ITERATIONS, SETTLED = 12, 1e-4  # relative drop of the cost at which a fit has settled; choices
 
@@ -66,21 +66,27 @@ def parameters(effects: Sequence[Effect]) -> dict[str, Parameter]:
     return {slot: PARAMETERS[slot] for effect in effects if not effect.outliers for slot in effect.slots()}
 
 
+def own_parameters(p: Array) -> tuple[str, ...]:
+    """What a refit of p, shape (P,) or (R, P), frees: drag, gain, and loss and lag where it has them."""
+    return tuple(name for name in OWN if np.any(p[..., slot(name)] != 0.0))
+
+
 def refit(
     recordings: Sequence[Recording],
     p: Array,
-    free: Sequence[str] = NUISANCE,
+    free: Sequence[str] | None = None,
     iterations: int = ITERATIONS,
     start: Array | None = None,
 ) -> Fit:
     """Least squares over the free parameters and the initial states.
 
-    p: where to begin, shape (P,), or (R, P) where runs differ; start: initial states, shape (R, 4), at rest where the
-    first ranges are by default.
+    p: where to begin, shape (P,), or (R, P) where runs differ; free: by default the own parameters that p has; start:
+    initial states, shape (R, 4), at rest where the first ranges are by default.
 
     Parameters of effects are kept within their bounds; a parameter that runs have for themselves (a phase) is freed
     for each.
     """
+    free = own_parameters(p) if free is None else free
     shared = [name for name in free if not _per_run(name)]
     own = [name for name in free if _per_run(name)]
     problem = _Problem(recordings, [slot(name) for name in shared], [slot(name) for name in own], _bounds(shared))
