@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +31,13 @@ KINDS = {
     "outside": (1.0, 1),
     "left_out": (0.6, 1),
 }
-CAUSES = {"varying": VARIED, "random": EVERYWHERE, "local": LOCAL, "sensor": SENSOR, "outside": OUTSIDE}
+CAUSES: dict[str, Iterable[str]] = {
+    "varying": VARIED,
+    "random": EVERYWHERE,
+    "local": LOCAL,
+    "sensor": SENSOR,
+    "outside": OUTSIDE,
+}
 UNKNOWN = ("random", "local", "sensor", "outside", "left_out")  # kinds of which the right answer is "unknown"
 SPREAD = 0.15  # [-] deviation of the logarithm of the true parameters over the nominal's; a choice
 SMALLEST = 0.01  # [-] the same, least of the cases in which nothing else is wrong

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence
 from ...experiment import noise as streams
@@ -26,9 +27,13 @@ class Trip(Plan):
 
 
 def pushes(plan: Plan, causes: Sequence[Cause], length: int) -> Aboard:
-    """The laws that push the hull, evaluated half a tick ahead: holding them over a tick costs second order only."""
+    """The laws that push the hull, evaluated half a tick ahead: holding them over a tick costs second order only.
+
+    Together they push no harder than the propellers can.
+    """
     laws = [(c.law, c.size) for c in causes if c.law is not None and c.law.acts in ("force", "thrust")]
-    return aboard(plan, laws, length, 0.5)
+    most = plan.truth.beta_m_per_rev2 * plan.truth.n_limit_rev_s**2
+    return aboard(plan, laws, length, 0.5, most)
 
 
 def recorded(plan: Plan, causes: Sequence[Cause], motion: tuple[Array, Array, Array], columns: Columns) -> Columns:
@@ -37,7 +42,7 @@ def recorded(plan: Plan, causes: Sequence[Cause], motion: tuple[Array, Array, Ar
     for acts, column in zip(("tachometer", "range"), columns, strict=True):
         laws = [(c.law, c.size) for c in causes if c.law is not None and c.law.acts == acts]
         errors = [(law, size) for law, size in laws if not law.stalls]
-        column = column + series(aboard(plan, errors, column.size, 0.0), *motion) if errors else column
+        column = column + series(aboard(plan, errors, column.size, 0.0, np.inf), *motion) if errors else column
         for law, _ in laws:
             if law.stalls:
                 column = stalled(column, law.gate(plan.run, time_s) > 0.0)
@@ -45,7 +50,7 @@ def recorded(plan: Plan, causes: Sequence[Cause], motion: tuple[Array, Array, Ar
     return out[0], out[1]
 
 
-def stalled(column: Array, still: Array) -> Array:
+def stalled(column: Array, still: NDArray[np.bool_]) -> Array:
     """Readings that repeat the last one before, where `still`, shape (T,) of bool; lost ones stay lost."""
     last = np.maximum.accumulate(np.where(still | np.isnan(column), 0, np.arange(column.size)))
     return np.where(still & ~np.isnan(column), column[last], column)

@@ -170,6 +170,8 @@ def _factor(random: Random, scene: Scene) -> Factor:
     if signal in (GAP, T):  # always positive: no memory, and a sine or a power
         in_time = NOW
         bent = bent if bent in (EVEN, SINE) else SINE
+    if signal == A and in_time == NOW:  # as it is, it would answer to itself within a tick
+        in_time = LAGGED
     scale, c, w = scene.usual[signal], random.uniform(0.5, 3.0), 1.0
     time = random.uniform(0.3, 6.0) if in_time != PLAY else random.uniform(0.1, 0.6)
     if in_time == SUMMED:

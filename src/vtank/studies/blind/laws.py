@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,11 +84,11 @@ class Law:
         """As a formula."""
         return "repeats its last reading" if self.stalls else " * ".join([f"{self.unit:.3g}", *map(str, self.factors)])
 
-    def gate(self, run: int, time_s: Array) -> Array:
-        """Share with which it acts at the ticks of a run, shape as time_s."""
+    def gate(self, run: int, time_s: NDArray[Any]) -> Array:
+        """Share with which it acts at the ticks of a run, shape (T,)."""
         if not self.windows:
-            return np.ones_like(time_s)
-        out = np.zeros_like(time_s)
+            return np.ones(time_s.size)
+        out = np.zeros(time_s.size)
         for start, end in self.windows[run]:
             inside = (time_s >= start) & (time_s < end)
             out[inside] = np.sin(np.pi * (time_s[inside] - start) / (end - start)) if self.swells else 1.0
@@ -96,8 +96,9 @@ class Law:
 
 
 class Aboard(NamedTuple):
-    """Laws of one run that act in one place: sizes (L,), factors (L, F, 7), gates (L, K), memory (L, F, M), and the
-    numbers tick [s], stand-off [m], thrust gain [m/rev2], start in the day [s], ticks to look ahead, speed before."""
+    """Laws of one run in one place: sizes (L,), factors (L, F, 7), gates (L, K), memory (L, F, M), and the
+    numbers tick [s], stand-off [m], thrust gain [m/rev2], start in the day [s], ticks ahead, speed before [m/s], and
+    the most that they add together."""
 
     sizes: Array
     factors: Array
@@ -106,18 +107,18 @@ class Aboard(NamedTuple):
     numbers: Array
 
 
-def aboard(plan: Plan, laws: Sequence[tuple[Law, float]], length: int, ahead: float) -> Aboard:
-    """Laws with their sizes on board of one run of `length` ticks, with fresh memories."""
+def aboard(plan: Plan, laws: Sequence[tuple[Law, float]], length: int, ahead: float, most: float) -> Aboard:
+    """Laws with their sizes on board of one run of `length` ticks, with fresh memories; most that they add."""
     s, truth = plan.scenario, plan.truth
-    most = max([len(one.factors) for one, _ in laws], default=0)
-    factors = np.full((len(laws), most, len(Factor._fields)), -1.0)
+    deep = max([len(one.factors) for one, _ in laws], default=0)
+    factors = np.full((len(laws), deep, len(Factor._fields)), -1.0)
     gates = np.ones((len(laws), length))
     for i, (one, _) in enumerate(laws):
         gates[i] = one.gate(plan.run, s.period_s * np.arange(length))
         for j, factor in enumerate(one.factors):
             factors[i, j] = factor
-    numbers = [s.period_s, s.standoff_m, truth.beta_m_per_rev2, MORNING * s.duration_s * plan.run, ahead, 0.0]
-    memory = np.zeros((len(laws), most, 2 + round(MEMORY / s.period_s)))
+    numbers = [s.period_s, s.standoff_m, truth.beta_m_per_rev2, MORNING * s.duration_s * plan.run, ahead, 0.0, most]
+    memory = np.zeros((len(laws), deep, 2 + round(MEMORY / s.period_s)))
     return Aboard(np.array([one.unit * size for one, size in laws]), factors, gates, memory, np.array(numbers))
 
 
@@ -166,7 +167,7 @@ def act(laws, k, x, u, n):  # type: ignore[no-untyped-def]
             if laws.factors[i, j, 0] >= 0.0:
                 product *= value(laws.factors[i, j], laws.memory[i, j], sight, h)
         total += product
-    return total
+    return min(max(total, -laws.numbers[6]), laws.numbers[6])
 
 
 @law

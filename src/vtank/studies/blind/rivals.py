@@ -1,4 +1,4 @@
-"""How far a case lies from every wrong explanation: each effect of the catalogue refitted to the noise-free runs."""
+"""What the known effects leave of a cause of no catalogue, refitted to the noise-free runs."""
 
 from __future__ import annotations
 
@@ -22,19 +22,6 @@ NEAR = 0.1  # where a fit begins, over the effect's typical size; a choice
 SHAPES = {"rad/s": (0.2, 0.4, 0.8, 1.4), "s": (2.0, 12.0)}
 SMALL = {"-": 0.05}
 LIMITS = (0.9, 0.7)
-
-
-def rivals(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
-    """Names of the rivals and the Gram matrix of what they leave, whitened; `parameters` stands first.
-
-    The root of a diagonal element is the separation from that rival: the part of the signal that it cannot imitate.
-    """
-    names, rest = ["parameters"], [left.whole]
-    for effect in others(case):
-        names.append(effect.name)
-        rest.append(best_fit([effect], clean, left).whole)
-    gram = np.array(rest) @ np.array(rest).T
-    return {"names": names, "gram": [[float(f"{value:.6g}") for value in row] for row in gram]}
 
 
 def others(case: Case) -> list[Effect]:

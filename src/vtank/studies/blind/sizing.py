@@ -33,7 +33,8 @@ def noise_free(case: Case, plans: Sequence[Trip]) -> list[Recording]:
         replay = Replay(plan)
         n_read, range_m, n = replay.pushed(case.causes)
         check_motion(plan.scenario, replay.motion[0])
-        noise = whitener(plan, *replay.motion[:, : n.size].copy(), n)
+        x, u = replay.motion[:, : n.size].copy()
+        noise = whitener(plan, x, u, n)
         recordings.append(Recording(replay, n_read, range_m, noise))
     return recordings
 

@@ -19,7 +19,7 @@ from .cause import Cause
 from .held_out import HeldOut, gaps
 from .refit import Fit, Recording, own_parameters, parameters, refit
 from .replay import Replay
-from .rivals import best_pair, rivals
+from .rivals import best_pair
 from .seal import TRUTH_SCHEMA
 from .whitening import whitener
 
@@ -46,13 +46,33 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
         "wanted": list(case.wanted),
         "hull_m": [_hull(result) for result in results[:count]],
     }
-    if separations and len(case.causes) == 1 and label(case) != "parameters":
-        document["rivals"] = rivals(case, clean, left)
-        if label(case) == "unknown":
-            document["pair"] = best_pair(case, clean, left)
+    if separations and label(case) == "unknown":
+        document["pair"] = best_pair(case, clean, left)
     held = [HeldOut.of(case, result) for result in results[count:]]
-    document["held_out"] = _held_out(case, noisy, held)
+    known = [_masked(case, r) for r in noisy]
+    refitted = refit(known, case.truth.vector())
+    document["budget"] = _budget(case, results[:count], known, refitted)
+    document["held_out"] = _held_out(case, known, refitted, held)
     return document, held
+
+
+def _budget(case: Case, results: Sequence[Result], known: Sequence[Recording], refitted: Fit) -> dict[str, float]:
+    """Shares of the nominal's mean-square simulation error on the given runs, each from its best initial states.
+
+    What the refit takes off, what the cause leaves to it, what the water did to the hull, and the sensors' noise.
+    """
+    before = refit(known, case.nominal.vector(), free=())
+    squares: list[tuple[float, ...]] = []
+    for k, (recording, result) in enumerate(zip(known, results, strict=True)):
+        replay = Replay(result.plan)
+        clean = replay.pushed(case.causes, result.true["n_rev_s"])[1]
+        pushed = result.true["position_m"] - replay.motion[0, : clean.size]
+        models = [recording.replay.model(fit.p[k], recording.n_read, fit.start[k]) for fit in (before, refitted)]
+        errors = [recording.range_m - foretold for foretold in (*models, clean)]
+        squares.append(tuple(float(np.nansum(e**2)) for e in (*errors, pushed[np.isfinite(recording.range_m)])))
+    nominal, own, true, water = np.sum(squares, axis=0)
+    shares = {"parameters": nominal - own, "cause": own - true, "disturbance": water, "noise": true - water}
+    return {name: float(share / nominal) for name, share in shares.items()}
 
 
 def _cause(case: Case, cause: Cause) -> dict[str, Any]:
@@ -77,10 +97,11 @@ def recording(case: Case, result: Result, noisy: bool) -> Recording:
 
     Ranges that are missing on record are missing in both.
     """
-    plan = result.plan
+    plan = case.plan(result.plan.run)
     replay = Replay(plan)
     n_read, range_m, n = replay.pushed(case.causes, result.true["n_rev_s"])
-    noise = whitener(plan, *replay.motion[:, : n.size].copy(), n)
+    x, u = replay.motion[:, : n.size].copy()
+    noise = whitener(plan, x, u, n)
     there = np.isfinite(result.run.columns["range_m"])
     if noisy:
         n_read, range_m = result.run.columns["n_rev_s"], result.run.columns["range_m"]
@@ -105,17 +126,19 @@ def _free(case: Case, effects: Sequence[Effect]) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*own_parameters(case.truth.vector()), *parameters(effects))))
 
 
-def _held_out(case: Case, noisy: Sequence[Recording], held: Sequence[HeldOut]) -> dict[str, list[float]]:
-    """Root mean square gaps [m] on the held-out runs, free of noise: nominal, refit, oracle who knows the effects."""
-    nominal = case.nominal.vector()
-    known = [_masked(case, r) for r in noisy]
-    refitted = refit(known, case.truth.vector())
-    out = {"nominal": gaps(held, nominal, ()), "refit": gaps(held, refitted.p[0], ())}
+def _held_out(case: Case, known: Sequence[Recording], refitted: Fit, held: Sequence[HeldOut]) -> dict[str, list[float]]:
+    """Root mean square gaps [m] on the held-out runs, free of noise: nominal, refit, oracle who knows the cause.
+
+    The oracle has to find sizes of known effects; a law that acts everywhere it knows as it is.
+    """
+    out = {"nominal": gaps(held, case.nominal.vector(), ()), "refit": gaps(held, refitted.p[0], ())}
     if all(cause.known for cause in case.causes):
         effects = [BY_NAME[c.name] for c in case.causes if BY_NAME[c.name].standing != "absorbed"]
         oracle = refit(known, np.array([plan.p for plan in given(case)]), free=_free(case, effects))
         own = [name for name, p in parameters(effects).items() if p.per_run]
         out["oracle"] = gaps(held, oracle.p[0], own)
+    elif all(cause.law is not None and not cause.law.windows for cause in case.causes):
+        out["oracle"] = [0.0] * len(held)
     return out
 
 
