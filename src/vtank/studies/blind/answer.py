@@ -86,7 +86,7 @@ def check_data(folder: Path, entry: Entry) -> None:
 def sources() -> str:
     """One hash for all source files and frozen numbers of the package: which program gave the answers."""
     root = Path(vtank.__file__).parent
-    files = sorted(path for pattern in ("*.py", "*.toml") for path in root.rglob(pattern))
+    files = sorted(path for pattern in ("*.py", "*.toml", "*.xml") for path in root.rglob(pattern))
     return digest({str(path.relative_to(root)): sha256(path.read_bytes()) for path in files})
 
 

@@ -111,7 +111,7 @@ def aboard(plan: Plan, laws: Sequence[tuple[Law, float]], length: int, ahead: fl
     """Laws with their sizes on board of one run of `length` ticks, with fresh memories; most that they add."""
     s, truth = plan.scenario, plan.truth
     deep = max([len(one.factors) for one, _ in laws], default=0)
-    factors = np.full((len(laws), deep, len(Factor._fields)), -1.0)
+    factors = np.full((len(laws), deep, len(Factor(U))), -1.0)
     gates = np.ones((len(laws), length))
     for i, (one, _) in enumerate(laws):
         gates[i] = one.gate(plan.run, s.period_s * np.arange(length))
