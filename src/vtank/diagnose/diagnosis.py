@@ -17,7 +17,7 @@ from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
-from .foreign import grow, nominal_of
+from .foreign import grow, prepared
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
@@ -140,10 +140,9 @@ def diagnose(
     with told_apart(runs, "simulator's"):
         if nominal is None:
             say("refit of the recording itself")
-            runs = thinned(runs, held=False)
-            selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
+            selection = grow(select(prepared(runs), names, say), say)
         else:
-            runs = thinned(runs, held=True)
+            runs = thinned(runs)
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)

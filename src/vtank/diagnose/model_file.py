@@ -24,7 +24,7 @@ from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.table import Table, open_table
-from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
+from .holdout import START_WINDOW_S, Model, Prediction, Target, model_of, rms, target_of, targets_of
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
@@ -64,7 +64,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     limit = max((float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), default=0.0)
     limit = LEAST_LIMIT_REV_S if limit < LEAST_LIMIT_REV_S + SCATTER_REV_S else np.ceil(limit)
     said = ", ".join(v.effects)
-    refit, diagnosed = (predictor(selection.setting, fit) for fit in (selection.refit, v.fit))
+    refit, diagnosed = map(model_of, (selection.refit, v.fit))
     lines = [
         "# A simulator found by vtank diagnose. It can be used wherever a truth preset can:",
         "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",

@@ -18,7 +18,7 @@ from ..estimate.innovations import no_gain
 from ..estimate.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
-from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
+from .holdout import Model, Prediction, Target, model_of, rms, targets_of
 from .selection import Selection
 from .smoothing import first_order
 from .verdict import Verdict, probabilities, unknown_odds
@@ -110,8 +110,7 @@ class NewData:
     @cached_property
     def models(self) -> list[tuple[Prediction, ...]]:
         """The refit and the verdict's model, entering every run."""
-        fits = (self.selection.refit, self.verdict.fit)
-        models = [predictor(self.selection.setting, fit) for fit in fits]
+        models = [model_of(fit) for fit in (self.selection.refit, self.verdict.fit)]
         return [tuple(Prediction(model, target) for target in self.targets) for model in models]
 
     @cached_property

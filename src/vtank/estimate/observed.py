@@ -38,6 +38,7 @@ class Observed:
         kind: channel of each, its place in the plant's table, here RANGE, POSITION or SPEED, shape (M,).
         lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
         plant: whose inputs and measurements these are.
+        straight: whether the input went straight from sample to sample; then `input` holds the mean over each step.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Observed:
     kind: np.ndarray
     lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
     plant: Plant = SURGE
+    straight: bool = False
 
     def __post_init__(self) -> None:
         """Fill in `lone`; InputError where there is no input or no measurement: no kernel can step through nothing."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..effects import tachometer_bias, thrust_lag, thrust_loss
+from ..effects import thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
@@ -19,7 +19,8 @@ from ..errors import InputError
 PLAIN: dict[str, tuple[str, float]] = {
     "alpha": ("1/m", 0.0),  # quadratic drag per unit of moving mass, negative
     "beta": ("m/rev2", 0.0),  # bollard thrust per unit of moving mass and n|n|
-    "linear_input": ("-", 0.0),  # 1 where the input is a thrust already, so that thrust = beta * input
+    "force_offset": ("N", 0.0),  # what a transducer or amplifier reads where there is no force
+    "linear_input": ("-", 0.0),  # share of thrust that goes with the input, not its square: 1 where it is a thrust
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
 }
 
@@ -28,7 +29,6 @@ SIZE = len(NAMES)
 
 (LOSS,), (LAG,) = thrust_loss.EFFECT.slots(), thrust_lag.EFFECT.slots()
 LUMPED = ("alpha", "beta", LOSS, LAG)  # the simulator's own parameters, in the order of Model III
-(INPUT_OFFSET,) = tachometer_bias.EFFECT.slots()  # of a transducer's or an amplifier's, where a force is measured
 
 
 def slot(name: str) -> int:
