@@ -16,7 +16,7 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..estimate.innovations import filtered, innovations, no_gain
-from ..estimate.observed import RANGE, Observed
+from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
 from ..plant.parameters import slot
 from ..plant.surge import TAU
@@ -104,8 +104,8 @@ class Target:
 
     @cached_property
     def coloured(self) -> np.ndarray:
-        """Variance of the sonar's coloured error at each measurement [m2], shape (M,)."""
-        return np.where(self.run.kind == RANGE, self.noise.colour_sigma**2, 0.0)
+        """Variance of the coloured error at each measurement [m2 or m2/s2], shape (M,)."""
+        return self.run.coloured * self.noise.colour_sigma**2
 
     @cached_property
     def window(self) -> Target:
@@ -153,14 +153,8 @@ def target_of(run: Observed, noise: Noise) -> Target:
 
 
 def targets_of(setting: Setting) -> list[Target]:
-    """All runs of a setting.
-
-    What a foreign vehicle does besides is no turbulence, and the filter of a start window would carry it along: there,
-    a simulation follows its own way, and measurements are as good as their sensor.
-    """
-    noise = setting.noise.calm() if setting.foreign else setting.noise
-    weights = [np.where(flag, FLAGGED, 1.0) for flag in setting.flags] if setting.foreign else setting.weight
-    return [Target(run, weight, noise) for run, weight in zip(setting.runs, weights, strict=True)]
+    """All runs of a setting."""
+    return [Target(run, weight, setting.noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
 
 
 class Prediction:

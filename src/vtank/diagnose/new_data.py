@@ -15,7 +15,6 @@ import numpy as np
 from scipy.special import expit
 
 from ..estimate.innovations import no_gain
-from ..estimate.observed import RANGE
 from .discrepancy import Discrepancy
 from .evidence import Fitted
 from .holdout import Model, Prediction, Target, model_of, rms, targets_of
@@ -168,7 +167,7 @@ def noise(target: Target, rng: np.random.Generator) -> np.ndarray:
     if level.colour_sigma == 0.0:
         return white
     coloured = level.colour_sigma * remembered(run.time_s, level.colour_time, rng)
-    return white + np.where(run.kind == RANGE, coloured, 0.0)
+    return white + run.coloured * coloured
 
 
 def turbulence(target: Target, rng: np.random.Generator) -> np.ndarray:

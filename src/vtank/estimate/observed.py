@@ -72,8 +72,7 @@ class Observed:
             np.ascontiguousarray(a, dtype=float)
             for a in (self.input_time_s, self.input, self.lone, self.time_s, self.value)
         )
-        colour = np.array([float(row.coloured) for row in channels(self.plant)])[self.kind]
-        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), colour)
+        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), self.coloured)
 
     @cached_property
     def plans(self) -> dict[tuple[float, ...], Steps]:
@@ -90,6 +89,15 @@ class Observed:
         """Which measurements fix the hull's place, shape (M,) of bool: those of channels that tell a place."""
         places = {axis.place for axis in self.plant.axes}
         return np.array([row.state in places for row in channels(self.plant)])[self.kind]
+
+    @cached_property
+    def coloured(self) -> np.ndarray:
+        """1 where a measurement's error may have a coloured part, else 0, shape (M,).
+
+        That of a speed over ground, in which the water's own drift is, counts only where no place is measured.
+        """
+        some = np.array([row.coloured for row in channels(self.plant)])[self.kind]
+        return (some & (self.placed | (not self.has_position))).astype(float)
 
     @cached_property
     def first(self) -> dict[int, float]:
