@@ -64,7 +64,7 @@ def test_a_model_file_holds_the_three_simulators(diagnosis: Diagnosis, model: Pa
 OWN_UNITS = {  # input -> (largest input, what is in its unit, whether it is a force)
     "n_rev_s": (12.0, {"thrust_deadband.n0": 4.0}, 0.0),
     "command": (0.8, {"thrust_saturation.n_max": 0.5}, 0.0),
-    "thrust_N": (40.0, {"tachometer_bias.b": -6.0}, 1.0),
+    "thrust_N": (40.0, {"force_offset": -6.0}, 1.0),
 }
 
 
@@ -74,7 +74,7 @@ def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path:
     p = vector({**effect, "beta": 0.07 / top ** (2.0 - linear), "linear_input": linear}, NOMINAL)
     drives = ((0.5, 1.0), (0.8, 0.7))
     runs = [record(f"run_{k}", sine(w, a * top, 60.0), p, NOISE_M, k) for k, (w, a) in enumerate(drives)]
-    offset = effect.get("tachometer_bias.b", 0.0)  # which the reading has, and the hull does not feel
+    offset = effect.get("force_offset", 0.0)  # which the reading has, and the hull does not feel
     runs = [replace(run, input_name=input_name, input=run.input + offset) for run in runs]
     nominal = vector({"beta": p[slot("beta")], "linear_input": linear}, NOMINAL)
     name = next(iter(effect))
@@ -87,7 +87,7 @@ def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path:
 
 def test_a_phase_that_went_round_is_written_within_a_turn() -> None:
     p = vector({"seiche.amplitude": 0.01, "seiche.phase": 9.0}, NOMINAL)
-    lines = _effects(Model(p), "")
+    lines = _effects(Model(p), "n_rev_s", "")
     assert f"phase_rad = {9.0 - 2.0 * np.pi:.12g} # of the first run; every run has its own" in lines
 
 

@@ -24,6 +24,12 @@ PLAIN: dict[str, tuple[str, float]] = {
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
 }
 
+# What stands for a unit with revolutions in it where the input is no propeller speed
+INPUT_UNITS = {
+    "command": {"rev/s": "-", "m/rev2": "m/s2", "1/rev": "1/s"},
+    "thrust_N": {"rev/s": "N", "m/rev2": "1/kg"},
+}
+
 NAMES: tuple[str, ...] = (*PLAIN, *PARAMETERS)
 SIZE = len(NAMES)
 
@@ -44,9 +50,10 @@ def indices(effect: Effect) -> tuple[int, ...]:
     return tuple(slot(name) for name in effect.slots())
 
 
-def unit_of(name: str) -> str:
-    """Unit of a slot."""
-    return PLAIN[name][0] if name in PLAIN else PARAMETERS[name].unit
+def unit_of(name: str, input_name: str = "n_rev_s") -> str:
+    """Unit of a slot, where the input is a propeller speed (as the catalogue has it), a command or a force."""
+    unit = PLAIN[name][0] if name in PLAIN else PARAMETERS[name].unit
+    return INPUT_UNITS.get(input_name, {}).get(unit, unit)
 
 
 def switched_on(p: np.ndarray) -> tuple[Effect, ...]:
