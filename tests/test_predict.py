@@ -151,6 +151,7 @@ def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new:
 def test_models_of_other_inputs_do_not_drive_the_tank(diagnosis: Diagnosis, tmp_path: Path) -> None:
     path = tmp_path / "boat.toml"
     text = model_text(diagnosis).replace('"n_rev_s"', '"command"').replace("beta_m_per_rev2", "beta_m_s2")
+    text = text.replace("gamma_per_rev = 0", "gamma_per_s = 0\nlinear_share = 0")
     path.write_text(text)
     assert read_model(path).input_name == "command"
     with pytest.raises(InputError, match="driven by propeller speed"):

@@ -241,8 +241,9 @@ def test_the_nominal_is_named_first_and_none_is_no_simulator() -> None:
 
 
 def test_sizes_are_told_in_newton_where_the_mass_is_known() -> None:
-    found = document(parameters={"beta": {"nominal": 0.01, "refit": 0.01, "diagnosed": 0.0105, "unit": "1/kg",
-                                          "mass": {"value": 95.1, "interval95": [94.0, 96.2], "unit": "kg"}}})  # fmt: skip
+    mass = {"value": 95.1, "interval95": [94.0, 96.2], "unit": "kg"}
+    beta = {"nominal": 0.01, "refit": 0.01, "diagnosed": 0.0105, "unit": "1/kg", "mass": mass}
+    found = document(parameters={"beta": beta})
     found["estimates"]["linear_drag"]["c"]["force"] = {"value": 203.5, "interval95": [200.0, 207.0], "unit": "N s/m"}
     told = " ".join(terminal_text(found).split())
     assert "linear drag, drag per speed: 203.5 N s/m (95 %: 200 to 207)" in told

@@ -17,7 +17,7 @@ from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
 from ..plant.parameters import vector
 from .baselines import baselines
-from .foreign import grow, prepared
+from .foreign import explained
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
@@ -160,7 +160,7 @@ def diagnose(
     with told_apart(runs, "simulator's"):
         if nominal is None:
             say("refit of the recording itself")
-            selection = grow(select(prepared(runs), names, say), say)
+            selection = explained(runs, names, say)
         else:
             runs = thinned(runs)
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)

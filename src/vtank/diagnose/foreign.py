@@ -14,12 +14,12 @@ from ..estimate.maximum_likelihood import identify
 from ..estimate.observed import Observed
 from ..plant.parameters import vector
 from .discrepancy import unnamed
-from .evidence import Fitted, Setting, Start, evaluate
+from .evidence import Fitted, Setting, Start
 from .holdout import Prediction, model_of, rms, targets_of
 from .hypothesis import Hypothesis
-from .noise_floor import noise_at, settle
+from .noise_floor import settle
 from .score import linearise, score
-from .selection import PAIR_GAIN, Selection, prepare, weigh_all
+from .selection import PAIR_GAIN, Selection, prepare, select, weigh_all
 from .thinning import FOREIGN_SAMPLES, straightened, thinned
 
 TRIED = 4  # effects that are tried on top of the best hypothesis
@@ -28,26 +28,27 @@ NEARER = 0.8  # an effect worth naming beside others takes a fifth off the simul
 LINEAR_SHARE = {"thrust_N": 1.0, "command": 0.5}  # by input; a command's is not known, and the recordings decide
 
 
-def prepared(runs: Sequence[Observed]) -> Setting:
-    """Thinned runs and their own refit of Model I; a measured force is held or straight, as it is followed better."""
-    held = _setting(thinned(runs, FOREIGN_SAMPLES))
-    if runs[0].input_name != "thrust_N":  # commands, and speeds that a governor sets, are held
+def explained(
+    runs: Sequence[Observed], names: Sequence[str] | None = None, say: Callable[[str], None] = lambda text: None
+) -> Selection:
+    """All hypotheses about runs without a nominal, weighed; names: the effects to consider (default: the catalogue).
+
+    A command, and a speed that a governor sets, are held. A measured force is held, or the record of a smooth one:
+    it is what is explained better.
+    """
+    held = grow(select(_setting(thinned(runs, FOREIGN_SAMPLES)), names, say), say)
+    if runs[0].input_name != "thrust_N":
         return held
-    straight = _setting(thinned([straightened(run) for run in runs], FOREIGN_SAMPLES))
-    return straight if _followed(straight) > _followed(held) + PAIR_GAIN else held
+    say("the same, with a force that goes straight from sample to sample")
+    smooth = thinned([straightened(run) for run in runs], FOREIGN_SAMPLES)
+    straight = grow(select(_setting(smooth), names, say), say)
+    return straight if straight.best.log_evidence > held.best.log_evidence + PAIR_GAIN else held
 
 
 def _setting(runs: Sequence[Observed]) -> Setting:
     """The runs with their nominal, in which a linear share that is not known stands between 0 and 1."""
     refit = identify(runs, "I", process_noise=False).vector()
     return prepare(runs, vector({"linear_input": LINEAR_SHARE.get(runs[0].input_name, 0.0)}, refit), foreign=True)
-
-
-def _followed(setting: Setting) -> float:
-    """Log-likelihood of the refit at the noise level it prefers."""
-    refit = evaluate(setting, Hypothesis())
-    level = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
-    return evaluate(level, Hypothesis(), [refit.start()]).log_likelihood
 
 
 def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -> Selection:

@@ -60,9 +60,10 @@ def truth_names() -> tuple[str, ...]:
 def load_truth(name_or_path: str | Path) -> Truth:
     """The preset of that name in models/truths/, or of that TOML file; InputError names file and key."""
     path = find_file(name_or_path, models_dir() / "truths", "truth preset")
-    file = open_table(path).check_keys((*OWN, *PASSED_OVER))
+    file = open_table(path)
     if file.text("input", "n_rev_s") != "n_rev_s":
         raise file.error("input", 'the tank is driven by propeller speed, expected "n_rev_s"')
+    file.check_keys((*OWN, *PASSED_OVER))
     mass_kg = file.positive("moving_mass_kg") if file.has("moving_mass_kg") else None
     if file.has("derived"):
         lumped, mass_kg = _derived(file.table("derived"))
