@@ -74,7 +74,8 @@ class Diagnosis:
 
     def failures(self) -> list[str]:
         """Fits that failed, in plain sentences."""
-        fit, lost = self.verdict.fit, [name for name, value in self.log_evidence.items() if value == -np.inf]
+        fit, first = self.verdict.fit, "none" * self.selection.setting.foreign  # a first guess is no simulator
+        lost = [name for name, value in self.log_evidence.items() if value == -np.inf and name != first]
         out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
         if not fit.optimum.converged:
             out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
