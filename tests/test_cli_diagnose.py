@@ -15,7 +15,18 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
-KEYS = ["schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]
+KEYS = [
+    "schema",
+    "nominal",
+    "verdict",
+    "probabilities",
+    "where",
+    "shrink",
+    "estimates",
+    "absorbed",
+    "tied",
+    "next_experiment",
+]
 
 
 @pytest.fixture(scope="module")

@@ -48,19 +48,19 @@ class ModelFile:
 
     Attributes:
         input_name: the input's column.
-        straight: whether that went straight from sample to sample; else each is held to the next.
         nominal, refit, diagnosed: the three simulators.
         noise: noise level.
         verdict: kind, effects, class, channel, probability.
+        straight: whether the input went straight from sample to sample; else each is held to the next.
     """
 
     input_name: str
-    straight: bool
     nominal: Model
     refit: Model
     diagnosed: Model
     noise: Noise
     verdict: dict[str, Any]
+    straight: bool = False
 
 
 def model_text(diagnosis: Diagnosis) -> str:
@@ -155,12 +155,12 @@ def read_model(path: Path | str) -> ModelFile:
         raise file.error("input", f"expected one of {', '.join(OWN)}, found {name!r}")
     return ModelFile(
         name,
-        file.choice("between_samples", ("held", "straight"), "held") == "straight",
         _model(file.table("nominal"), name),
         _model(file.table("refit"), name),
         _model(file.table("lumped"), name, file.table("effects")),
         _read_noise(file.table("noise")),
         file.table("verdict").entries,
+        file.choice("between_samples", ("held", "straight"), "held") == "straight",
     )
 
 
