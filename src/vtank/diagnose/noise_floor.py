@@ -76,7 +76,7 @@ def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
     a window only, is no turbulence, whatever level would swallow it.
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
-    refit = next(f for f in fits if f.hypothesis.refit and not f.hypothesis.effects)
+    refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
     with ThreadPoolExecutor(2) as pool:
         alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
         found = still(max(alone, key=lambda pair: pair[0])[1])
