@@ -2,7 +2,7 @@
 
 Families of unnamed discrepancies are laid on top of the best named explanation: an unknown force (smooth functions of
 speed, propeller speed, place and time; lines at multiples of each run's drive frequency), an unknown smooth error of
-the sensor, and outliers of any size. Where one of them gains evidence, the named explanation leaves something out.
+the sensor, and outliers on one side. Where one of them gains evidence, the named explanation leaves something out.
 Each family is a Gaussian process of few degrees of freedom, so that its evidence is closed form: the innovations are
 linear in the coefficients, whose common size is integrated over a grid. Brynjarsdottir, O'Hagan, Inverse Problems 30
 (2014), on what such a discrepancy can mean.
@@ -196,7 +196,8 @@ def _lone_speeds(named: Fitted, near: Linearised) -> Discrepancy:
 
 
 def _outliers(setting: Setting, named: Fitted) -> Discrepancy:
-    """Lone ranges of any size and sign, where the named explanation has none."""
-    count, total = sum(int(f.sum()) for f in setting.flags), sum(f.size for f in setting.flags)
-    gain = 0.0 if "range_m" in named.hypothesis.outliers else outliers.rate_evidence(count, total)
+    """Lone ranges that prefer a side, where the named explanation has none."""
+    off = np.concatenate([f.innovation[flag] for f, flag in zip(named.filtered, setting.flags, strict=True)])
+    late, early = int(np.sum(off > 0.0)), int(np.sum(off < 0.0))
+    gain = 0.0 if "range_m" in named.hypothesis.outliers else outliers.one_sidedness(late, early)
     return Discrepancy("sensor", "lone ranges", gain)
