@@ -1,6 +1,6 @@
 """How often the 95 % intervals of `identify` hold the truth, by the kind of error that the sonar makes.
 
-    python benchmarks/coverage.py [--seeds 400] [--only FAMILY ...] [--workers 1]
+    python benchmarks/intervals.py [--seeds 400] [--only FAMILY ...] [--workers 1]
 
 The recordings come from a small simulator of its own, which shares nothing with the package: Model II by Runge-Kutta
 steps of 20 ms, two runs of 100 s at 10 Hz with a propeller speed of three sines, vehicle and sines drawn by the seed.
