@@ -49,6 +49,17 @@ def likeliest_freedom(residual: np.ndarray) -> tuple[float, float]:
     return best, scale(best)
 
 
+def information(residual: np.ndarray, freedom: float) -> float:
+    """Information that residuals over their scales, shape (N,), hold of their centre, over that of the weights' sum.
+
+    As they are themselves, whether or not they follow the t (Huber, Robust Statistics, 1981, ch. 7): less than one,
+    since weights that answer to a residual take part of it back.
+    """
+    pull = (freedom + 1.0) / (freedom + residual**2)
+    slope = pull * (freedom - residual**2) / (freedom + residual**2)
+    return float(np.mean(slope) ** 2 / (np.mean((pull * residual) ** 2) * np.mean(pull)))
+
+
 def reweighted(problem: Problem, filtered: Sequence[Filtered]) -> Problem:
     """The problem with the likeliest degrees of freedom and scale of its white error, and the weights they imply."""
     freedom, scale = likeliest_freedom(standardised(problem, filtered))

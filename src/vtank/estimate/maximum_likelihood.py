@@ -18,7 +18,7 @@ from ..errors import InputError
 from ..plant.parameters import LAG, LOSS, LUMPED, vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
 from .first_guess import first_guesses, typical_acceleration
-from .heavy_tails import heavy, reweighted, standardised
+from .heavy_tails import heavy, information, reweighted, standardised
 from .noise_search import COLOUR, DISTURBANCE, Part
 from .observed import POSITION, RANGE, Observed
 from .optimum import Optimum, Prior, descend
@@ -257,18 +257,14 @@ def _robust(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Opti
 def _restless(calm: Problem, end: Optimum, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
     """The likeliest of fits with a disturbance, a coloured error of the sonar, or both.
 
-    They begin at the optimum of pure simulation, and where that leaves no white innovations, since the water is rough,
-    at the first guess as well.
+    The search for a disturbance begins at the first guess, since rough water leads pure simulation astray; that for a
+    coloured error at the optimum of pure simulation, which it does not; that for both at the better of the two.
     """
-    coloured = any(run.record.colour.any() for run in calm.runs)
-    tried = [_alternate(calm, end, prior, (part,)) for part in (DISTURBANCE, COLOUR)[: 1 + coloured]]
-    best = max(tried, key=lambda one: _likelihood(*one))
-    if not colour(best[0].filter(best[1].theta)) < SUSPICIOUS:
-        forgiving = _forgiving(calm)
-        warm = descend(forgiving, guess, prior, forgiving.filter(guess))
-        tried.append(_alternate(forgiving, warm, prior, (DISTURBANCE,), 3))
-        best = max(tried, key=lambda one: _likelihood(*one))
-    if coloured:
+    forgiving = _forgiving(calm)
+    warm = descend(forgiving, guess, prior, forgiving.filter(guess))
+    best = _alternate(forgiving, warm, prior, (DISTURBANCE,), 3)
+    if any(run.record.colour.any() for run in calm.runs):
+        best = max(best, _alternate(calm, end, prior, (COLOUR,)), key=lambda one: _likelihood(*one))
         both = _alternate(*best, prior, (DISTURBANCE, COLOUR))
         return both if _likelihood(*both) > _likelihood(*best) + WORTHWHILE else best
     return best
@@ -298,8 +294,8 @@ def _alternate(
 def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
     J = problem.jacobian(end.theta, filtered)
-    freedom = problem.noise.freedom  # Student's t tells less of its centre than the normal of its scale
-    told = 1.0 if np.isinf(freedom) else (freedom + 1.0) / (freedom + 3.0)
+    freedom = problem.noise.freedom
+    told = 1.0 if np.isinf(freedom) else information(standardised(problem, filtered), freedom)
     covariance = _inverse(told * J.T @ J + np.diag(prior.weight))
     warnings, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
     return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, warnings)

@@ -1,6 +1,7 @@
 """How often the 95 % intervals of `identify` hold the truth, by the kind of error that the sonar makes.
 
-    python benchmarks/intervals.py [--seeds 400] [--only FAMILY ...] [--workers 1]
+    make bench                                          # the gate, some minutes
+    python benchmarks/bench_intervals.py [FAMILY ...]   # errors and times as well
 
 The recordings come from a small simulator of its own, which shares nothing with the package: Model II by Runge-Kutta
 steps of 20 ms, two runs of 100 s at 10 Hz with a propeller speed of three sines, vehicle and sines drawn by the seed.
@@ -8,21 +9,22 @@ steps of 20 ms, two runs of 100 s at 10 Hz with a propeller speed of three sines
 
 from __future__ import annotations
 
-import argparse
-import os
+import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-
-os.environ["OPENBLAS_NUM_THREADS"] = "1"
+from collections.abc import Callable
 
 import numpy as np
+import pytest
 from numba import njit
 
+from vtank.estimate.maximum_likelihood import identify
+from vtank.estimate.observed import RANGE, Observed
+
+SEEDS = 400
 SD_M = 0.006  # [m] of every error but the coarse reading's
 TICK_S, FINE, TICKS = 0.1, 5, 1000  # [s] held input, steps in it, and ticks of a run
 LATE_S = 0.01  # [s] deviation of the true instants of the pings from their stamps
-LOOSE = 3.0  # deviations beyond which an estimate counts as lost
+LOST = 3.0  # deviations beyond which an estimate counts as lost
 
 
 @njit(cache=True)
@@ -88,9 +90,6 @@ def drawn(family: str, seed: int) -> tuple[list[tuple[np.ndarray, ...]], np.ndar
 
 def score(family: str, seed: int) -> np.ndarray:
     """Error over claimed deviation of alpha, beta, tau; their relative errors; seconds, and whether there was noise."""
-    from vtank.estimate.maximum_likelihood import identify
-    from vtank.estimate.observed import RANGE, Observed
-
     runs, truth = drawn(family, seed)
     seen = [Observed(f"r{k}", "n_rev_s", *run, np.full(run[3].size, RANGE)) for k, run in enumerate(runs)]
     began = time.perf_counter()
@@ -100,25 +99,25 @@ def score(family: str, seed: int) -> np.ndarray:
     return np.concatenate([(value - truth) / sd, value / truth - 1.0, [seconds, found.problem.noise.sigma > 0.0]])
 
 
-def main() -> None:
-    """Print a row per family."""
-    asked = argparse.ArgumentParser()
-    asked.add_argument("--seeds", type=int, default=400)
-    asked.add_argument("--only", nargs="*", default=list(ERRORS))
-    asked.add_argument("--workers", type=int, default=1)
-    args = asked.parse_args()
-    print(
-        "family               coverage of alpha, beta, tau  median error %        lost  disturbed  s each", flush=True
-    )
-    with ProcessPoolExecutor(args.workers) as pool:
-        for family in args.only:
-            rows = np.array(list(pool.map(partial(score, family), range(args.seeds), chunksize=5)))
-            held = np.mean(np.abs(rows[:, :3]) < 1.959964, axis=0)
-            error = 100.0 * np.median(np.abs(rows[:, 3:6]), axis=0)
-            lost = np.mean(np.any(np.abs(rows[:, :3]) > LOOSE, axis=1))
-            print(f"{family:20} {np.round(held, 3)!s:29} {np.round(error, 2)!s:21} {lost:.3f}  "
-                  f"{np.mean(rows[:, 7]):.3f}      {np.median(rows[:, 6]):.3f}", flush=True)  # fmt: skip
+def scored(family: str) -> np.ndarray:
+    """Scores of all seeds, shape (SEEDS, 8)."""
+    return np.array([score(family, seed) for seed in range(SEEDS)])
+
+
+@pytest.mark.parametrize("family", ERRORS)
+def test_intervals_hold_the_truth(family: str, note: Callable[[str, str, str, str], None]) -> None:
+    """The mean over the three parameters: of each alone, 400 seeds tell the coverage to 2 %."""
+    held = np.mean(np.abs(scored(family)[:, :3]) < 1.959964)
+    note(f"coverage, {family}", f"{held:.3f}", "0.95", "0.93 to 0.97")
+    assert 0.93 <= held <= 0.97
 
 
 if __name__ == "__main__":
-    main()
+    print("family               coverage of alpha, beta, tau  median error %        lost  disturbed  s each")
+    for family in sys.argv[1:] or ERRORS:
+        rows = scored(family)
+        held = np.mean(np.abs(rows[:, :3]) < 1.959964, axis=0)
+        error = 100.0 * np.median(np.abs(rows[:, 3:6]), axis=0)
+        lost = np.mean(np.any(np.abs(rows[:, :3]) > LOST, axis=1))
+        print(f"{family:20} {np.round(held, 3)!s:29} {np.round(error, 2)!s:21} {lost:.3f}  "
+              f"{np.mean(rows[:, 7]):.3f}      {np.median(rows[:, 6]):.3f}", flush=True)  # fmt: skip
