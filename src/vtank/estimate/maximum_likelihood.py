@@ -166,10 +166,13 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
         end = min(end, other, key=lambda optimum: optimum.cost)
         if agree:
             break  # the rest is not for want of a better start
-    calm, end = _robust(*_weighted(problem.with_noise(problem.noise.calm()), end, prior), prior)
-    restless = max(calm.noise.variance) > EXACT**2 and colour(calm.filter(end.theta)) > SUSPICIOUS
+    plain, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
+    heard = set().union(*(run.first for run in problem.runs))
+    exact = max(plain.noise.variance[kind] for kind in heard) <= EXACT**2
+    calm, end = (plain, end) if exact else _robust(plain, end, prior)
+    restless = not exact and colour(calm.filter(end.theta)) > SUSPICIOUS
     if process_noise or (process_noise is None and restless):
-        turbulent, other = _robust(*_restless(calm, end, guesses[0], prior), prior)
+        turbulent, other = _robust(*_restless(plain, end, guesses[0], prior), prior)
         if process_noise or _likelihood(turbulent, other) > _likelihood(calm, end) + WORTHWHILE:
             return _estimate(turbulent, other, prior)
     return _estimate(calm, end, prior)
@@ -255,19 +258,35 @@ def _robust(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Opti
 
 
 def _restless(calm: Problem, end: Optimum, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
-    """The likeliest of fits with a disturbance, a coloured error of the sonar, or both.
+    """The likeliest of fits with a disturbance, a coloured error of the sonar, or both; what is simple comes first.
 
-    The search for a disturbance begins at the first guess, since rough water leads pure simulation astray; that for a
-    coloured error at the optimum of pure simulation, which it does not; that for both at the better of the two.
+    The search begins at the first guess, since rough water leads pure simulation astray, and with both, since a
+    coloured error that is taken for a disturbance leads the filter astray. A coloured error alone is sought at the
+    optimum of pure simulation as well.
     """
     forgiving = _forgiving(calm)
-    warm = descend(forgiving, guess, prior, forgiving.filter(guess))
-    best = _alternate(forgiving, warm, prior, (DISTURBANCE,), 3)
-    if any(run.record.colour.any() for run in calm.runs):
-        best = max(best, _alternate(calm, end, prior, (COLOUR,)), key=lambda one: _likelihood(*one))
-        both = _alternate(*best, prior, (DISTURBANCE, COLOUR))
-        return both if _likelihood(*both) > _likelihood(*best) + WORTHWHILE else best
-    return best
+    near = _near(forgiving, guess, prior)
+    filtered = forgiving.filter(near.theta)
+    if heavy(standardised(forgiving, filtered)):  # what simulation leaves in rough water says nothing about outliers
+        forgiving = reweighted(forgiving, filtered)
+        calm = replace(forgiving, noise=forgiving.noise.calm())
+    if not any(run.record.colour.any() for run in calm.runs):
+        return _alternate(forgiving, near, prior, (DISTURBANCE,), 3)
+    coloured = replace(forgiving.noise, colour_sigma=float(np.sqrt(forgiving.noise.variance[0])))
+    both = forgiving.with_noise(coloured)
+    both, near = _alternate(both, _near(both, guess, prior), prior, (DISTURBANCE, COLOUR))
+    asked, found = _likelihood(both, near) - WORTHWHILE, (both, near)
+    rough = both.with_noise(noise_level(both, near.theta, (DISTURBANCE,)))
+    if _likelihood(rough, near) > asked:
+        found = _alternate(rough, near, prior, (DISTURBANCE,))
+        asked = _likelihood(*found)
+    other = _alternate(calm, end, prior, (COLOUR,))
+    return other if _likelihood(*other) > asked else found
+
+
+def _near(problem: Problem, guess: np.ndarray, prior: Prior) -> Optimum:
+    """Optimum of a problem from a guess."""
+    return descend(problem, guess, prior, problem.filter(guess))
 
 
 def _alternate(
