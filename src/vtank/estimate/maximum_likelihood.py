@@ -1,7 +1,7 @@
 """Maximum-likelihood identification of the surge model from all runs jointly.
 
-The sonar's range is predicted and never differentiated; initial states are free; turbulence is handled by the
-innovations of an extended Kalman filter when the residuals ask for it. Gauss-Newton on the innovations with the
+The sonar's range is predicted and never differentiated; initial states are free; turbulence and a coloured error of the
+sonar are handled by the innovations of an extended Kalman filter when the residuals ask for it, outliers by weights. Gauss-Newton on the innovations with the
 filter's gains held and renewed (prediction-error method: Ljung, System Identification, 1999, ch. 7 and 9); covariance
 from the Fisher information of all unknowns, initial states included.
 """
@@ -120,8 +120,9 @@ def identify(
 ) -> Estimate:
     """Fit Model I, II or III to all runs jointly.
 
-    base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
-    None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
+    base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force a
+    disturbance or a coloured error of the sonar, None to look for them when the residuals are not white. Heavy tails
+    are allowed for where there are any. InputError where the runs or the model do not go together.
     """
     base = vector({LAG: 0.0 if model == "I" else 0.5}, base)
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
