@@ -1,9 +1,9 @@
 """Maximum-likelihood identification of the surge model from all runs jointly.
 
 The sonar's range is predicted and never differentiated; initial states are free; turbulence and a coloured error of the
-sonar are handled by the innovations of an extended Kalman filter when the residuals ask for it, outliers by weights. Gauss-Newton on the innovations with the
-filter's gains held and renewed (prediction-error method: Ljung, System Identification, 1999, ch. 7 and 9); covariance
-from the Fisher information of all unknowns, initial states included.
+sonar are handled by the innovations of an extended Kalman filter when the residuals ask for it, outliers by weights.
+Gauss-Newton on the innovations with the filter's gains held and renewed (prediction-error method: Ljung, System
+Identification, 1999, ch. 7 and 9); covariance from the Fisher information of all unknowns, initial states included.
 """
 
 from __future__ import annotations
