@@ -92,7 +92,7 @@ def test_the_page_loads_nothing(page: str) -> None:
 
 def test_the_verdict_comes_first_and_the_sections_follow(page: str) -> None:
     assert Reader(page).headings == [
-        "The gap is caused by coulomb friction.",
+        "Compared with given parameters. The gap is caused by coulomb friction.",
         "How far the gap shrinks",
         "Where the gap lies",
         "Over time",
@@ -101,7 +101,7 @@ def test_the_verdict_comes_first_and_the_sections_follow(page: str) -> None:
         "Which effect",
         "What cannot be told apart",
         "Estimates",
-        "The simulator's own parameters",
+        "Drag and thrust",
         "What to do next",
     ]
 

@@ -20,7 +20,7 @@ from ..estimate.innovations import simulated
 from ..estimate.observed import Observed
 from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
-from ..plant.parameters import INPUT_OFFSET, LAG, indices, slot, vector
+from ..plant.parameters import LAG, indices, slot, vector
 from . import outliers
 from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
@@ -137,8 +137,10 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
             low, high = (bound * stretch(known[name], setting.runs) for bound in known[name].bounds)
             if known[name].limit:  # a limit no run reaches is no effect
                 high = VISIBLE_LIMIT * top
-        elif name == INPUT_OFFSET:
+        elif name == "force_offset":
             nominal, sd = 0.0, OFFSET_SPREAD * top
+        elif name == "linear_input":
+            nominal, sd, low, high = 0.5, 0.5, 0.0, 1.0
         else:
             sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
         rows.append((nominal, sd, low, high))
@@ -190,16 +192,18 @@ def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.clip(np.nan_to_num(difference, nan=1e6), -1e6, 1e6) ** 2)))
 
 
-def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None) -> Fitted:
-    """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it."""
+def evaluate(
+    setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None, rough: bool = False
+) -> Fitted:
+    """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it; rough: one step only."""
     found: list[tuple[Problem, Prior, Optimum]] = []
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
         filtered = _filtered(problem, np.clip(theta, prior.low, prior.high))
-        found.append((problem, prior, climb(problem, theta, prior, filtered)))
+        found.append((problem, prior, climb(problem, theta, prior, filtered, *([1] if rough else []))))
     problem, prior, optimum = min(found, key=lambda one: one[2].cost)
-    if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
+    if setting.noise.sigma > 0.0 and not rough:  # once more with the gains of the optimum
         optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
 
@@ -229,7 +233,7 @@ def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Pri
     likelihood = problem.log_likelihood(filtered)
     for effect in (effect for effect in hypothesis.effects if effect.outliers):
         p = problem.model(optimum.theta, 0)[0][list(indices(effect))]
-        gain, counted = outliers.judged(effect, p, setting.runs, filtered, setting.flags)
+        gain, counted = outliers.judged(effect, p, setting.runs, filtered)
         likelihood += gain
         extra |= counted
     evidence = likelihood + _occam(prior, optimum)
