@@ -11,7 +11,7 @@ from synthetic import advance
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.localise.where import WhereData, locate
-from vtank.diagnose.selection import Selection, prepare, with_nameless
+from vtank.diagnose.selection import Selection, _near, prepare, with_nameless
 from vtank.diagnose.verdict import Verdict, decide, probabilities
 from vtank.effects.catalogue import BY_NAME
 from vtank.estimate.observed import RANGE, Observed
@@ -48,7 +48,7 @@ def record(name: str, propeller: np.ndarray, p: np.ndarray, noise_m: float, seed
 
 def turbulent(sigma_m_s2: float, memory_s: float, seed: int) -> Force:
     """An Ornstein-Uhlenbeck acceleration that begins anew in every run."""
-    rng, state = np.random.default_rng(seed), [0.0]
+    rng, state = np.random.default_rng((seed, 1)), [0.0]  # not the numbers of a run's noise
 
     def force(t: float, u: float, n: float) -> float:
         keep = np.exp(-TICK_S / memory_s) if t > 0.0 else 0.0
@@ -93,7 +93,8 @@ def select(runs: list[Observed], names: tuple[str, ...]) -> Selection:
     """A comparison of few hypotheses at the noise level that the recordings were made with."""
     setting = prepare(runs, NOMINAL).with_noise(NOISE)
     nominal, refit = evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis())
-    named = tuple(evaluate(setting, Hypothesis((BY_NAME[name],))) for name in names)
+    singles = [Hypothesis((BY_NAME[name],)) for name in names]
+    named = tuple(evaluate(setting, single, _near(setting, refit, single)) for single in singles)
     return with_nameless(Selection(setting, nominal, refit, named))
 
 

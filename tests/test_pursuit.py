@@ -162,6 +162,19 @@ def test_columns_are_the_change_of_the_innovations(fit: Fitted, found: Freeform)
     assert np.linalg.norm(change - expected) < 0.01 * np.linalg.norm(expected)
 
 
+@pytest.mark.parametrize("about", made.OWN)
+def test_own_terms_are_the_derivative_of_what_they_are_called_after(fit: Fitted, about: str) -> None:
+    """In all bins of all runs together, they move the innovations as the parameter itself does."""
+    pursuit = _Pursuit(fit)
+    (own,) = [one for one in pursuit._by_run() if one.group(0).kind == "run" and one.group(0).piece.about == about]
+    change = pursuit._columns_of(own.group(0)).sum(axis=1)
+    i = fit.problem.free.index(made.OWN[about])
+    value = fit.optimum.theta[i]
+    factor = {"drag": 1.0, "thrust": value, "lag": -1.0}[about]  # of the term over the derivative
+    derivative = factor * pursuit.near.jacobian[:, i]
+    assert np.linalg.norm(change - derivative) < 0.05 * np.linalg.norm(derivative)
+
+
 def test_windows_are_of_every_place() -> None:
     found = {tuple(span) for span in spans(5)}
     assert found == {(j, j + n) for n in (1, 2, 3, 4) for j in range(6 - n)}
