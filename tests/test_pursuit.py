@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import NOISE, NOISE_M, NOMINAL, record, sine
+from recorded import NOISE, NOISE_M, NOMINAL, record, recordings, sine
 from scipy.stats import multivariate_normal
 
 from vtank.diagnose.evidence import Fitted, evaluate
@@ -32,6 +32,12 @@ def fit() -> Fitted:
 def found(fit: Fitted) -> Freeform:
     """What is found missing there."""
     return pursue(fit)
+
+
+@pytest.fixture(scope="module")
+def right() -> _Pursuit:
+    """Two runs that lack nothing."""
+    return _Pursuit(evaluate(prepare(recordings()[:2], NOMINAL).with_noise(NOISE), Hypothesis()))
 
 
 def log_density(near: Linearised, *added: tuple[np.ndarray, float]) -> float:
@@ -163,16 +169,16 @@ def test_columns_are_the_change_of_the_innovations(fit: Fitted, found: Freeform)
 
 
 @pytest.mark.parametrize("about", made.OWN)
-def test_own_terms_are_the_derivative_of_what_they_are_called_after(fit: Fitted, about: str) -> None:
+def test_own_terms_are_the_derivative_of_what_they_are_called_after(right: _Pursuit, about: str) -> None:
     """In all bins of all runs together, they move the innovations as the parameter itself does."""
-    pursuit = _Pursuit(fit)
+    pursuit, fit = right, right.near.fit
     (own,) = [one for one in pursuit._by_run() if one.group(0).kind == "run" and one.group(0).piece.about == about]
     change = pursuit._columns_of(own.group(0)).sum(axis=1)
     i = fit.problem.free.index(made.OWN[about])
     value = fit.optimum.theta[i]
     factor = {"drag": 1.0, "thrust": value, "lag": -1.0}[about]  # of the term over the derivative
     derivative = factor * pursuit.near.jacobian[:, i]
-    assert np.linalg.norm(change - derivative) < 0.05 * np.linalg.norm(derivative)
+    assert np.linalg.norm(change - derivative) < 0.1 * np.linalg.norm(derivative)  # held over 0.1 s
 
 
 def test_windows_are_of_every_place() -> None:
