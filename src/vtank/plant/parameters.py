@@ -14,6 +14,7 @@ from ..effects import tachometer_bias, thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
+from . import law
 
 # Plain parameters: name -> (unit, value where nothing is stated)
 PLAIN: dict[str, tuple[str, float]] = {
@@ -21,6 +22,7 @@ PLAIN: dict[str, tuple[str, float]] = {
     "beta": ("m/rev2", 0.0),  # bollard thrust per unit of moving mass and n|n|
     "linear_input": ("-", 0.0),  # 1 where the input is a thrust already, so that thrust = beta * input
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
+    **law.SLOTS,  # a law that is data
 }
 
 NAMES: tuple[str, ...] = (*PLAIN, *PARAMETERS)

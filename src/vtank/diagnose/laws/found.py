@@ -1,0 +1,117 @@
+"""The missing law: up to three formulas for what no effect of the catalogue explains, the best first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...plant.formula import Formula
+from ..evidence import Fitted, Setting, evaluate
+from ..noise_floor import noise_at
+from ..prior import calibration
+from .heldout import Left, closed, floor
+from .metric import metric
+from .motion import Motion, motions
+from .refit import Refitted, refitted
+from .screen import screened, structure
+from .words import sentence
+
+MOST = 3  # laws that are shown
+TRIED, REFINED = 2, 8  # formulas fitted to find the noise level without the gap, and at that level
+QUIETER = 0.7  # fall of the disturbance, once a law is known, from which all is weighed anew; a choice
+FORMULAS = 8.0  # [nats] log of the number of structures that were looked at
+WITHIN = 3.0  # [nats] of the best that a formula with fewer numbers may be behind and stand for it
+NINETY = 1.644854  # deviations of a 90 % interval
+
+
+@dataclass(frozen=True)
+class Law:
+    """A formula that would be the missing law.
+
+    Attributes:
+        formula: structure, numbers and unit.
+        parameters: its numbers by slot: value, interval90, unit.
+        sentence: what it says.
+        gap_closed: share of the gap between refit and floor of noise that it closes on stretches left out.
+        probability: that it is the law, among all that were weighed.
+        tied: formulas as good as this, in text.
+        fit: of the whole simulator with it.
+    """
+
+    formula: Formula
+    parameters: dict[str, dict[str, Any]]
+    sentence: str
+    gap_closed: float
+    probability: float
+    tied: tuple[str, ...]
+    fit: Fitted = field(repr=False)
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        told = {"formula": f"{self.formula.text()} [{self.formula.unit}]", "channel": self.formula.channel}
+        told |= {"place": self.formula.place, "parameters": self.parameters, "sentence": self.sentence}
+        return told | {"gap_closed": self.gap_closed, "probability": self.probability, "tied": list(self.tied)}
+
+
+def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarray]) -> tuple[Law, ...]:
+    """Up to three laws for what a fit leaves over, in a channel: "hydrodynamics", "actuator" or "sensor".
+
+    fitted: per run, the free-form force over the input's stamps [m/s2], shape (I,), which mends the motion that the
+    formulas are functions of; of a sensor's error, it is not used.
+    """
+    acts = "range" if channel == "sensor" and all(run.has_position for run in setting.runs) else "force"
+    runs = motions(fit, fitted, acts == "range")
+    setting, fit, found = _weighed(setting, fit, runs, acts)
+    left = Left(fit)
+    found = [r for r in found if r.weight > fit.log_evidence + FORMULAS]
+    ranked = sorted(((r, Left(r.fit)) for r in found), key=lambda pair: pair[1].cost - pair[0].weight)
+    ranked = [pair for pair in ranked if pair[1].cost < left.cost]
+    if not ranked:
+        return ()
+    before, least = left.squares(setting), floor(setting, ranked[0][0].fit)
+    chances = _chances([r.weight - own.cost for r, own in ranked])
+    out = []
+    for (r, own), chance in list(zip(ranked, chances, strict=True))[:MOST]:
+        share = closed(setting, before, own.squares(setting), least)
+        tied = tuple(o.formula.text() for o, _ in ranked if o is not r and abs(o.weight - r.weight) < WITHIN)
+        out.append(Law(r.formula, numbers(r), sentence(r.formula), share, max(share, 0.0) * chance, tied, r.fit))
+    return tuple(out)
+
+
+def _weighed(
+    setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str
+) -> tuple[Setting, Fitted, list[Refitted]]:
+    """The promising formulas fitted, at the noise that is left once a law is known."""
+    promising = screened(metric(fit, acts), runs, acts, REFINED)
+    first = [refitted(setting, fit, promise.formula, runs) for promise in promising[:TRIED]]
+    best = max(first, key=lambda r: r.weight)
+    noise = noise_at(best.fit.problem, best.fit.optimum.theta)
+    if noise.sigma < QUIETER * setting.noise.sigma:
+        setting = setting.with_noise(noise)
+        fit = evaluate(setting, fit.hypothesis, [fit.start()])
+        promising, first = screened(metric(fit, acts), runs, acts, REFINED), []
+    known = {structure(r.formula) for r in first}
+    more = [p.formula for p in promising if structure(p.formula) not in known]
+    return setting, fit, [*first, *(refitted(setting, fit, formula, runs) for formula in more)]
+
+
+def _chances(weights: Sequence[float]) -> np.ndarray:
+    """Probabilities from means of log evidence and held-out log likelihood, tempered as all evidence is."""
+    power = 0.5 * calibration().tempering * np.asarray(weights)
+    odds = np.exp(power - np.max(power))
+    return np.asarray(odds / np.sum(odds))
+
+
+def numbers(r: Refitted) -> dict[str, dict[str, Any]]:
+    """The numbers of a formula with 90 % intervals."""
+    values, sd = r.fit.values, np.sqrt(np.maximum(np.diag(r.covariance()), 0.0))
+    return {
+        name.partition(".")[2]: {
+            "value": values[name], "unit": r.formula.unit_of(name),
+            "interval90": [values[name] - NINETY * float(s), values[name] + NINETY * float(s)],
+        }
+        for name, s in zip(r.formula.fitted(), sd, strict=True)
+    }  # fmt: skip
