@@ -9,7 +9,7 @@ from ..plant.surge import STANDOFF, law_product
 from .channel import Channel, reads_state
 
 as_read = chained(acting_on("range_m"), "reads")
-PLACE, SPEED, THRUST, WAKE = range(4)  # among the states
+PLACE, SPEED = 0, 1  # among the states
 RANGE_LAW = slot("law.range")
 
 
@@ -18,7 +18,7 @@ def distance(t, s, ds, p):
     """Distance from the sonar to the wall as it reads it [m]."""
     gap = p[STANDOFF] - s[PLACE]
     if p[RANGE_LAW] != 0.0:
-        gap = gap + p[RANGE_LAW] * law_product(t, s[PLACE], s[SPEED], s[THRUST], s[WAKE], 0.0, gap, 0.0, p)
+        gap = gap + p[RANGE_LAW] * law_product(t, s[PLACE], s[SPEED], 0.0, 0.0, 0.0, gap, 0.0, p)
     return as_read(gap, p)
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
 from ..record.table import Table
 from .law import FACTORS, KINDS, OPERATIONS, SLOTS, VARIABLES
@@ -15,6 +16,7 @@ UNITS = {
     "turning": {"rev": 1.0, "s": -1.0},
 }  # fmt: skip
 ACTS = {"force": {"m": 1.0, "s": -2.0}, "range": {"m": 1.0}}
+SENSED = ("u", "speed", "x", "gap", "t")  # what an error of the range may depend on
 SPOKEN = {"speed": "|u|", "turning": "|n|"}
 POSITIVE = ("gap", "t", "speed", "turning")
 NUMBERS = {"power": 0, "signed": 0, "above": 1, "beyond": 1, "sine": 2, "decay": 1, "from": 1}  # fitted, in this order
@@ -199,3 +201,39 @@ def law_lines(formula: Formula, table: str = "law") -> list[str]:
         m, q = formula.memory, formula.memory.quantity
         lines.append(f"memory = {words(m.kind, q.variable, q.operation, q.a, m.a, m.b)}")
     return lines
+
+
+def read_law(file: Table) -> dict[str, float]:
+    """Slots and values of the law in a file's table [law]; none where it has none. InputError names file and key."""
+    if not file.has("law"):
+        return {}
+    table = file.table("law").check_keys(("acts", "size", "factors", "memory"))
+    acts, size = table.choice("acts", tuple(ACTS)), table.number("size")
+    texts = table.texts("factors")
+    if len(texts) > FACTORS:
+        raise table.error("factors", f"expected at most {FACTORS}, found {len(texts)}")
+    factors = tuple(Factor(*_words(table, "factors", text, (VARIABLES[1:], OPERATIONS), 2)) for text in texts)
+    memory = None
+    if table.has("memory"):
+        choices = (KINDS[1:], tuple(UNITS), ("power", "signed"))
+        kind, variable, operation, power, a, b = _words(table, "memory", table.text("memory"), choices, 3)
+        memory = Memory(kind, Factor(variable, operation, power), a, b)
+    if acts == "range" and (memory or any(f.variable not in SENSED for f in factors)):
+        raise table.error("factors", f"expected those of {', '.join(SENSED)} for a range, without memory")
+    if memory is None and any(f.variable in ("w", "fresh") for f in factors):
+        raise table.error("memory", "missing, but a factor asks for what it holds")
+    return Formula(acts, factors, memory, size).values()
+
+
+def _words(table: Table, key: str, text: str, choices: tuple[tuple[str, ...], ...], count: int) -> tuple[Any, ...]:
+    """Words of the given choices, then numbers, out of a text; InputError says which was expected."""
+    words = text.split()
+    if len(words) != len(choices) + count:
+        raise table.error(key, f"expected {len(choices)} words and {count} numbers, found {text!r}")
+    for word, known in zip(words, choices, strict=False):
+        if word not in known:
+            raise table.error(key, f"expected one of {', '.join(known)}, found {word!r} in {text!r}")
+    try:
+        return (*words[: len(choices)], *map(float, words[len(choices) :]))
+    except ValueError:
+        raise table.error(key, f"expected {count} numbers at its end, found {text!r}") from None

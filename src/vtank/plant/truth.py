@@ -17,13 +17,14 @@ from ..effects.catalogue import BY_NAME
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
+from .formula import read_law
 from .lumped import Lumped, from_feet, lump, propeller_forces
 from .parameters import LUMPED, vector
 from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
 SI = ("alpha_per_m", "beta_m_per_rev2", "gamma_per_rev", "tau_s")
-OWN = ("name", "source", "n_limit_rev_s", "lumped", "derived", "effects")
+OWN = ("name", "source", "n_limit_rev_s", "lumped", "derived", "effects", "law")
 PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # what a diagnosed model has besides
 
 
@@ -31,7 +32,7 @@ PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # wha
 class Truth(Lumped):
     """Surge parameters, with a name, the largest propeller speed either way [rev/s] and their origin.
 
-    effects: slot of the parameter vector -> value, of effects that are switched on besides.
+    effects: slot of the parameter vector -> value, of effects that are switched on besides, and of a law that is data.
     """
 
     name: str
@@ -67,7 +68,7 @@ def load_truth(name_or_path: str | Path) -> Truth:
         name=file.text("name"),
         n_limit_rev_s=file.positive("n_limit_rev_s"),
         source=file.text("source"),
-        effects=read_effects(file.table("effects")),
+        effects=read_effects(file.table("effects")) | read_law(file),
     )
 
 

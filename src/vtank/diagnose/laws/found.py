@@ -15,12 +15,12 @@ from ..prior import calibration
 from .heldout import Left, closed, floor
 from .metric import metric
 from .motion import Motion, motions
-from .refit import Refitted, refitted
-from .screen import screened, structure
+from .refit import Refitted, polished, refitted
+from .screen import screened
 from .words import sentence
 
 MOST = 3  # laws that are shown
-TRIED, REFINED = 2, 8  # formulas fitted to find the noise level without the gap, and at that level
+TRIED, CARRIED = 10, 6  # formulas of one modulator that are fitted, and formulas that are fitted to the end
 QUIETER = 0.7  # fall of the disturbance, once a law is known, from which all is weighed anew; a choice
 FORMULAS = 8.0  # [nats] log of the number of structures that were looked at
 WITHIN = 3.0  # [nats] of the best that a formula with fewer numbers may be behind and stand for it
@@ -66,17 +66,17 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
     runs = motions(fit, fitted, acts == "range")
     setting, fit, found = _weighed(setting, fit, runs, acts)
     left = Left(fit)
-    found = [r for r in found if r.weight > fit.log_evidence + FORMULAS]
-    ranked = sorted(((r, Left(r.fit)) for r in found), key=lambda pair: pair[1].cost - pair[0].weight)
-    ranked = [pair for pair in ranked if pair[1].cost < left.cost]
-    if not ranked:
+    pairs = [(r, Left(r.fit)) for r in found if r.weight > fit.log_evidence + FORMULAS]
+    pairs = sorted((pair for pair in pairs if pair[1].cost < left.cost), key=lambda pair: pair[1].cost - pair[0].weight)
+    if not pairs:
         return ()
-    before, least = left.squares(setting), floor(setting, ranked[0][0].fit)
-    chances = _chances([r.weight - own.cost for r, own in ranked])
+    before, least = left.squares(setting), floor(setting, pairs[0][0].fit)
+    shares = [closed(before, own.squares(setting), least) for _, own in pairs]
+    ranked = [(*pair, share) for pair, share in zip(pairs, shares, strict=True)]
+    chances = _chances([r.weight - own.cost for r, own, _ in ranked])
     out = []
-    for (r, own), chance in list(zip(ranked, chances, strict=True))[:MOST]:
-        share = closed(setting, before, own.squares(setting), least)
-        tied = tuple(o.formula.text() for o, _ in ranked if o is not r and abs(o.weight - r.weight) < WITHIN)
+    for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
+        tied = tuple(o.formula.text() for o, _, _ in ranked if o is not r and abs(o.weight - r.weight) < WITHIN)
         out.append(Law(r.formula, numbers(r), sentence(r.formula), share, max(share, 0.0) * chance, tied, r.fit))
     return tuple(out)
 
@@ -85,17 +85,19 @@ def _weighed(
     setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str
 ) -> tuple[Setting, Fitted, list[Refitted]]:
     """The promising formulas fitted, at the noise that is left once a law is known."""
-    promising = screened(metric(fit, acts), runs, acts, REFINED)
-    first = [refitted(setting, fit, promise.formula, runs) for promise in promising[:TRIED]]
-    best = max(first, key=lambda r: r.weight)
-    noise = noise_at(best.fit.problem, best.fit.optimum.theta)
+    found = _tried(setting, fit, runs, acts)
+    noise = noise_at(found[0].fit.problem, found[0].fit.optimum.theta)
     if noise.sigma < QUIETER * setting.noise.sigma:
         setting = setting.with_noise(noise)
         fit = evaluate(setting, fit.hypothesis, [fit.start()])
-        promising, first = screened(metric(fit, acts), runs, acts, REFINED), []
-    known = {structure(r.formula) for r in first}
-    more = [p.formula for p in promising if structure(p.formula) not in known]
-    return setting, fit, [*first, *(refitted(setting, fit, formula, runs) for formula in more)]
+        found = _tried(setting, fit, runs, acts)
+    return setting, fit, [polished(setting, r) for r in found[:CARRIED]]
+
+
+def _tried(setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str) -> list[Refitted]:
+    """Quick fits of the promising formulas, the best first."""
+    promising = screened(metric(fit, acts), runs, acts, TRIED)
+    return sorted((refitted(setting, fit, p.formula, runs) for p in promising), key=lambda r: -r.weight)
 
 
 def _chances(weights: Sequence[float]) -> np.ndarray:

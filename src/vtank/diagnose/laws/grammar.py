@@ -51,14 +51,15 @@ def modulators(runs: Sequence[Motion], thrust: bool) -> Iterator[Modulator]:
     yield from ((Factor("gap", "decay", share * float(np.ptp(spread["gap"]))), None) for share in (0.15, 0.4, 1.0))
     longest = float(max(run.t[-1] - run.t[0] for run in runs))
     yield from ((Factor("t", "decay", share * longest), None) for share in (0.05, 0.1, 0.2, 0.4))
-    yield from _memories(spread, thrust)
+    if thrust:
+        yield from _memories(spread)
 
 
-def _memories(spread: dict[str, np.ndarray], thrust: bool) -> Iterator[Modulator]:
+def _memories(spread: dict[str, np.ndarray]) -> Iterator[Modulator]:
     """What was, and what is new."""
     kept = [Factor("u", "signed", k) for k in (0.0, 1.0, 2.0)] + [Factor("x", "signed", 1.0)]
-    kept += [Factor("n", "signed", k) for k in (0.0, 1.0, 2.0)] * thrust
-    kept += [Factor("turning", "power", k) for k in (1.0, 2.0, 3.0)] * thrust + [Factor("speed", "power", 1.0)]
+    kept += [Factor("n", "signed", k) for k in (0.0, 1.0, 2.0)]
+    kept += [Factor("turning", "power", k) for k in (1.0, 2.0, 3.0)] + [Factor("speed", "power", 1.0)]
     for q, lag in product(kept, LAGS_S):
         memory = Memory("follows", q, lag)
         yield Factor("w", "signed", 1.0), memory
@@ -66,7 +67,7 @@ def _memories(spread: dict[str, np.ndarray], thrust: bool) -> Iterator[Modulator
         if q.variable == "x":
             span = float(np.ptp(spread["x"]))
             yield from ((Factor("w", "decay", way * share * span), memory) for way in (1, -1) for share in (0.15, 0.4))
-    for v in ("speed", "x", "u", *(("turning", "n") if thrust else ())):
+    for v in ("speed", "x", "u", "turning", "n"):
         levels = np.quantile(spread[v], (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95))
         for low, high in product(levels, levels):
             if low < high:
@@ -77,9 +78,8 @@ def _memories(spread: dict[str, np.ndarray], thrust: bool) -> Iterator[Modulator
 
 def waves(runs: Sequence[Motion], thrust: bool) -> Iterator[tuple[Factor, Factor, Memory | None]]:
     """Sine and cosine of place, time, way gone and turns made."""
-    sums = [Memory("sums", Factor("speed", "power", 1.0))]
-    sums += [Memory("sums", Factor(v, "signed" if v == "n" else "power", 1.0)) for v in ("n", "turning") * thrust]
-    for v, memory in [("x", None), ("t", None), *(("w", m) for m in sums)]:
+    sums = [Memory("sums", Factor(v, "signed" if v == "n" else "power", 1.0)) for v in ("speed", "n", "turning")]
+    for v, memory in [("x", None), ("t", None), *(("w", m) for m in sums * thrust)]:
         values = [run.remembered(memory)[0] if memory else getattr(run, v) for run in runs]
         span = float(max(np.ptp(value) for value in values))
         quickest = max(float(np.quantile(np.abs(np.diff(value) / np.diff(run.t)), 0.9)) for value, run in

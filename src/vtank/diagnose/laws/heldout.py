@@ -6,8 +6,6 @@ the ranking and in pure simulation for the gap that is closed.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from ..evidence import Fitted, Setting
@@ -57,7 +55,7 @@ def floor(setting: Setting, fit: Fitted) -> float:
     return float(np.mean(np.concatenate([noise + disturbed for noise, disturbed in parts])))
 
 
-def closed(setting: Setting, before: np.ndarray, after: Sequence[float] | np.ndarray, least: float) -> float:
+def closed(before: np.ndarray, after: np.ndarray, least: float) -> float:
     """Share of what lies between the squared errors before and the floor that is closed, at most 1."""
     gap = float(np.mean(before)) - least
     return float(np.clip((np.mean(before) - np.mean(after)) / gap, -1.0, 1.0)) if gap > 0.0 else 0.0

@@ -15,9 +15,10 @@ import numpy as np
 from ..evidence import Fitted
 from ..score import linearise
 
-BLOCKS = 160  # blocks of a run at most: 0.75 s of two minutes, about what a hull follows; a choice
+BLOCKS = 300  # blocks of a run at most: 0.4 s of two minutes, quicker than a hull follows; a choice
+PATTERNS = 120  # patterns of force that are kept, those that show most: up to 0.5 Hz in two minutes; a choice
 PROBES = {"force": 1e-3, "range": 1e-3}  # [m/s2, m] of the finite differences, small enough to be linear
-SHOWN = 1e-6  # share of the largest eigenvalue below which a pattern of force does not show
+SHOWN = 1e-9  # share of the largest eigenvalue below which a pattern of force is lost to rounding
 
 
 @dataclass(frozen=True)
@@ -25,21 +26,21 @@ class Seen:
     """How blocks of one run show, along patterns that show at all.
 
     Attributes:
-        first, count: index of each block's first instant, and how many it has, shapes (B,).
+        block: instants in a block.
         patterns: shape (E, B): white patterns, so that the square of `patterns @ f` is that of the innovations.
         pull: of the innovations on these patterns, shape (E,).
         taken: what the fit's unknowns take up, shape (size, E).
     """
 
-    first: np.ndarray
-    count: np.ndarray
+    block: int
     patterns: np.ndarray
     pull: np.ndarray
     taken: np.ndarray
 
-    def means(self, values: np.ndarray) -> np.ndarray:
-        """Mean of a function over every block, shape (B,)."""
-        return np.asarray(np.add.reduceat(values, self.first) / self.count)
+    def blocks(self, values: np.ndarray) -> np.ndarray:
+        """Functions over the instants, shape (I, K), cut into blocks of equal length, shape (B, L, K); 0 at the end."""
+        padded = np.pad(values, ((0, self.block * self.patterns.shape[1] - values.shape[0]), (0, 0)))
+        return padded.reshape(-1, self.block, values.shape[1])
 
 
 @dataclass(frozen=True)
@@ -93,8 +94,9 @@ def metric(fit: Fitted, acts: str) -> Metric:
     rows, out = np.cumsum([0] + [f.innovation.size for f in fit.filtered]), []
     for k, (run, f) in enumerate(zip(problem.runs, fit.filtered, strict=True)):
         here, count = slice(rows[k], rows[k + 1]), (run.time_s if acts == "range" else run.input_time_s).size
-        block = np.arange(count) // -(-count // BLOCKS)
-        step = PROBES[acts] * (block[:, None] == np.arange(block[-1] + 1))
+        length = -(-count // BLOCKS)
+        block = np.arange(count) // length
+        step = PROBES[acts] / length * (block[:, None] == np.arange(block[-1] + 1))
         if acts == "range":
             moved = problem.varied(theta, f, k, value=run.value[:, None] - step)
         else:
@@ -102,10 +104,9 @@ def metric(fit: Fitted, acts: str) -> Metric:
             moved = problem.varied(theta, f, k, forcing=step if push is None else push[:, None] + step)
         G = (moved - near.residual[here, None]) / PROBES[acts]
         values, vectors = np.linalg.eigh(G.T @ G)
-        shows = values > SHOWN * values[-1]
-        patterns = (vectors[:, shows] * np.sqrt(values[shows])).T
-        back = vectors[:, shows] / np.sqrt(values[shows])
+        size, vectors = np.sqrt(np.maximum(values, SHOWN * values[-1]))[-PATTERNS:], vectors[:, -PATTERNS:]
+        patterns, back = (vectors * size).T, vectors / size
         left = back.T @ G.T
-        out.append(Seen(np.flatnonzero(np.diff(block, prepend=-1)), np.bincount(block), patterns, left @ near.residual[here],
+        out.append(Seen(length, patterns.astype(np.float32), left @ near.residual[here],
                         (left @ near.jacobian[here]).T))  # fmt: skip
     return Metric(tuple(out), np.linalg.inv(near.information), near.jacobian.T @ near.residual)

@@ -8,15 +8,17 @@ from math import pi, sqrt
 
 import numpy as np
 
-from ...estimate.optimum import Prior, climb
+from ...estimate.optimum import Optimum, Prior, climb
 from ...estimate.problem import Problem
 from ...plant.formula import Formula
-from ...plant.parameters import vector
+from ...plant.parameters import slot, vector
 from ..evidence import Fitted, Setting, weigh
 from .motion import Motion
 from .grammar import seen
 
-STEPS = 8  # of a fit, and again with the gains of its optimum
+STEPS = 4  # of a quick fit, and of each half of one that is carried on
+LEVELS = 16  # values of a latch that are tried, since no slope leads to them
+PROMISE = 0.5  # [nats] that a further step of a quick fit must promise
 WIDE = 3.0  # prior deviation of a size over that of its score test; a choice
 FACTOR_COST = 3.0  # [nats] of a further factor: one of about twenty modulators of equal standing; a choice
 LAG_S = (0.05, 300.0)  # [s] bounds of a memory: shorter than a tick, longer than a run
@@ -38,10 +40,43 @@ class Refitted:
 
 
 def refitted(setting: Setting, fit: Fitted, formula: Formula, runs: Sequence[Motion]) -> Refitted:
-    """A formula from its linear start, on top of a fit."""
+    """A formula from its linear start, on top of a fit: a quick fit."""
     problem, theta, prior = posed(setting, fit, formula, runs)
-    optimum = climb(problem, theta, prior, problem.filter(theta), STEPS)
-    optimum = climb(problem, optimum.theta, prior, problem.filter(optimum.theta), STEPS // 2)
+    optimum = climb(problem, theta, prior, problem.filter(theta), STEPS, PROMISE)
+    return _weighed(setting, fit, formula, problem, prior, optimum)
+
+
+def polished(setting: Setting, r: Refitted) -> Refitted:
+    """The fit carried on, with the gains of its optimum."""
+    problem, prior, optimum = r.fit.problem, r.fit.prior, r.fit.optimum
+    theta = latched(problem, optimum.theta, r.formula)
+    for _ in range(2):
+        optimum = climb(problem, theta, prior, problem.filter(theta), STEPS)
+        theta = optimum.theta
+    return _weighed(setting, r.fit, r.formula, problem, prior, optimum)
+
+
+def latched(problem: Problem, theta: np.ndarray, formula: Formula) -> np.ndarray:
+    """The unknowns with the levels of a latch where they fit best, one after the other."""
+    if formula.memory is None or formula.memory.kind != "latches":
+        return theta
+    theta, filtered = theta.copy(), problem.filter(theta)
+    here = [problem.free.index(name) for name in formula.fitted() if name.startswith("law.memory")]
+    span = abs(theta[here[0]] - theta[here[1]])
+    for i in here:
+        tried = theta[i] + span * np.linspace(-0.5, 0.5, LEVELS + 1)
+        costs = np.zeros(tried.size)
+        for k, f in enumerate(filtered):
+            p = np.repeat(problem.model(theta, k)[0][:, None], tried.size, axis=1)
+            p[slot(problem.free[i])] = tried
+            costs += np.sum(problem.varied(theta, f, k, p=p) ** 2, axis=0)
+        theta[i] = tried[np.argmin(costs)]
+    return theta
+
+
+def _weighed(
+    setting: Setting, fit: Fitted, formula: Formula, problem: Problem, prior: Prior, optimum: Optimum
+) -> Refitted:
     found = weigh(setting, fit.hypothesis, problem, prior, optimum)
     weight = found.log_evidence - FACTOR_COST * len(formula.factors)
     return Refitted(formula.moved(found.values), found, weight)

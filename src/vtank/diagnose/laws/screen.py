@@ -12,7 +12,6 @@ from .grammar import CORES, RANGE_CORES, Modulator, modulators, waves
 from .metric import Metric
 from .motion import Motion
 
-DEEPENED = 10  # formulas that are tried with one factor more
 COST = 3.0  # [nats] a further number or factor must gain, about half the log of the samples that tell it; a guess
 BESIDE = {"speed": "u", "turning": "n", "gap": "x", "z": "n"}  # variables that are others in disguise
 
@@ -28,7 +27,7 @@ class Promise:
 
 @dataclass(frozen=True)
 class Carried:
-    """The first factors of a formula, and their product along every run, by blocks, shapes (B,)."""
+    """The first factors of a formula, and their product along every run, by blocks, shapes (B, 1, L)."""
 
     factors: tuple[Factor, ...]
     memory: Memory | None
@@ -36,13 +35,20 @@ class Carried:
 
 
 def screened(metric: Metric, runs: Sequence[Motion], acts: str, count: int) -> list[Promise]:
-    """The most promising formulas, each of its own structure, the best first."""
+    """The `count` most promising formulas of one modulator, and half as many of one factor more, by structure."""
     table = _Table(metric, runs, acts)
     found = [p for core in (CORES if acts == "force" else RANGE_CORES) for p in table.scan(table.carry(core, None))]
-    for promise in _best(found, DEEPENED):
+    simple, deep = _best(found, count), list[Promise]()
+    for promise in simple:
         if len(promise.formula.factors) < FACTORS:
-            found += table.scan(table.carry(promise.formula.factors, promise.formula.memory))
-    return _best(found, count)
+            carried = table.carry(promise.formula.factors, promise.formula.memory)
+            deep += [p for p in table.scan(carried) if p.worth > promise.worth]
+    return simple + [p for p in _best(deep, count // 2) if structure(p.formula) not in map(structure_of, simple)]
+
+
+def structure_of(promise: Promise) -> object:
+    """Of what is promised."""
+    return structure(promise.formula)
 
 
 def structure(formula: Formula) -> object:
@@ -82,7 +88,8 @@ class _Table:
         pairs = list(waves(runs, thrust))
         self.count, self.all = len(singles), singles + [(f, m) for f, _, m in pairs] + [(f, m) for _, f, m in pairs]
         columns = [[self.along((f,), m, k) for f, m in self.all] for k in range(len(runs))]
-        self.values = [np.column_stack([np.ones_like(own[0]), *own]) for own in columns]
+        self.values = [seen.blocks(np.column_stack([np.ones_like(own[0]), *own])).astype(np.float32) for seen, own in
+                       zip(metric.runs, columns, strict=True)]  # fmt: skip
         kinds: dict[object, int] = {}
         self.kind = np.array([kinds.setdefault((_bare(f), m and (m.kind, m.quantity)), len(kinds))
                               for f, m in self.all[: self.count + len(pairs)]])  # fmt: skip
@@ -90,21 +97,23 @@ class _Table:
                               self.all[: self.count + len(pairs)]])  # fmt: skip
 
     def along(self, factors: Sequence[Factor], memory: Memory | None, k: int) -> np.ndarray:
-        """Product of factors along run k, the mean of every block, shape (B,)."""
+        """Product of factors along run k, shape (I,)."""
         if memory is not None and memory not in self.memories:
             self.memories[memory] = [run.remembered(memory) for run in self.runs]
         run, out = self.runs[k], np.ones_like(self.runs[k].t)
         for f in factors:
             out = out * run.of(f, self.memories[memory][k] if memory else None)
-        return self.metric.runs[k].means(out)
+        return out
 
     def carry(self, factors: tuple[Factor, ...], memory: Memory | None) -> Carried:
         """The first factors of a formula."""
-        return Carried(factors, memory, tuple(self.along(factors, memory, k) for k in range(len(self.runs))))
+        own = (self.along(factors, memory, k)[:, None] for k in range(len(self.runs)))
+        blocks = (seen.blocks(values).transpose(0, 2, 1) for seen, values in zip(self.metric.runs, own, strict=True))
+        return Carried(factors, memory, tuple(block.astype(np.float32) for block in blocks))
 
     def scan(self, c: Carried) -> list[Promise]:
         """The carried factors alone and times every modulator: of each kind the best."""
-        shown = [seen.patterns @ (own[:, None] * values) for seen, own, values in
+        shown = [seen.patterns @ (own @ values)[:, 0] for seen, own, values in
                  zip(self.metric.runs, c.values, self.values, strict=True)]  # fmt: skip
         n, m = self.count + 1, (len(self.all) - self.count) // 2
         alone, size = self.metric.single([s[:, :n] for s in shown])
