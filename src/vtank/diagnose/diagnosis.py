@@ -18,6 +18,7 @@ from ..estimate.observed import Observed
 from ..plant.parameters import slot, unit_of, vector
 from .baselines import baselines
 from .foreign import grow, nominal_of
+from .laws.found import Law, laws
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
@@ -90,6 +91,18 @@ class Diagnosis:
             return next_experiment(self.selection, self.verdict, self.probabilities)
 
     @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """For a cause without a name, up to three formulas that would be its law, the most probable first."""
+        if self.verdict.kind != "unknown":
+            return ()
+        selection = self.selection
+        found = max((d for d in selection.unnamed if d.fitted), key=lambda d: d.gain, default=None)
+        mends = found is not None and found.channel != "sensor" and selection.best is selection.refit
+        with self._stage("the missing law"):
+            channel = self.verdict.channel or "hydrodynamics"
+            return laws(selection.setting, selection.refit, channel, found.fitted if found and mends else ())
+
+    @cached_property
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/1."""
         with ThreadPoolExecutor(2) as pool:  # they do not need one another
@@ -98,6 +111,7 @@ class Diagnosis:
             "where": self.where.document(),
             "shrink": self.held_out,
             "next_experiment": self.next_experiment,
+            "laws": [law.document() for law in self.laws],
             "parameters": own_parameters(self.selection, self.verdict),
         }
         return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}

@@ -7,7 +7,7 @@ the noise level and the verdict. Keys carry their unit; what drag and thrust are
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import remainder, tau
 from pathlib import Path
@@ -20,14 +20,16 @@ from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
+from ..plant.formula import law_lines, read_law
 from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import read_effects
 from ..record.table import Table, open_table
-from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
+from .holdout import START_WINDOW_S, Model, Prediction, Target, model_of, predictor, rms, target_of, targets_of
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
+    from .laws.found import Law
 
 SCHEMA = "vtank.model/1"
 BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
@@ -56,8 +58,8 @@ class ModelFile:
     verdict: dict[str, Any]
 
 
-def model_text(diagnosis: Diagnosis) -> str:
-    """The file's text."""
+def model_text(diagnosis: Diagnosis, law: Law | None = None) -> str:
+    """The file's text; law: one of the diagnosis' laws that is accepted into the diagnosed simulator."""
     selection, v = diagnosis.selection, diagnosis.verdict
     runs, nominal = selection.setting.runs, selection.setting.nominal
     effects, name = v.fit.hypothesis.effects, runs[0].input_name
@@ -65,6 +67,8 @@ def model_text(diagnosis: Diagnosis) -> str:
     limit = LEAST_LIMIT_REV_S if limit < LEAST_LIMIT_REV_S + SCATTER_REV_S else np.ceil(limit)
     said = ", ".join(v.effects)
     refit, diagnosed = (predictor(selection.setting, fit) for fit in (selection.refit, v.fit))
+    if law:
+        diagnosed, effects = model_of(law.fit), law.fit.hypothesis.effects
     lines = [
         "# A simulator found by vtank diagnose. It can be used wherever a truth preset can:",
         "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",
@@ -77,6 +81,7 @@ def model_text(diagnosis: Diagnosis) -> str:
         "[lumped]",
         *_own(diagnosed.p, name, effects),
         *_effects(diagnosed, "", effects),
+        *(["", *law_lines(law.formula)] if law else ()),
         "",
         "[nominal]",
         *_own(nominal, name),
@@ -147,7 +152,7 @@ def read_model(path: Path | str) -> ModelFile:
         name,
         _model(file.table("nominal"), name),
         _model(file.table("refit"), name),
-        _model(file.table("lumped"), name, file.table("effects")),
+        _model(file.table("lumped"), name, file.table("effects"), read_law(file)),
         _read_noise(file.table("noise")),
         file.table("verdict").entries,
     )
@@ -179,11 +184,13 @@ def _target(models: ModelFile, run: Observed) -> Target:
     return target
 
 
-def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
+def _model(
+    table: Table, input_name: str, effects: Table | None = None, law: Mapping[str, float] | None = None
+) -> Model:
     keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
     table.check_keys((*keys.values(), "effects"))
     on = read_effects(table.table("effects") if effects is None else effects, input_name)
-    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
+    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on, **(law or {})})
     p[LINEAR_INPUT] = float(input_name == "thrust_N")
     return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))
 

@@ -59,7 +59,8 @@ class Result:
             "seed": plan.seed,
             "run_number": plan.run,
             "parameters": {
-                name: value for name, value in plan.parameters.items()
+                name: value
+                for name, value in plan.parameters.items()
                 if np.isfinite(value) and (value or name not in SLOTS)
             },
             "effects": {name: value for name, value in plan.parameters.items() if value != nominal[name]},

@@ -194,7 +194,11 @@ def law_lines(formula: Formula, table: str = "law") -> list[str]:
     def words(*parts: object) -> str:
         return '"' + " ".join(p if isinstance(p, str) else f"{p:.12g}" for p in parts) + '"'
 
-    lines = [f"[{table}] # {formula.text()}", f'acts = "{formula.acts}"', f"size = {formula.size:.12g} # {formula.unit}"]
+    lines = [
+        f"[{table}] # {formula.text()}",
+        f'acts = "{formula.acts}"',
+        f"size = {formula.size:.12g} # {formula.unit}",
+    ]
     factors = ", ".join(words(f.variable, f.operation, f.a, f.b) for f in formula.factors)
     lines.append(f"factors = [{factors}]")
     if formula.memory:

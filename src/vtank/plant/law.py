@@ -149,7 +149,5 @@ def tabulate(code, t, x, u, z, w, n, gap, a, fresh):
     """Values of one factor along samples, shape (I,)."""
     out = np.empty(t.size)
     for i in range(t.size):
-        out[i] = factor(
-            code[0], code[1], code[2], code[3], t[i], x[i], u[i], z[i], w[i], n[i], gap[i], a[i], fresh[i]
-        )
+        out[i] = factor(code[0], code[1], code[2], code[3], t[i], x[i], u[i], z[i], w[i], n[i], gap[i], a[i], fresh[i])
     return out

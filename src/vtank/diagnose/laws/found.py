@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,7 +18,7 @@ from .heldout import Left, closed, floor
 from .metric import metric
 from .motion import Motion, motions
 from .refit import Refitted, polished, refitted
-from .screen import screened
+from .screen import Table, screened
 from .words import sentence
 
 MOST = 3  # laws that are shown
@@ -77,7 +79,17 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
     out = []
     for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
         tied = tuple(o.formula.text() for o, _, _ in ranked if o is not r and abs(o.weight - r.weight) < WITHIN)
-        out.append(Law(r.formula, numbers(r), sentence(r.formula), share, max(share, 0.0) * chance, tied, r.fit))
+        out.append(
+            Law(
+                r.formula,
+                numbers(r),
+                sentence(r.formula),
+                share,
+                (1.0 - calibration().doubt) * float(chance),
+                tied,
+                r.fit,
+            )
+        )
     return tuple(out)
 
 
@@ -85,19 +97,23 @@ def _weighed(
     setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str
 ) -> tuple[Setting, Fitted, list[Refitted]]:
     """The promising formulas fitted, at the noise that is left once a law is known."""
-    found = _tried(setting, fit, runs, acts)
+    table = Table(runs, acts)
+    found = _tried(setting, fit, table)
     noise = noise_at(found[0].fit.problem, found[0].fit.optimum.theta)
     if noise.sigma < QUIETER * setting.noise.sigma:
         setting = setting.with_noise(noise)
         fit = evaluate(setting, fit.hypothesis, [fit.start()])
-        found = _tried(setting, fit, runs, acts)
-    return setting, fit, [polished(setting, r) for r in found[:CARRIED]]
+        found = _tried(setting, fit, table)
+    with ThreadPoolExecutor(2) as pool:  # the compiled kernels release the interpreter
+        return setting, fit, list(pool.map(partial(polished, setting), found[:CARRIED]))
 
 
-def _tried(setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str) -> list[Refitted]:
+def _tried(setting: Setting, fit: Fitted, table: Table) -> list[Refitted]:
     """Quick fits of the promising formulas, the best first."""
-    promising = screened(metric(fit, acts), runs, acts, TRIED)
-    return sorted((refitted(setting, fit, p.formula, runs) for p in promising), key=lambda r: -r.weight)
+    promising = screened(table, metric(fit, table.acts), TRIED)
+    with ThreadPoolExecutor(2) as pool:
+        found = pool.map(lambda p: refitted(setting, fit, p.formula, table.runs), promising)
+        return sorted(found, key=lambda r: -r.weight)
 
 
 def _chances(weights: Sequence[float]) -> np.ndarray:

@@ -18,7 +18,7 @@ from .motion import Motion
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # of the motion's samples that a threshold cuts off
 SHARP = {"u": 0.01, "speed": 0.01, "n": 0.3, "turning": 0.3}  # [m/s, rev/s] over which a threshold goes from 0 to 1
 SOFT = 0.03  # the same over the span of any other variable; choices
-LAGS_S = (0.5, 1.5, 4.0, 10.0, 25.0, 60.0)  # [s] memories that are tried
+LAGS_S = (0.25, 0.7, 2.0, 5.0, 12.0, 30.0)  # [s] memories that are tried
 MOST_CYCLES = 60  # of a wave within the span of its variable; a choice
 Modulator = tuple[Factor, Memory | None]
 

@@ -11,7 +11,7 @@ import numpy as np
 from ..evidence import Fitted, Setting
 from ..holdout import Model, Prediction, targets_of
 
-STRETCHES = 4  # into which the recordings are cut at least, and every run into two; a choice
+ENOUGH = 3  # runs from which whole runs are left out; below, each is cut in halves, or one into four; a choice
 
 
 class Left:
@@ -29,13 +29,17 @@ class Left:
         gradient = J.T @ residual + fit.prior.weight * (theta - fit.prior.mean)
         self.fit, self.cost, self.stretches, self.theta = fit, 0.0, list[tuple[int, np.ndarray]](), list[np.ndarray]()
         rows = np.cumsum([0] + [f.innovation.size for f in fit.filtered])
-        parts = max(2, -(-STRETCHES // len(problem.runs)))
+        parts = 1 if len(problem.runs) >= ENOUGH else 4 // len(problem.runs)
         for k in range(len(problem.runs)):
-            for own in np.array_split(np.arange(rows[k], rows[k + 1]), parts):
-                j, r = J[own], residual[own]
-                move = -np.linalg.lstsq(information - j.T @ j, gradient - j.T @ r, rcond=None)[0]
+            for here in np.array_split(np.arange(rows[k], rows[k + 1]), parts):
+                j, r, told = J[here], residual[here], np.ones(theta.size, bool)
+                told[problem.own_slice(k)] = parts > 1  # a whole run begins by itself
+                move, rest = np.zeros(theta.size), information - j.T @ j
+                move[told] = -np.linalg.lstsq(rest[np.ix_(told, told)], (gradient - j.T @ r)[told], rcond=None)[0]
+                own = j[:, ~told]
+                move[~told] = -np.linalg.lstsq(own, r + j @ move, rcond=None)[0] if parts == 1 else 0.0
                 self.cost += 0.5 * float(np.sum((r + j @ move) ** 2))
-                self.stretches.append((k, own - rows[k]))
+                self.stretches.append((k, here - rows[k]))
                 self.theta.append(np.clip(theta + move, fit.prior.low, fit.prior.high))
 
     def squares(self, setting: Setting) -> np.ndarray:

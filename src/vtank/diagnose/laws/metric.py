@@ -21,26 +21,27 @@ PROBES = {"force": 1e-3, "range": 1e-3}  # [m/s2, m] of the finite differences, 
 SHOWN = 1e-9  # share of the largest eigenvalue below which a pattern of force is lost to rounding
 
 
+def blocks(values: np.ndarray) -> np.ndarray:
+    """Functions over the instants of a run, shape (I, K), in B blocks of equal length, shape (B, L, K); 0 at the end."""
+    count = values.shape[0]
+    length = -(-count // BLOCKS)
+    padded = np.pad(values, ((0, -count % length), (0, 0)))
+    return padded.reshape(-1, length, values.shape[1]).astype(np.float32)
+
+
 @dataclass(frozen=True)
 class Seen:
     """How blocks of one run show, along patterns that show at all.
 
     Attributes:
-        block: instants in a block.
         patterns: shape (E, B): white patterns, so that the square of `patterns @ f` is that of the innovations.
         pull: of the innovations on these patterns, shape (E,).
         taken: what the fit's unknowns take up, shape (size, E).
     """
 
-    block: int
     patterns: np.ndarray
     pull: np.ndarray
     taken: np.ndarray
-
-    def blocks(self, values: np.ndarray) -> np.ndarray:
-        """Functions over the instants, shape (I, K), cut into blocks of equal length, shape (B, L, K); 0 at the end."""
-        padded = np.pad(values, ((0, self.block * self.patterns.shape[1] - values.shape[0]), (0, 0)))
-        return padded.reshape(-1, self.block, values.shape[1])
 
 
 @dataclass(frozen=True)
@@ -107,6 +108,6 @@ def metric(fit: Fitted, acts: str) -> Metric:
         size, vectors = np.sqrt(np.maximum(values, SHOWN * values[-1]))[-PATTERNS:], vectors[:, -PATTERNS:]
         patterns, back = (vectors * size).T, vectors / size
         left = back.T @ G.T
-        out.append(Seen(length, patterns.astype(np.float32), left @ near.residual[here],
+        out.append(Seen(patterns.astype(np.float32), left @ near.residual[here],
                         (left @ near.jacobian[here]).T))  # fmt: skip
     return Metric(tuple(out), np.linalg.inv(near.information), near.jacobian.T @ near.residual)

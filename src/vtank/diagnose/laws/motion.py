@@ -49,7 +49,7 @@ def motions(fit: Fitted, fitted: Sequence[np.ndarray], sensor: bool) -> list[Mot
     fitted: per run, a known acceleration that mends the fit's motion [m/s2], shape (I,); none where it is empty.
     """
     problem, out = fit.problem, []
-    if not sensor and all(f.size for f in fitted):
+    if not sensor and fitted and all(f.size for f in fitted):
         problem = replace(problem, forcing=tuple(fitted))
     for k, track in enumerate(simulated_tracks(problem, fit.optimum.theta)):
         run, p = problem.runs[k], problem.model(fit.optimum.theta, k)[0]

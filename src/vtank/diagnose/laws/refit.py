@@ -13,8 +13,8 @@ from ...estimate.problem import Problem
 from ...plant.formula import Formula
 from ...plant.parameters import slot, vector
 from ..evidence import Fitted, Setting, weigh
-from .motion import Motion
 from .grammar import seen
+from .motion import Motion
 
 STEPS = 4  # of a quick fit, and of each half of one that is carried on
 LEVELS = 16  # values of a latch that are tried, since no slope leads to them

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...plant.formula import FACTORS, NUMBERS, Factor, Formula, Memory
 from .grammar import CORES, RANGE_CORES, Modulator, modulators, waves
-from .metric import Metric
+from .metric import Metric, blocks
 from .motion import Motion
 
 COST = 3.0  # [nats] a further number or factor must gain, about half the log of the samples that tell it; a guess
@@ -34,15 +34,15 @@ class Carried:
     values: tuple[np.ndarray, ...]
 
 
-def screened(metric: Metric, runs: Sequence[Motion], acts: str, count: int) -> list[Promise]:
+def screened(table: Table, metric: Metric, count: int) -> list[Promise]:
     """The `count` most promising formulas of one modulator, and half as many of one factor more, by structure."""
-    table = _Table(metric, runs, acts)
-    found = [p for core in (CORES if acts == "force" else RANGE_CORES) for p in table.scan(table.carry(core, None))]
+    cores = CORES if table.acts == "force" else RANGE_CORES
+    found = [p for core in cores for p in table.scan(metric, table.carry(core, None))]
     simple, deep = _best(found, count), list[Promise]()
     for promise in simple:
         if len(promise.formula.factors) < FACTORS:
             carried = table.carry(promise.formula.factors, promise.formula.memory)
-            deep += [p for p in table.scan(carried) if p.worth > promise.worth]
+            deep += [p for p in table.scan(metric, carried) if p.worth > promise.worth]
     return simple + [p for p in _best(deep, count // 2) if structure(p.formula) not in map(structure_of, simple)]
 
 
@@ -78,18 +78,18 @@ def _doubled(factors: Sequence[Factor], f: Factor) -> bool:
     )
 
 
-class _Table:
-    """All modulators along all runs, and the score tests of their products."""
+class Table:
+    """All modulators along all runs, by blocks, and the score tests of their products."""
 
-    def __init__(self, metric: Metric, runs: Sequence[Motion], acts: str) -> None:
-        self.metric, self.runs, self.acts = metric, runs, acts
+    def __init__(self, runs: Sequence[Motion], acts: str) -> None:
+        """Work out every modulator along every run."""
+        self.runs, self.acts = runs, acts
         thrust, self.memories = acts == "force", dict[Memory, list[np.ndarray]]()
         singles: list[Modulator] = list(modulators(runs, thrust))
         pairs = list(waves(runs, thrust))
         self.count, self.all = len(singles), singles + [(f, m) for f, _, m in pairs] + [(f, m) for _, f, m in pairs]
         columns = [[self.along((f,), m, k) for f, m in self.all] for k in range(len(runs))]
-        self.values = [seen.blocks(np.column_stack([np.ones_like(own[0]), *own])).astype(np.float32) for seen, own in
-                       zip(metric.runs, columns, strict=True)]  # fmt: skip
+        self.values = [blocks(np.column_stack([np.ones_like(own[0]), *own])) for own in columns]
         kinds: dict[object, int] = {}
         self.kind = np.array([kinds.setdefault((_bare(f), m and (m.kind, m.quantity)), len(kinds))
                               for f, m in self.all[: self.count + len(pairs)]])  # fmt: skip
@@ -108,17 +108,16 @@ class _Table:
     def carry(self, factors: tuple[Factor, ...], memory: Memory | None) -> Carried:
         """The first factors of a formula."""
         own = (self.along(factors, memory, k)[:, None] for k in range(len(self.runs)))
-        blocks = (seen.blocks(values).transpose(0, 2, 1) for seen, values in zip(self.metric.runs, own, strict=True))
-        return Carried(factors, memory, tuple(block.astype(np.float32) for block in blocks))
+        return Carried(factors, memory, tuple(blocks(values).transpose(0, 2, 1) for values in own))
 
-    def scan(self, c: Carried) -> list[Promise]:
+    def scan(self, metric: Metric, c: Carried) -> list[Promise]:
         """The carried factors alone and times every modulator: of each kind the best."""
         shown = [seen.patterns @ (own @ values)[:, 0] for seen, own, values in
-                 zip(self.metric.runs, c.values, self.values, strict=True)]  # fmt: skip
+                 zip(metric.runs, c.values, self.values, strict=True)]  # fmt: skip
         n, m = self.count + 1, (len(self.all) - self.count) // 2
-        alone, size = self.metric.single([s[:, :n] for s in shown])
-        waving, sizes = self.metric.double([s[:, n : n + m] for s in shown], [s[:, n + m :] for s in shown])
-        out = [self.promise(c, None, float(alone[0]), float(size[0]))] 
+        alone, size = metric.single([s[:, :n] for s in shown])
+        waving, sizes = metric.double([s[:, n : n + m] for s in shown], [s[:, n + m :] for s in shown])
+        out = [self.promise(c, None, float(alone[0]), float(size[0]))]
         gain = np.concatenate([alone[1:], waving])
         order = np.argsort(self.cost - gain)
         for i in order[np.unique(self.kind[order], return_index=True)[1]]:

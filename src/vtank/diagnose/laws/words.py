@@ -6,9 +6,20 @@ from ...plant.formula import Factor, Formula, Memory
 
 NAMES = {
     "u": "speed", "n": "propeller speed", "x": "the place along the tank", "gap": "the distance to the wall",
-    "t": "time", "a": "acceleration", "z": "thrust", "speed": "the size of speed", "turning": "the size of propeller speed",
+    "t": "time", "a": "acceleration", "z": "thrust", "speed": "the size of speed",
+    "turning": "the size of propeller speed",
 }  # fmt: skip
-UNITS = {"u": "m/s", "speed": "m/s", "n": "rev/s", "turning": "rev/s", "x": "m", "gap": "m", "t": "s", "a": "m/s2", "z": "m/s2"}
+UNITS = {
+    "u": "m/s",
+    "speed": "m/s",
+    "n": "rev/s",
+    "turning": "rev/s",
+    "x": "m",
+    "gap": "m",
+    "t": "s",
+    "a": "m/s2",
+    "z": "m/s2",
+}
 
 
 def sentence(formula: Formula) -> str:
@@ -17,7 +28,10 @@ def sentence(formula: Formula) -> str:
     powers = [f for f in formula.factors if f.operation in ("power", "signed", "from") and f.variable != "w"]
     rest = [f for f in formula.factors if f not in powers]
     grows = " and ".join(_power(f, formula.memory) for f in powers)
-    parts = [f"{what} {f'goes with {grows}' if grows else 'of constant size'}", *(_said(f, formula.memory) for f in rest)]
+    parts = [
+        f"{what} {f'goes with {grows}' if grows else 'of constant size'}",
+        *(_said(f, formula.memory) for f in rest),
+    ]
     return ", ".join(parts) + "."
 
 
