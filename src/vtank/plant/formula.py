@@ -142,7 +142,7 @@ class Formula:
         """Slots of the parameter vector and their values."""
         out = {name: null for name, (_, null) in SLOTS.items()} | {f"law.{self.acts}": self.size}
         for i, f in enumerate(self.factors, start=1):
-            numbers = (VARIABLES.index(f.variable), OPERATIONS.index(f.operation), f.a, f.b)
+            numbers = (float(VARIABLES.index(f.variable)), float(OPERATIONS.index(f.operation)), f.a, f.b)
             out |= dict(zip((f"law.{part}{i}" for part in ("variable", "operation", "a", "b")), numbers, strict=True))
         if self.memory:
             q = self.memory.quantity

@@ -42,8 +42,7 @@ def draft(name: str, formula: Formula, sentence: str) -> str:
     """The text of the effect `name`.py."""
     slots, values = formula.fitted(), formula.values()
     names = [slot.partition(".")[2] for slot in slots]
-    used = [v for v in ("t", "x", "u", "z", "n", "gap", "a") if v in _variables(formula)]
-    used += [v for v in ("w", "fresh") if v in {f.variable for f in formula.factors}]
+    used = [v for v in ("t", "x", "u", "z", "n", "gap", "a", "w", "fresh") if v in _variables(formula)]
     code = " * ".join([names[0], *(_code(f, f"{i}") for i, f in enumerate(formula.factors, start=1))])
     force = formula.acts == "force"
     parameters = [

@@ -18,7 +18,7 @@ from .heldout import Left, closed, floor
 from .metric import metric
 from .motion import Motion, motions
 from .refit import Refitted, polished, refitted
-from .screen import Table, screened
+from .screen import Table, screened, within
 from .words import sentence
 
 MOST = 3  # laws that are shown
@@ -26,6 +26,7 @@ TRIED, CARRIED = 10, 6  # formulas of one modulator that are fitted, and formula
 QUIETER = 0.7  # fall of the disturbance, once a law is known, from which all is weighed anew; a choice
 FORMULAS = 8.0  # [nats] log of the number of structures that were looked at
 WITHIN = 3.0  # [nats] of the best that a formula with fewer numbers may be behind and stand for it
+WORTH = 0.03  # share of the gap that a further factor must close; a choice
 NINETY = 1.644854  # deviations of a 90 % interval
 
 
@@ -53,7 +54,10 @@ class Law:
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
-        told = {"formula": f"{self.formula.text()} [{self.formula.unit}]", "channel": self.formula.channel}
+        told: dict[str, Any] = {
+            "formula": f"{self.formula.text()} [{self.formula.unit}]",
+            "channel": self.formula.channel,
+        }
         told |= {"place": self.formula.place, "parameters": self.parameters, "sentence": self.sentence}
         return told | {"gap_closed": self.gap_closed, "probability": self.probability, "tied": list(self.tied)}
 
@@ -74,7 +78,7 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
         return ()
     before, least = left.squares(setting), floor(setting, pairs[0][0].fit)
     shares = [closed(before, own.squares(setting), least) for _, own in pairs]
-    ranked = [(*pair, share) for pair, share in zip(pairs, shares, strict=True)]
+    ranked = _spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True)])
     chances = _chances([r.weight - own.cost for r, own, _ in ranked])
     out = []
     for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
@@ -91,6 +95,14 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
             )
         )
     return tuple(out)
+
+
+def _spare(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, Left, float]]:
+    """Without formulas that are another with one factor more and close no more of the gap."""
+    return [
+        (r, own, share) for r, own, share in ranked
+        if not any(within(o.formula, r.formula) and other > share - WORTH for o, _, other in ranked)
+    ]  # fmt: skip
 
 
 def _weighed(
@@ -127,7 +139,7 @@ def numbers(r: Refitted) -> dict[str, dict[str, Any]]:
     """The numbers of a formula with 90 % intervals."""
     values, sd = r.fit.values, np.sqrt(np.maximum(np.diag(r.covariance()), 0.0))
     return {
-        name.partition(".")[2]: {
+        ("size" if name.endswith(r.formula.acts) else name.partition(".")[2]): {
             "value": values[name], "unit": r.formula.unit_of(name),
             "interval90": [values[name] - NINETY * float(s), values[name] + NINETY * float(s)],
         }

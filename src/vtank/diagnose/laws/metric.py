@@ -22,7 +22,7 @@ SHOWN = 1e-9  # share of the largest eigenvalue below which a pattern of force i
 
 
 def blocks(values: np.ndarray) -> np.ndarray:
-    """Functions over the instants of a run, shape (I, K), in B blocks of equal length, shape (B, L, K); 0 at the end."""
+    """Functions over the instants of a run, shape (I, K), in B equal blocks, shape (B, L, K); 0 at the end."""
     count = values.shape[0]
     length = -(-count // BLOCKS)
     padded = np.pad(values, ((0, -count % length), (0, 0)))

@@ -57,6 +57,11 @@ def structure(formula: Formula) -> object:
     return formula.acts, tuple(sorted(map(_bare, formula.factors))), m and (m.kind, m.quantity)
 
 
+def within(less: Formula, more: Formula) -> bool:
+    """Whether a formula is another without some of its factors."""
+    return set(map(_bare, less.factors)) < set(map(_bare, more.factors))
+
+
 def _bare(f: Factor) -> tuple[str, str, float]:
     return f.variable, f.operation, 0.0 if NUMBERS[f.operation] else f.a
 
