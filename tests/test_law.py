@@ -35,7 +35,8 @@ DRAG = Formula("force", (Factor("u", "signed", 1.5),), None, -0.1)
 NEAR = Formula("force", (Factor("u", "signed", 2.0), Factor("gap", "above", 2.5, -0.1)), None, -0.8)
 MOTOR = Memory("follows", Factor("n", "signed", 1.0), 2.0)
 LATE = Formula("force", (Factor("z", "signed", 1.0), Factor("w", "signed", 1.0)), MOTOR, -0.01)
-TRUTH = 'name = "t"\nsource = "s"\nn_limit_rev_s = 20.0\n[lumped]\nalpha_per_m = -2.5\nbeta_m_per_rev2 = 5e-4\ngamma_per_rev = 0.0\ntau_s = 0.6\n'
+LUMPED = "alpha_per_m = -2.5\nbeta_m_per_rev2 = 5e-4\ngamma_per_rev = 0.0\ntau_s = 0.6\n"
+TRUTH = 'name = "t"\nsource = "s"\nn_limit_rev_s = 20.0\n[lumped]\n' + LUMPED
 
 
 @pytest.mark.parametrize(("operation", "a", "b", "expected"), [

@@ -60,6 +60,6 @@ def floor(setting: Setting, fit: Fitted) -> float:
 
 
 def closed(before: np.ndarray, after: np.ndarray, least: float) -> float:
-    """Share of what lies between the squared errors before and the floor that is closed, at most 1."""
-    gap = float(np.mean(before)) - least
+    """Share of what lies between the squared errors before and the floor that is closed: at most 1, at the floor."""
+    gap = float(np.mean(before)) - min(least, float(np.mean(after)))
     return float(np.clip((np.mean(before) - np.mean(after)) / gap, -1.0, 1.0)) if gap > 0.0 else 0.0
