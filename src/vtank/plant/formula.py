@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -95,7 +95,7 @@ class Formula:
     @property
     def unit(self) -> str:
         """Unit of the size, so that the whole is an acceleration or a length."""
-        left = Counter(ACTS[self.acts])
+        left: defaultdict[str, float] = defaultdict(float, ACTS[self.acts])
         for f in self.factors:
             if f.operation in ("power", "signed", "beyond", "from"):
                 power = f.a if f.operation in ("power", "signed") else 1.0
@@ -127,7 +127,7 @@ class Formula:
         if variable not in ("w", "fresh") or self.memory is None:
             return UNITS[variable]
         q, kind = self.memory.quantity, self.memory.kind
-        of = Counter({unit: q.a * exponent for unit, exponent in UNITS[q.variable].items()})
+        of = defaultdict(float, {unit: q.a * exponent for unit, exponent in UNITS[q.variable].items()})
         if kind == "sums":
             of["s"] += 1.0
         return {} if kind == "latches" else of
