@@ -22,6 +22,7 @@ from vtank.estimate.problem import Noise
 from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import load_scenario
 from vtank.experiment.surge_model import simulate_surge
+from vtank.experiment.tank_model import simulate_tank
 from vtank.plant.formula import Factor, Formula, Memory, formula_of, law_lines, read_law
 from vtank.plant.law import operated
 from vtank.plant.parameters import slot, vector
@@ -104,22 +105,29 @@ def test_a_law_that_cannot_be_read_is_refused_by_key(text: str, message: str, tm
     assert message in str(refused.value)
 
 
-def flown(tmp_path: Path, law: Formula | None, effects: dict[str, float]) -> np.ndarray:
+def flown(tmp_path: Path, law: Formula | None, effects: dict[str, float], simulate) -> np.ndarray:
     path = tmp_path / "truth.toml"
     path.write_text(TRUTH + "\n".join(law_lines(law) if law else []))
     quiet = ("duration_s=20", "sonar.noise_m=0", "sonar.resolution_m=0", "tachometer.noise_rev_s=0")
     scenario = replace(load_scenario("open-loop-sine", quiet), effects=effects)
-    return simulate_surge([plan_run(scenario, seed=3, truth=load_truth(path))])[0].run.columns["range_m"]
+    return simulate([plan_run(scenario, seed=3, truth=load_truth(path))])[0].run.columns["range_m"]
 
 
-def test_a_truth_with_a_law_flies_like_the_effect_it_spells_out(tmp_path: Path):
+@pytest.mark.parametrize("simulate", [simulate_surge, simulate_tank])
+def test_a_truth_with_a_law_flies_like_the_effect_it_spells_out(simulate, tmp_path: Path):
     linear = Formula("force", (Factor("u", "signed", 1.0),), None, -0.2)
     np.testing.assert_allclose(
-        flown(tmp_path, linear, {}), flown(tmp_path, None, {"linear_drag.c": 0.2}), atol=1e-9, rtol=0.0
+        flown(tmp_path, linear, {}, simulate),
+        flown(tmp_path, None, {"linear_drag.c": 0.2}, simulate),
+        atol=1e-9,
+        rtol=0.0,
     )
     stretched = Formula("range", (Factor("gap", "power", 1.0),), None, 0.01)
     np.testing.assert_allclose(
-        flown(tmp_path, stretched, {}), flown(tmp_path, None, {"sonar_scale.s": 0.01}), atol=1e-9, rtol=0.0
+        flown(tmp_path, stretched, {}, simulate),
+        flown(tmp_path, None, {"sonar_scale.s": 0.01}, simulate),
+        atol=1e-9,
+        rtol=0.0,
     )
 
 

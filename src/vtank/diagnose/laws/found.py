@@ -16,7 +16,7 @@ from ..noise_floor import noise_at
 from ..prior import calibration
 from .heldout import Left, closed, floor
 from .metric import metric
-from .motion import Motion, motions
+from .motion import motions
 from .refit import Refitted, polished, refitted
 from .screen import Table, screened, within
 from .words import sentence
@@ -65,12 +65,16 @@ class Law:
 def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarray]) -> tuple[Law, ...]:
     """Up to three laws for what a fit leaves over, in a channel: "hydrodynamics", "actuator" or "sensor".
 
+    Forces are rivals of a sensor's errors too, since the channel is told less surely than the law.
+
     fitted: per run, the free-form force over the input's stamps [m/s2], shape (I,), which mends the motion that the
     formulas are functions of; of a sensor's error, it is not used.
     """
-    acts = "range" if channel == "sensor" and all(run.has_position for run in setting.runs) else "force"
-    runs = motions(fit, fitted, acts == "range")
-    setting, fit, found = _weighed(setting, fit, runs, acts)
+    ranged = channel == "sensor" and all(run.has_position for run in setting.runs)
+    tables = [
+        Table(motions(fit, fitted, sensor), "range" if sensor else "force") for sensor in (False, True)[: 1 + ranged]
+    ]
+    setting, fit, found = _weighed(setting, fit, tables)
     left = Left(fit)
     pairs = [(r, Left(r.fit)) for r in found if r.weight > fit.log_evidence + FORMULAS]
     pairs = sorted((pair for pair in pairs if pair[1].cost < left.cost), key=lambda pair: pair[1].cost - pair[0].weight)
@@ -105,26 +109,23 @@ def _spare(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, L
     ]  # fmt: skip
 
 
-def _weighed(
-    setting: Setting, fit: Fitted, runs: Sequence[Motion], acts: str
-) -> tuple[Setting, Fitted, list[Refitted]]:
+def _weighed(setting: Setting, fit: Fitted, tables: Sequence[Table]) -> tuple[Setting, Fitted, list[Refitted]]:
     """The promising formulas fitted, at the noise that is left once a law is known."""
-    table = Table(runs, acts)
-    found = _tried(setting, fit, table)
+    found = _tried(setting, fit, tables)
     noise = noise_at(found[0].fit.problem, found[0].fit.optimum.theta)
     if noise.sigma < QUIETER * setting.noise.sigma:
         setting = setting.with_noise(noise)
         fit = evaluate(setting, fit.hypothesis, [fit.start()])
-        found = _tried(setting, fit, table)
+        found = _tried(setting, fit, tables)
     with ThreadPoolExecutor(2) as pool:  # the compiled kernels release the interpreter
         return setting, fit, list(pool.map(partial(polished, setting), found[:CARRIED]))
 
 
-def _tried(setting: Setting, fit: Fitted, table: Table) -> list[Refitted]:
+def _tried(setting: Setting, fit: Fitted, tables: Sequence[Table]) -> list[Refitted]:
     """Quick fits of the promising formulas, the best first."""
-    promising = screened(table, metric(fit, table.acts), TRIED)
+    promising = [(p, table.runs) for table in tables for p in screened(table, metric(fit, table.acts), TRIED)]
     with ThreadPoolExecutor(2) as pool:
-        found = pool.map(lambda p: refitted(setting, fit, p.formula, table.runs), promising)
+        found = pool.map(lambda one: refitted(setting, fit, one[0].formula, one[1]), promising)
         return sorted(found, key=lambda r: -r.weight)
 
 
