@@ -23,6 +23,7 @@ from .freeform.pursuit import pursue
 # Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
 # turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
 STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
+STILL_MEMORY_S = 2.0  # [s] memory of the same; a guess
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -90,7 +91,8 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
 def still(noise: Noise) -> Noise:
     """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
     sigma = min(noise.sigma, STILL_SIGMA)
-    return replace(noise, sigma=sigma, colour_sigma=0.0) if sigma < noise.sigma else noise
+    calm = replace(noise, sigma=sigma, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    return calm if sigma < noise.sigma else noise
 
 
 def plausible(noise: Noise) -> bool:

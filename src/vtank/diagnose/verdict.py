@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
+from .noise_floor import log_prior as log_prior_of_noise
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
@@ -76,7 +77,8 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             out["varying"].append(base - log(frozen.prior["varying"]))
         if not free.own:
             form = IMPERFECT * max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
-            out["unknown"].append(base + free.gain - form)
+            strange = -log_prior_of_noise(selection.setting.noise) - 1.0  # more than water does by itself
+            out["unknown"].append(base + max(free.gain - form, strange))
         if fit is selection.best and fit is not selection.nominal:
             out["unknown"].append(base + log(frozen.mimicry))
     return out

@@ -327,7 +327,7 @@ class _Pursuit:
                 by_term.setdefault(piece.about, []).append(i)
         count, g = len(self.columns), self.g
         varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
-        return varying + [self._wandering(members, g) for term, members in by_term.items() if term in OWN]
+        return varying + [self._wandering(members, g) for term, members in by_term.items() if term == "thrust"]
 
     def _varying(self, members: list[int], g: np.ndarray) -> _Tried:
         E = np.array([self.taken[k][self.where[i][k]].sum(axis=0) for k, i in enumerate(members)])
