@@ -110,7 +110,7 @@ def test_the_spread_of_the_thrust_is_measured() -> None:
 
 def test_an_own_parameter_that_is_off_in_all_runs_alike_does_not_vary() -> None:
     found = beside(own("beta", np.full(4, 0.06)))
-    assert not found.components and found.varying == 0.0
+    assert not found.components and found.varying() == ()
 
 
 def test_what_varies_and_a_force_are_not_called_varying_alone() -> None:
@@ -121,7 +121,10 @@ def test_what_varies_and_a_force_are_not_called_varying_alone() -> None:
 
     found = beside(differing([{"beta": OWN["beta"] * (1.0 + share)} for share in SPREAD], force=push))
     assert {c.kind for c in found.components[:2]} == {"run", "function"}
-    assert found.varying > SEEN and found.nameless > SEEN
+    assert all(c.gain > SEEN for c in found.components[:2]) and not found.own
+    ((name, mean, spread),) = found.varying()
+    assert (name, mean) == ("beta", pytest.approx(OWN["beta"], rel=0.05))
+    assert spread == pytest.approx(OWN["beta"] * np.std(SPREAD), rel=0.2)
 
 
 # --- functions of the motion -----------------------------------------------------------------------------------------

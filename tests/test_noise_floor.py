@@ -28,7 +28,7 @@ def refitted(runs: list[Observed]) -> tuple[Setting, Fitted, Fitted]:
 
 def test_the_disturbance_is_found_where_nothing_is_missing() -> None:
     setting, *fits = refitted(recordings(seed=30, force=turbulent(SIGMA, MEMORY_S, 30)))
-    noise = settle(setting, fits).noise
+    noise = settle(setting, fits)[0].noise
     assert SIGMA / 2.0 < noise.sigma < 2.0 * SIGMA
     assert noise.variance[0] == pytest.approx(NOISE_M**2, rel=0.1)
     assert plausible(noise)
@@ -43,7 +43,7 @@ def test_the_disturbance_is_found_beside_a_gap_that_it_could_swallow(gap: str) -
         runs = recordings(seed=31, force=lambda t, u, n: water(t, u, n) + 0.02 * np.exp(-((u / 0.03) ** 2)))
     setting, *fits = refitted(runs)
     assert setting.noise.sigma > 2.0 * SIGMA  # left to itself, the refit calls the gap a disturbance
-    noise = settle(setting, fits).noise
+    noise = settle(setting, fits)[0].noise
     assert SIGMA / 2.0 < noise.sigma < 2.0 * SIGMA
     assert noise.variance[0] == pytest.approx(NOISE_M**2, rel=0.15)
 

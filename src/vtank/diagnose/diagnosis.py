@@ -18,6 +18,7 @@ from ..estimate.observed import Observed
 from ..plant.parameters import vector
 from .baselines import baselines
 from .foreign import explained
+from .laws.found import Law, laws
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
@@ -109,6 +110,16 @@ class Diagnosis:
             return next_experiment(self.selection, self.verdict, self.probabilities)
 
     @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """For a cause without a name, up to three formulas that would be its law, the most probable first."""
+        if self.verdict.kind != "unknown":
+            return ()
+        selection = self.selection
+        free = next(free for free in selection.free if free.fit is selection.refit)
+        with self._stage("the missing law"):
+            return laws(selection.setting, selection.refit, self.verdict.channel or "hydrodynamics", free.forces())
+
+    @cached_property
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/1."""
         with ThreadPoolExecutor(2) as pool:  # they do not need one another
@@ -117,6 +128,7 @@ class Diagnosis:
             "where": self.where.document(),
             "shrink": self.held_out,
             "next_experiment": self.next_experiment,
+            "laws": [law.document() for law in self.laws],
             "parameters": own_parameters(self.selection, self.verdict, self.mass_kg),
         }
         return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}
