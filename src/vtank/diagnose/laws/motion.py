@@ -9,7 +9,7 @@ import numpy as np
 
 from ...plant.formula import Factor, Memory
 from ...plant.law import KINDS, OPERATIONS, VARIABLES, remember, tabulate
-from ..discrepancy import simulated_tracks
+from ..freeform import simulated_tracks
 from ..evidence import Fitted
 
 
