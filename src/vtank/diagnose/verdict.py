@@ -96,7 +96,8 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             out["varying"].append(base - log(frozen.prior["varying"]))
         if not free.own:
             form = IMPERFECT * max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
-            strange = -log_prior_of_noise(selection.setting.noise) - 1.0  # more than water does by itself
+            beyond_still = log_prior_of_noise(selection.setting.noise)
+            strange = -beyond_still - 1.0 if beyond_still < 0.0 else -np.inf  # more than water does by itself
             out["unknown"].append(base + max(free.gain - form, strange))
         if fit is selection.best and fit is not selection.nominal:
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
