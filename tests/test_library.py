@@ -124,7 +124,7 @@ def test_a_diagnosis_tells_what_was_found(diagnosis: vt.Diagnosis) -> None:
 
 
 def test_a_diagnosis_is_printed_shown_and_kept(diagnosis: vt.Diagnosis, tmp_path: Path) -> None:
-    assert str(diagnosis).startswith("The gap is caused by linear drag.\n")
+    assert str(diagnosis).startswith("Compared with given parameters. The gap is caused by linear drag.\n")
     assert diagnosis._repr_html_().startswith("<iframe ")
     diagnosis.report(tmp_path / "gap.html")
     assert (tmp_path / "gap.html").read_text(encoding="utf-8").startswith("<!doctype html>")
@@ -142,14 +142,14 @@ def test_a_saved_model_predicts_a_run(diagnosis: vt.Diagnosis, tmp_path: Path) -
 
 
 def test_a_nominal_is_a_name_a_preset_a_vector_or_none() -> None:
-    from vtank.diagnose.given import nominal_vector, observed
+    from vtank.diagnose.given import nominal_of, observed
 
     run = observed(vt.run("open-loop-sine", seed=1, simulator="surge", settings=["duration_s=20"]))[0]
     truth = vt.load_truth("paper-ii")
     for nominal in ("paper-ii", truth, truth.vector()):
-        np.testing.assert_array_equal(nominal_vector(nominal, run), truth.vector())
-    assert nominal_vector("none", run) is None
+        np.testing.assert_array_equal(nominal_of(nominal, run).p, truth.vector())
+    assert nominal_of("none", run).p is None
     with pytest.raises(vt.InputError, match=r"shape \(3,\), expected"):
-        nominal_vector(np.zeros(3), run)
+        nominal_of(np.zeros(3), run)
     with pytest.raises(vt.InputError, match="no runs"):
         vt.diagnose([])

@@ -64,7 +64,7 @@ def test_a_model_file_holds_the_three_simulators(diagnosis: Diagnosis, model: Pa
 OWN_UNITS = {  # input -> (largest input, what is in its unit, whether it is a force)
     "n_rev_s": (12.0, {"thrust_deadband.n0": 4.0}, 0.0),
     "command": (0.8, {"thrust_saturation.n_max": 0.5}, 0.0),
-    "thrust_N": (40.0, {"tachometer_bias.b": -6.0}, 1.0),
+    "thrust_N": (40.0, {"force_offset": -6.0}, 1.0),
 }
 
 
@@ -74,7 +74,7 @@ def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path:
     p = vector({**effect, "beta": 0.07 / top ** (2.0 - linear), "linear_input": linear}, NOMINAL)
     drives = ((0.5, 1.0), (0.8, 0.7))
     runs = [record(f"run_{k}", sine(w, a * top, 60.0), p, NOISE_M, k) for k, (w, a) in enumerate(drives)]
-    offset = effect.get("tachometer_bias.b", 0.0)  # which the reading has, and the hull does not feel
+    offset = effect.get("force_offset", 0.0)  # which the reading has, and the hull does not feel
     runs = [replace(run, input_name=input_name, input=run.input + offset) for run in runs]
     nominal = vector({"beta": p[slot("beta")], "linear_input": linear}, NOMINAL)
     name = next(iter(effect))
@@ -87,7 +87,7 @@ def test_a_model_file_is_read_back_whatever_the_input(input_name: str, tmp_path:
 
 def test_a_phase_that_went_round_is_written_within_a_turn() -> None:
     p = vector({"seiche.amplitude": 0.01, "seiche.phase": 9.0}, NOMINAL)
-    lines = _effects(Model(p), "")
+    lines = _effects(Model(p), "n_rev_s", "")
     assert f"phase_rad = {9.0 - 2.0 * np.pi:.12g} # of the first run; every run has its own" in lines
 
 
@@ -151,6 +151,7 @@ def test_a_broken_model_file_is_told(model: Path, tmp_path: Path, old: str, new:
 def test_models_of_other_inputs_do_not_drive_the_tank(diagnosis: Diagnosis, tmp_path: Path) -> None:
     path = tmp_path / "boat.toml"
     text = model_text(diagnosis).replace('"n_rev_s"', '"command"').replace("beta_m_per_rev2", "beta_m_s2")
+    text = text.replace("gamma_per_rev = 0", "gamma_per_s = 0\nlinear_share = 0")
     path.write_text(text)
     assert read_model(path).input_name == "command"
     with pytest.raises(InputError, match="driven by propeller speed"):

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from vtank.plant.parameters import unit_of
 from vtank.present import words
 from vtank.present.terminal import terminal_text
 
@@ -68,7 +69,7 @@ def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), 
 )
 def test_every_verdict_has_a_sentence(kind: str, effects: tuple[str, ...], start: str) -> None:
     found = document(kind, effects)
-    assert words.headline(found).startswith(start)
+    assert words.headline(found).startswith(f"Compared with given parameters. {start}")
     assert words.explanation(found)[-1] == "Probability: 95 %."
 
 
@@ -77,7 +78,7 @@ def test_what_is_likelier_wrong_than_right_is_told_as_a_possibility(name: str) -
     found = document("undecided", ())
     found["probabilities"] = {"tether": 0.3, "seiche": 0.05, "linear_drag": 0.2, "coulomb_friction": 0.04, name: 0.41}
     found["verdict"]["probability"] = 0.41
-    assert words.headline(found).startswith("Undecided: perhaps ")
+    assert words.verdict(found).startswith("Undecided: perhaps ")
     assert words.headline(found).endswith("these recordings do not settle it.")
     told = words.explanation(found)
     assert told[-2] == "Possible as well: tether (30 %), linear drag (20 %) and seiche (5 %)."
@@ -87,7 +88,7 @@ def test_what_is_likelier_wrong_than_right_is_told_as_a_possibility(name: str) -
 def test_a_class_of_effects_is_told_as_alternatives() -> None:
     found = document()
     found["verdict"]["class"] = ["sonar_latency", "command_delay"]
-    assert words.headline(found) == "The gap is caused by sonar latency or command delay."
+    assert words.verdict(found) == "The gap is caused by sonar latency or command delay."
     assert words.ties(found)[0].startswith("Sonar latency and command delay are indistinguishable here")
     assert not any("indistinguishable to one sonar" in line for line in words.ties(found))
 
@@ -221,19 +222,39 @@ def test_lengths_have_fitting_units(value: float, unit: str, text: str) -> None:
 
 
 def test_units_follow_the_input() -> None:
-    found = document()
-    assert words.unit_text(found, "rev/s") == "rev/s" and words.unit_text(found, "-") == ""
-    found["where"]["region"] = {"surge_m_s": {}, "command": {}}
-    assert words.unit_text(found, "rev/s") == "" and words.unit_text(found, "m/rev2") == "m/s2"
-    found["where"]["region"] = {"surge_m_s": {}, "thrust_N": {}}
-    assert words.unit_text(found, "rev/s") == "N" and words.unit_text(found, "m/rev2") == "1/kg"
+    assert unit_of("thrust_saturation.n_max") == "rev/s" and unit_of("beta") == "m/rev2"
+    assert unit_of("thrust_saturation.n_max", "command") == "-" and unit_of("beta", "command") == "m/s2"
+    assert unit_of("beta", "thrust_N") == "1/kg" and unit_of("force_offset", "thrust_N") == "N"
+
+
+def test_the_nominal_is_named_first_and_none_is_no_simulator() -> None:
+    own = {"alpha": {"nominal": -2.5561, "refit": -3.2, "diagnosed": -3.2, "unit": "1/m"}}
+    for kind, effects in (("none", ()), ("parameters", ()), ("effect", ("linear_drag",)), ("unknown", ()),
+                          ("undecided", ())):  # fmt: skip
+        named = terminal_text(document(kind, effects, parameters=own, nominal="barge"))
+        assert named.startswith("Compared with barge. ")
+        alone = terminal_text(document(kind, effects, parameters=own, nominal="none"))
+        assert alone.startswith("Without a simulator to compare with, drag and thrust were fitted")
+        assert "as it is" not in alone and "the simulator" not in alone and "refitting it" not in alone
+    default = words.headline(document(nominal="paper-ii", nominal_by_default=True))
+    assert default.startswith("Compared with paper-ii, the Phoenix of 1996, since no simulator was named. The gap")
+
+
+def test_sizes_are_told_in_newton_where_the_mass_is_known() -> None:
+    mass = {"value": 95.1, "interval95": [94.0, 96.2], "unit": "kg"}
+    beta = {"nominal": 0.01, "refit": 0.01, "diagnosed": 0.0105, "unit": "1/kg", "mass": mass}
+    found = document(parameters={"beta": beta})
+    found["estimates"]["linear_drag"]["c"]["force"] = {"value": 203.5, "interval95": [200.0, 207.0], "unit": "N s/m"}
+    told = " ".join(terminal_text(found).split())
+    assert "linear drag, drag per speed: 203.5 N s/m (95 %: 200 to 207)" in told
+    assert "moving mass: 95.1 kg (95 %: 94 to 96.2)" in told
 
 
 @pytest.mark.parametrize("width", [60, 100])
 def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: int) -> None:
     text = terminal_text(document(), width)
     lines = text.splitlines()
-    assert lines[0] == "The gap is caused by linear drag."
+    assert " ".join(lines[:2]).startswith("Compared with given parameters. The gap is caused by linear drag.")
     places = [next(i for i, line in enumerate(lines) if line.startswith(h)) for h in
               ("Where", "Which", "How far", "Ties", "Next")]  # fmt: skip
     assert places == sorted(places)

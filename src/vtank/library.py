@@ -77,7 +77,7 @@ def identify(runs: Iterable[Run], model: str = "II", process_noise: bool | None 
 
 def diagnose(
     runs: Iterable[Run],
-    nominal: str | Path | Truth | np.ndarray = NOMINAL,
+    nominal: str | Path | Truth | np.ndarray | None = None,
     seed: int = 0,
     effects: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
@@ -85,17 +85,20 @@ def diagnose(
     """Where runs and a nominal simulator part, which effect causes it, and how far the gap shrinks once it is added.
 
     nominal: a truth preset, its name or the path of its TOML file, a parameter vector, shape (P,), or "none" for a
-    foreign vehicle, whose own refit is the simulator. effects: to consider (default: the whole catalogue).
+    foreign vehicle, whose own refit is the simulator; left out, the Phoenix of paper-ii, and it is said.
+    effects: to consider (default: the whole catalogue).
     seed: of the simulated new data. progress: told in a few words what is being done.
     InputError where runs do not go together, hold too little, or tell no parameters apart.
     """
     from .diagnose import diagnosis
-    from .diagnose.given import nominal_vector, observed
+    from .diagnose.given import nominal_of, observed
     from .diagnosed import Diagnosis
 
     seen = observed(runs)
-    found = diagnosis.diagnose(seen, nominal_vector(nominal, seen[0]), seed, effects, progress)
-    return Diagnosis(found.selection, found.probabilities, found.verdict, found.seed, progress)
+    against = nominal_of(NOMINAL if nominal is None else nominal, seen[0])
+    found = diagnosis.diagnose(seen, against.p, seed, effects, progress)
+    named = against.name, nominal is None, against.mass_kg
+    return Diagnosis(found.selection, found.probabilities, found.verdict, found.seed, progress, *named)
 
 
 def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:

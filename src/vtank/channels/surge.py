@@ -23,5 +23,5 @@ CHANNELS = (
         state=PLACE, begins=lambda value, p: p[STANDOFF] - value, words="range",
     ),
     Channel("position_m", "m", reads_state(PLACE), state=PLACE, words="position"),
-    Channel("surge_m_s", "m/s", reads_state(SPEED), state=SPEED, words="speed"),
+    Channel("surge_m_s", "m/s", reads_state(SPEED), coloured=True, state=SPEED, words="speed"),
 )  # fmt: skip

@@ -14,7 +14,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser = subparsers.add_parser("diagnose", help=text, description=text)
     parser.add_argument("dataset", type=Path, metavar="DATASET", help="folder of *.csv runs, or one run")
     parser.add_argument(
-        "--nominal", default=NOMINAL, metavar="FILE.toml",
+        "--nominal", metavar="FILE.toml",
         help=f"simulator to be explained: a truth preset (default {NOMINAL}), the path of one, or 'none' for a foreign "
         "vehicle, whose own refit is the simulator",
     )  # fmt: skip

@@ -16,7 +16,7 @@ import numpy as np
 
 from .evidence import Fitted
 from .freeform import Freeform
-from .holdout import Model, Prediction, Target, predictor, targets_of
+from .holdout import Model, Prediction, Target, model_of, targets_of
 from .selection import Selection
 from .shrink import Parts, again, parts_of, without
 from .verdict import Verdict
@@ -130,7 +130,7 @@ def _errors(
 ) -> list[np.ndarray]:
     """Errors on part k of all models of the chain, fitted without it, and with what repeats beside the last."""
     setting, target = without(parts.setting, k), targets[k]
-    models = [predictor(setting, again(setting, fit, parts, k)) for fit in chain]
+    models = [model_of(again(setting, fit, parts, k)) for fit in chain]
     errors = [Prediction(model, target).errors() for model in models]
     found = free.without(~parts.rows[k]) if free else None
     return [*errors, _beside(found, parts, target, k) if found and found.components else errors[-1]]

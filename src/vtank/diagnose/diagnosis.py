@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,20 +15,32 @@ import numpy as np
 from ..effects.catalogue import CATALOGUE
 from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
-from ..plant.parameters import slot, unit_of, vector
+from ..plant.parameters import vector
 from .baselines import baselines
-from .foreign import grow, nominal_of
+from .foreign import explained
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .selection import Selection, prepare, select
 from .shrink import shrink
+from .sizes import estimates, own_parameters
 from .thinning import thinned
 from .verdict import Verdict, decide, probabilities
 
 SCHEMA = "vtank.diagnosis/1"
 
 
-ORDER = ("schema", "verdict", "probabilities", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment")
+ORDER = (
+    "schema",
+    "nominal",
+    "verdict",
+    "probabilities",
+    "where",
+    "shrink",
+    "estimates",
+    "absorbed",
+    "tied",
+    "next_experiment",
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,6 +52,9 @@ class Diagnosis:
         probabilities: of every hypothesis, by name.
         verdict: what is said: kind, effects, rivals (what cannot be told from them), channel, probability.
         seed: of the random parts.
+        nominal: the simulator that the runs were compared with, by name; "none" where there is none.
+        by_default: whether nobody chose it.
+        mass_kg: moving mass of the vehicle, where it is known.
         progress: told in a few words what is being worked out.
     """
 
@@ -48,6 +63,9 @@ class Diagnosis:
     verdict: Verdict
     seed: int
     progress: Callable[[str], None] | None = field(default=None, compare=False)
+    nominal: str = "given parameters"
+    by_default: bool = False
+    mass_kg: float | None = None
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -98,7 +116,7 @@ class Diagnosis:
             "where": self.where.document(),
             "shrink": self.held_out,
             "next_experiment": self.next_experiment,
-            "parameters": own_parameters(self.selection, self.verdict),
+            "parameters": own_parameters(self.selection, self.verdict, self.mass_kg),
         }
         return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}
 
@@ -114,9 +132,11 @@ class Diagnosis:
         v = self.verdict
         return {
             "schema": SCHEMA,
+            "nominal": self.nominal,
+            "nominal_by_default": self.by_default,
             "verdict": v.document(),
             "probabilities": self.probabilities,
-            "estimates": estimates(v),
+            "estimates": estimates(v, self.mass_kg),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
             "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],
             "baselines": baselines(self.selection),
@@ -140,43 +160,15 @@ def diagnose(
     with told_apart(runs, "simulator's"):
         if nominal is None:
             say("refit of the recording itself")
-            runs = thinned(runs, held=False)
-            selection = grow(select(prepare(runs, nominal_of(runs), foreign=True), names, say), say)
+            selection = explained(runs, names, say)
         else:
-            runs = thinned(runs, held=True)
+            runs = thinned(runs)
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)
         found = Diagnosis(selection, chances, decide(selection, chances), seed, progress)
+        if nominal is None:
+            found = replace(found, nominal="none")
     for text in found.failures():
         warnings.warn(text, stacklevel=2)
     return found
-
-
-def estimates(verdict: Verdict) -> dict[str, dict[str, Any]]:
-    """Sizes of the named effects with 95 % intervals, by effect and parameter."""
-    fit, out = verdict.fit, {}
-    covariance = fit.covariance()
-    for effect in fit.hypothesis.effects:
-        entry: dict[str, Any] = {}
-        for name, q in zip(effect.slots(), effect.parameters, strict=True):
-            if name in fit.problem.free:
-                i = fit.problem.free.index(name)
-                value, sd = float(fit.optimum.theta[i]), float(np.sqrt(covariance[i, i]))
-                bounds = fit.prior.low[i], fit.prior.high[i]
-                low, high = np.clip([value - 1.959964 * sd, value + 1.959964 * sd], *bounds)
-                entry[q.name] = {"value": value, "interval95": [float(low), float(high)], "unit": q.unit}
-            elif name in fit.extra:
-                entry[q.name] = {"value": fit.extra[name], "interval95": None, "unit": q.unit}
-        out[effect.name] = entry
-    return out
-
-
-def own_parameters(selection: Selection, verdict: Verdict) -> dict[str, dict[str, Any]]:
-    """The simulator's own parameters: as it is, refitted and in the diagnosed simulator, by slot."""
-    fits = {"nominal": selection.nominal, "refit": selection.refit, "diagnosed": verdict.fit}
-    vectors = {name: fit.vector() for name, fit in fits.items()}
-    return {
-        name: {**{key: float(p[slot(name)]) for key, p in vectors.items()}, "unit": unit_of(name)}
-        for name in selection.refit.problem.free
-    }

@@ -20,7 +20,7 @@ from ..estimate.innovations import simulated
 from ..estimate.observed import Observed
 from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
-from ..plant.parameters import INPUT_OFFSET, LAG, indices, slot, vector
+from ..plant.parameters import LAG, indices, slot, vector
 from . import outliers
 from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
@@ -137,8 +137,10 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
             low, high = (bound * stretch(known[name], setting.runs) for bound in known[name].bounds)
             if known[name].limit:  # a limit no run reaches is no effect
                 high = VISIBLE_LIMIT * top
-        elif name == INPUT_OFFSET:
+        elif name == "force_offset":
             nominal, sd = 0.0, OFFSET_SPREAD * top
+        elif name == "linear_input":
+            nominal, sd, low, high = 0.5, 0.5, 0.0, 1.0
         else:
             sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
         rows.append((nominal, sd, low, high))

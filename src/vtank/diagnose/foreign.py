@@ -10,27 +10,44 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ..estimate.maximum_likelihood import identify
 from ..estimate.observed import Observed
 from ..plant.parameters import vector
 from .evidence import Fitted, Setting, Start
-from .holdout import Prediction, predictor, rms, targets_of
+from .holdout import Prediction, model_of, rms, targets_of
 from .hypothesis import Hypothesis
 from .noise_floor import settle
 from .score import linearise, score
-from .selection import PAIR_GAIN, Selection, weigh_all, with_nameless
+from .selection import PAIR_GAIN, Selection, prepare, select, weigh_all, with_nameless
+from .thinning import FOREIGN_SAMPLES, straightened, thinned
 
 TRIED = 4  # effects that are tried on top of the best hypothesis
 LARGEST = 4  # effects of a hypothesis at most
 NEARER = 0.8  # an effect worth naming beside others takes a fifth off the simulation error; a choice
+LINEAR_SHARE = {"thrust_N": 1.0, "command": 0.5}  # by input; a command's is not known, and the recordings decide
 
 
-def nominal_of(runs: Sequence[Observed]) -> np.ndarray:
-    """Parameter vector of the recording's own refit of Model I, shape (P,)."""
+def explained(
+    runs: Sequence[Observed], names: Sequence[str] | None = None, say: Callable[[str], None] = lambda text: None
+) -> Selection:
+    """All hypotheses about runs without a nominal, weighed; names: the effects to consider (default: the catalogue).
+
+    A command, and a speed that a governor sets, are held. A measured force is held, or the record of a smooth one:
+    it is what is explained better.
+    """
+    held = grow(select(_setting(thinned(runs, FOREIGN_SAMPLES)), names, say), say)
+    if runs[0].input_name != "thrust_N":
+        return held
+    say("the same, with a force that goes straight from sample to sample")
+    smooth = thinned([straightened(run) for run in runs], FOREIGN_SAMPLES)
+    straight = grow(select(_setting(smooth), names, say), say)
+    return straight if straight.best.log_evidence > held.best.log_evidence + PAIR_GAIN else held
+
+
+def _setting(runs: Sequence[Observed]) -> Setting:
+    """The runs with their nominal, in which a linear share that is not known stands between 0 and 1."""
     refit = identify(runs, "I", process_noise=False).vector()
-    return vector({"linear_input": float(runs[0].input_name == "thrust_N")}, refit)
+    return prepare(runs, vector({"linear_input": LINEAR_SHARE.get(runs[0].input_name, 0.0)}, refit), foreign=True)
 
 
 def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -> Selection:
@@ -49,9 +66,9 @@ def grow(selection: Selection, say: Callable[[str], None] = lambda text: None) -
 
 
 def gap(setting: Setting, fit: Fitted) -> float:
-    """Simulation error of a hypothesis after the start windows, at the parameters that predict [m or m/s]."""
-    model = predictor(setting, fit)
-    return rms([Prediction(model, target).errors() for target in targets_of(setting)])
+    """Simulation error of a hypothesis after the start windows, no disturbance carried over from there [m or m/s]."""
+    quiet = setting.with_noise(setting.noise.calm())
+    return rms([Prediction(model_of(fit), target).errors() for target in targets_of(quiet)])
 
 
 def _settled(selection: Selection) -> Selection:

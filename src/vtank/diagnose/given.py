@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -39,21 +40,36 @@ def observed(runs: Iterable[Run]) -> list[Observed]:
     return found
 
 
-def nominal_vector(nominal: str | Path | Truth | np.ndarray, run: Observed) -> np.ndarray | None:
-    """Parameter vector of the nominal simulator, shape (P,); None for a foreign vehicle; InputError if it cannot be.
+@dataclass(frozen=True)
+class Nominal:
+    """The simulator that recordings are compared with.
 
-    nominal: a truth preset, its name or path, a parameter vector, or "none".
+    Attributes:
+        name: by which it is told; FOREIGN where there is none.
+        p: parameter vector, shape (P,), or None.
+        mass_kg: moving mass of its vehicle, where the truth is derived from one.
+    """
+
+    name: str
+    p: np.ndarray | None
+    mass_kg: float | None = None
+
+
+def nominal_of(nominal: str | Path | Truth | np.ndarray, run: Observed) -> Nominal:
+    """The nominal simulator; InputError if it cannot be read, or cannot be driven by the input of the run.
+
+    nominal: a truth preset, its name or path, a parameter vector, shape (P,), or "none" for a foreign vehicle.
     """
     if isinstance(nominal, np.ndarray):
         if nominal.shape != (SIZE,):
             raise InputError(f"nominal: found an array of shape {nominal.shape}, expected ({SIZE},)")
-        return nominal
+        return Nominal("given parameters", nominal)
     if nominal == FOREIGN:
-        return None
+        return Nominal(FOREIGN, None)
     truth = nominal if isinstance(nominal, Truth) else load_truth(nominal)
     if run.input_name != "n_rev_s":
         raise InputError(
             f"run {run.name}: its input is {run.input_name}, but the nominal simulator {truth.name} is driven "
             'by a propeller speed, n_rev_s; for a foreign vehicle use --nominal none, in Python nominal="none"'
         )
-    return truth.vector()
+    return Nominal(truth.name, truth.vector(), truth.moving_mass_kg)

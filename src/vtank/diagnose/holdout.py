@@ -16,12 +16,12 @@ import numpy as np
 
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..estimate.innovations import filtered, innovations, no_gain
-from ..estimate.observed import CHANNELS, RANGE, Observed
+from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
 from ..plant.parameters import slot
 from ..plant.surge import TAU
 from . import outliers
-from .evidence import START_SD, Fitted, Setting, evaluate
+from .evidence import START_SD, Fitted, Setting
 from .lone_speeds import with_lone_speeds
 
 START_WINDOW_S = 10.0  # [s] of a run from which its initial state is found
@@ -29,7 +29,6 @@ WINDOW_SHARE = 1.0 / 3.0  # longest window over the run's length, for runs short
 GRID = 12  # values of a run's own parameter that are weighed
 REMOTE = 1e5  # [m2 or m2/s2] variance of a measurement that steers nothing, small enough to leave P its digits
 DIVERGED = 1e6  # [m or m/s] error at which a simulation that has run away is held
-ROUNDS = 2  # alternations of simulation fit and the size of what it leaves
 REDUCIBLE = 1.1  # refit over floor from which there is a gap left to close; a convention
 
 
@@ -72,29 +71,6 @@ def model_of(fit: Fitted) -> Model:
     return Model(p, fit.problem.per_run)
 
 
-def predictor(setting: Setting, fit: Fitted) -> Model:
-    """The model of a fitted hypothesis as it is used to predict.
-
-    What a foreign vehicle does besides is no turbulence, and a filter would carry it along: there, the parameters are
-    those of the least simulation error, unless that alone would switch an effect off again.
-    """
-    if not setting.foreign:
-        return model_of(fit)
-    quiet, found = setting.with_noise(setting.noise.calm()), fit
-    for _ in range(ROUNDS):
-        square = (
-            rms(
-                [f.innovation[found.problem.used(k)] for k, f in enumerate(found.problem.simulate(found.optimum.theta))]
-            )
-            ** 2
-        )
-        quiet = quiet.with_noise(replace(quiet.noise, variance=(square,) * len(CHANNELS)))
-        found = evaluate(quiet, fit.hypothesis, [found.start()])
-    own = [i for i, name in enumerate(found.problem.free) if name in dict(fit.hypothesis.parameters())]
-    stuck = [found.optimum.theta[i] in (found.prior.low[i], found.prior.high[i]) for i in own]
-    return model_of(fit if any(stuck) else found)
-
-
 @dataclass(frozen=True)
 class Target:
     """A run to be predicted.
@@ -128,8 +104,8 @@ class Target:
 
     @cached_property
     def coloured(self) -> np.ndarray:
-        """Variance of the sonar's coloured error at each measurement [m2], shape (M,)."""
-        return np.where(self.run.kind == RANGE, self.noise.colour_sigma**2, 0.0)
+        """Variance of the coloured error at each measurement [m2 or m2/s2], shape (M,)."""
+        return self.run.coloured * self.noise.colour_sigma**2
 
     @cached_property
     def window(self) -> Target:
@@ -177,9 +153,8 @@ def target_of(run: Observed, noise: Noise) -> Target:
 
 
 def targets_of(setting: Setting) -> list[Target]:
-    """All runs of a setting; of a foreign vehicle without turbulence, see `predictor`."""
-    noise = setting.noise.calm() if setting.foreign else setting.noise
-    return [Target(run, weight, noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
+    """All runs of a setting."""
+    return [Target(run, weight, setting.noise) for run, weight in zip(setting.runs, setting.weight, strict=True)]
 
 
 class Prediction:

@@ -20,18 +20,23 @@ from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
-from ..plant.parameters import LAG, LOSS, indices, slot, switched_on, vector
+from ..plant.parameters import LAG, LOSS, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
-from ..plant.truth import read_effects
+from ..plant.truth import key_of, read_effects
 from ..record.table import Table, open_table
-from .holdout import START_WINDOW_S, Model, Prediction, Target, predictor, rms, target_of, targets_of
+from .holdout import START_WINDOW_S, Model, Prediction, Target, model_of, rms, target_of, targets_of
+from .thinning import straightened
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
 
 SCHEMA = "vtank.model/1"
-BETA_KEYS = {"n_rev_s": "beta_m_per_rev2", "command": "beta_m_s2", "thrust_N": "beta_per_kg"}  # by the input's column
-PLAIN = {"alpha": "alpha_per_m", LOSS: "gamma_per_rev", LAG: "tau_s"}
+OWN = {  # by the input's column: keys of the simulator's own parameters, by slot
+    "n_rev_s": {"beta": "beta_m_per_rev2", LOSS: "gamma_per_rev"},
+    "command": {"beta": "beta_m_s2", "linear_input": "linear_share", LOSS: "gamma_per_s"},
+    "thrust_N": {"beta": "beta_per_kg", "force_offset": "force_offset_N"},
+}
+OWN = {name: {"alpha": "alpha_per_m", **keys, LAG: "tau_s"} for name, keys in OWN.items()}
 FEWEST = 10  # measurements that a prediction is compared with at least; a choice
 SCATTER_REV_S = 0.5  # [rev/s] by which the tachometer may read past a limit; ten times its usual noise, a guess
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
@@ -43,12 +48,14 @@ class ModelFile:
 
     Attributes:
         input_name: the input's column.
+        straight: whether that went straight from sample to sample; else each is held to the next.
         nominal, refit, diagnosed: the three simulators.
         noise: noise level.
         verdict: kind, effects, class, channel, probability.
     """
 
     input_name: str
+    straight: bool
     nominal: Model
     refit: Model
     diagnosed: Model
@@ -64,29 +71,32 @@ def model_text(diagnosis: Diagnosis) -> str:
     limit = max((float(np.max(np.abs(run.input))) for run in runs if name == "n_rev_s"), default=0.0)
     limit = LEAST_LIMIT_REV_S if limit < LEAST_LIMIT_REV_S + SCATTER_REV_S else np.ceil(limit)
     said = ", ".join(v.effects)
-    refit, diagnosed = (predictor(selection.setting, fit) for fit in (selection.refit, v.fit))
+    refit, diagnosed = map(model_of, (selection.refit, v.fit))
+    given = refit if selection.setting.foreign else Model(nominal)  # no simulator is given but the recordings' own
     lines = [
-        "# A simulator found by vtank diagnose. It can be used wherever a truth preset can:",
+        "# A simulator found by vtank diagnose" + "; it can be used wherever a truth preset can." * (name == "n_rev_s"),
         "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",
         f'schema = "{SCHEMA}"',
         'name = "diagnosed"',
         f'source = "vtank diagnose of {len(runs)} run{"s" * (len(runs) > 1)}: {v.kind}{": " * bool(said)}{said}"',
         f'input = "{name}"',
-        f"n_limit_rev_s = {limit:g}",
+        *(['between_samples = "straight"'] if runs[0].straight else []),
+        *([f"n_limit_rev_s = {limit:g}"] if name == "n_rev_s" else []),
+        *([f"moving_mass_kg = {diagnosis.mass_kg:.12g}"] if diagnosis.mass_kg else []),
         "",
         "[lumped]",
         *_own(diagnosed.p, name, effects),
-        *_effects(diagnosed, "", effects),
+        *_effects(diagnosed, name, "", effects),
         "",
         "[nominal]",
-        *_own(nominal, name),
-        *_effects(Model(nominal), "nominal."),
+        *_own(given.p, name),
+        *_effects(given, name, "nominal."),
         "",
         "[refit]",
         *_own(refit.p, name),
-        *_effects(refit, "refit."),
+        *_effects(refit, name, "refit."),
         "",
-        "[noise] # standard deviations of measurements, turbulence and the sonar's coloured error, and their memories",
+        "[noise] # standard deviations of measurements, turbulence and coloured errors, and their memories",
         *_noise(targets_of(selection.setting)[0].noise, runs),
         "",
         "[verdict]",
@@ -100,25 +110,24 @@ def model_text(diagnosis: Diagnosis) -> str:
 
 
 def _own(p: np.ndarray, input_name: str, effects: Sequence[Effect] = ()) -> list[str]:
-    """Drag, thrust gain, loss and lag; the last two at zero where they are written as effects."""
+    """Drag, thrust gain, loss, lag and what else is the simulator's own; at zero where they are written as effects."""
     apart = {name for effect in effects for name in effect.slots()}
-    keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
-    return [f"{key} = {0.0 if name in apart else p[slot(name)]:.12g}" for name, key in keys.items()]
+    return [f"{key} = {0.0 if name in apart else p[slot(name)]:.12g}" for name, key in OWN[input_name].items()]
 
 
-def _effects(model: Model, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
+def _effects(model: Model, input_name: str, prefix: str, effects: Sequence[Effect] = ()) -> list[str]:
     """Tables of the effects that are not at their null values, and of those named."""
     lines = []
-    apart = [effect for effect in switched_on(model.p) if not PLAIN.keys() & set(effect.slots())]
+    apart = [effect for effect in switched_on(model.p) if not {*OWN[input_name]} & {*effect.slots()}]
     for effect in CATALOGUE:
         if effect in effects or effect in apart:
             lines += ["", f"[{prefix}effects.{effect.name}]"]
-            for i, q in zip(indices(effect), effect.parameters, strict=True):
+            for name, q in zip(effect.slots(), effect.parameters, strict=True):
                 own = " # of the first run; every run has its own" if q.per_run else ""
-                value = float(model.p[i])
+                value = float(model.p[slot(name)])
                 if q.unit == "rad" and abs(value) > q.bounds[1]:  # a fit may go round more than once
                     value = remainder(value, tau)
-                lines.append(f"{q.key} = {value:.12g}{own}")
+                lines.append(f"{key_of(name, input_name)} = {value:.12g}{own}")
     return lines
 
 
@@ -127,7 +136,8 @@ def _noise(noise: Noise, runs: Sequence[Observed]) -> list[str]:
     lines = [f"{key} = {np.sqrt(noise.variance[kind]):.6g}" for key, kind in CHANNELS.items() if kind in measured]
     lines += [f"turbulence_m_s2 = {noise.sigma:.6g}", f"turbulence_time_s = {noise.correlation_time:.6g}"]
     if noise.colour_sigma > 0.0:
-        lines += [f"coloured_m = {noise.colour_sigma:.6g}", f"coloured_time_s = {noise.colour_time:.6g}"]
+        key = "coloured_m" if any(run.has_position for run in runs) else "coloured_m_s"
+        lines += [f"{key} = {noise.colour_sigma:.6g}", f"coloured_time_s = {noise.colour_time:.6g}"]
     return lines
 
 
@@ -141,10 +151,11 @@ def read_model(path: Path | str) -> ModelFile:
     if file.text("schema", "") != SCHEMA:
         raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
     name = file.text("input")
-    if name not in BETA_KEYS:
-        raise file.error("input", f"expected one of {', '.join(BETA_KEYS)}, found {name!r}")
+    if name not in OWN:
+        raise file.error("input", f"expected one of {', '.join(OWN)}, found {name!r}")
     return ModelFile(
         name,
+        file.choice("between_samples", ("held", "straight"), "held") == "straight",
         _model(file.table("nominal"), name),
         _model(file.table("refit"), name),
         _model(file.table("lumped"), name, file.table("effects")),
@@ -172,7 +183,7 @@ def predict_gaps(models: ModelFile, *runs: Observed) -> dict[str, Any]:
 def _target(models: ModelFile, run: Observed) -> Target:
     if run.input_name != models.input_name:
         raise InputError(f"run '{run.name}': input {run.input_name}, but the model was found with {models.input_name}")
-    target = target_of(run, models.noise)
+    target = target_of(straightened(run) if models.straight else run, models.noise)
     if np.sum(target.scored) < FEWEST:
         found = f"expected at least {FEWEST} measurements after its first {START_WINDOW_S:g} s to compare with"
         raise InputError(f"run '{run.name}': {found}; found {np.sum(target.scored)}")
@@ -180,19 +191,23 @@ def _target(models: ModelFile, run: Observed) -> Target:
 
 
 def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
-    keys = {"alpha": PLAIN["alpha"], "beta": BETA_KEYS[input_name], **PLAIN}
+    keys = OWN[input_name]
     table.check_keys((*keys.values(), "effects"))
     on = read_effects(table.table("effects") if effects is None else effects, input_name)
     p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
-    p[LINEAR_INPUT] = float(input_name == "thrust_N")
+    if input_name == "thrust_N":
+        p[LINEAR_INPUT] = 1.0
     return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))
 
 
 def _read_noise(table: Table) -> Noise:
-    table.check_keys((*CHANNELS, "turbulence_m_s2", "turbulence_time_s", "coloured_m", "coloured_time_s"))
+    table.check_keys(
+        (*CHANNELS, "turbulence_m_s2", "turbulence_time_s", "coloured_m", "coloured_m_s", "coloured_time_s")
+    )
     known = [table.positive(key) for key in CHANNELS if key in table.entries]
     if not known:
         raise table.error("range_m", f"missing; expected at least one of {', '.join(CHANNELS)}")
     variance = tuple(table.number(key, known[0]) ** 2 for key in CHANNELS)
-    coloured = table.number("coloured_m", 0.0), table.number("coloured_time_s", 1.0)
+    key = "coloured_m_s" if "coloured_m_s" in table.entries else "coloured_m"
+    coloured = table.number(key, 0.0), table.number("coloured_time_s", 1.0)
     return Noise(variance, table.number("turbulence_m_s2"), table.positive("turbulence_time_s"), *coloured)

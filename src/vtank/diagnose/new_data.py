@@ -14,10 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from ..estimate.innovations import no_gain
-from ..estimate.observed import RANGE
 from .evidence import Fitted
 from .freeform import Freeform
-from .holdout import Model, Prediction, Target, model_of, predictor, rms, targets_of
+from .holdout import Model, Prediction, Target, model_of, rms, targets_of
 from .selection import Selection
 from .smoothing import first_order
 from .verdict import Verdict, probabilities
@@ -104,8 +103,7 @@ class NewData:
     @cached_property
     def models(self) -> list[tuple[Prediction, ...]]:
         """The refit and the verdict's model, entering every run."""
-        fits = (self.selection.refit, self.verdict.fit)
-        models = [predictor(self.selection.setting, fit) for fit in fits]
+        models = [model_of(fit) for fit in (self.selection.refit, self.verdict.fit)]
         return [tuple(Prediction(model, target) for target in self.targets) for model in models]
 
     @cached_property
@@ -161,7 +159,7 @@ def noise(target: Target, rng: np.random.Generator) -> np.ndarray:
     if level.colour_sigma == 0.0:
         return white
     coloured = level.colour_sigma * remembered(run.time_s, level.colour_time, rng)
-    return white + np.where(run.kind == RANGE, coloured, 0.0)
+    return white + run.coloured * coloured
 
 
 def turbulence(target: Target, rng: np.random.Generator) -> np.ndarray:

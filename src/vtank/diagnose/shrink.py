@@ -19,7 +19,7 @@ import numpy as np
 
 from ..estimate.observed import Observed
 from .evidence import STATES, Fitted, Setting, evaluate
-from .holdout import Prediction, fraction_closed, predictor, rms, targets_of
+from .holdout import Prediction, fraction_closed, model_of, rms, targets_of
 from .new_data import Gaps, NewData
 from .prior import calibration
 from .selection import Selection
@@ -131,7 +131,7 @@ def leave_out(selection: Selection, parts: Parts, k: int) -> Fold:
     chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless)))
     best = max((nominal, refit, *found), key=lambda f: chances[f.hypothesis.name])
     target = targets_of(parts.setting)[k]
-    errors = tuple(Prediction(predictor(setting, f), target).errors() for f in (nominal, refit, best))
+    errors = tuple(Prediction(model_of(f), target).errors() for f in (nominal, refit, best))
     return Fold(errors, best.hypothesis.name)
 
 

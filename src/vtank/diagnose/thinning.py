@@ -1,4 +1,7 @@
-"""Long recordings, thinned: inputs averaged over each step of a coarser grid, measurements picked at its stamps."""
+"""Long recordings, thinned: the input, held from stamp to stamp, averaged over a few stamps each; the rest is left out.
+
+A measured force may have been the record of a smooth signal instead: `straightened` says the same in held values.
+"""
 
 from __future__ import annotations
 
@@ -12,43 +15,48 @@ from ..estimate.observed import Observed
 SHORTEST_S = 0.02  # [s] period below which recordings are thinned: vehicles and drives answer more slowly; a choice
 FOREIGN_SAMPLES = 3000  # of all runs together, where hypotheses grow one effect at a time; for the time it takes
 MOST_SAMPLES = 12_000  # of all runs together, where a nominal is given; for the time it takes
+ROUNDING = 1e-6  # share of a sample by which stamps may be off
 
 
-def thinned(runs: Sequence[Observed], held: bool) -> tuple[Observed, ...]:
-    """The runs with as few samples as the diagnosis has time for; the same runs where they have no more.
-
-    held: whether an input is held from stamp to stamp, as a command is, so that its thrust (n|n|) is averaged, exactly;
-    else it is taken to be straight between its samples, as the record of a smooth signal.
-    """
+def thinned(runs: Sequence[Observed], most: int = MOST_SAMPLES) -> tuple[Observed, ...]:
+    """The runs with as few samples as there is time for, `most` of a channel; the same runs where they have no more."""
     length = sum(float(run.time_s[-1] - run.time_s[0]) for run in runs)
-    if held and sum(run.time_s.size for run in runs) <= MOST_SAMPLES:
-        return tuple(runs)
-    period = max(SHORTEST_S, length / (MOST_SAMPLES if held else FOREIGN_SAMPLES))
-    return tuple(thin(run, period, held) for run in runs)
+    return tuple(thin(run, max(SHORTEST_S, length / most)) for run in runs)
 
 
-def thin(run: Observed, period: float, held: bool = False) -> Observed:
-    """The run on an even grid of stamps [s] where it is faster than that."""
-    if float(np.median(np.diff(run.input_time_s))) > 0.75 * period:
+def thin(run: Observed, period: float) -> Observed:
+    """The run at a period of at least so many seconds, on stamps of its own; the same run where it is no faster.
+
+    A step holds the mean of what was held within it, of thrust (n|n|) where the input is no force, so that the impulse
+    up to each stamp kept is exact; measurements are those at these stamps, or the first ones after.
+    """
+    tick = float(np.median(np.diff(run.input_time_s)))
+    every = int(np.ceil(period / tick - ROUNDING))
+    faster = [np.median(np.diff(run.time_s[run.kind == kind])) < period * (1.0 - ROUNDING) for kind in run.first]
+    if every < 2 and not any(faster):
         return run
-    edges = np.arange(run.time_s[0], run.time_s[-1] + period, period)
-    square = held and run.input_name != "thrust_N"
-    value = run.input * np.abs(run.input) if square else run.input
-    steps = (value[:-1] if held else 0.5 * (value[1:] + value[:-1])) * np.diff(run.input_time_s)
-    stamps, total = run.input_time_s, np.concatenate([[0.0], np.cumsum(steps)])
-    if held:  # the last value is held to the end
-        stamps, total = np.append(stamps, edges[-1]), np.append(total, total[-1] + value[-1] * (edges[-1] - stamps[-1]))
-    mean = np.diff(np.interp(edges, stamps, total)) / period
+    first = np.arange(0, run.input.size, every)
+    edges = run.input_time_s[first] if every > 1 else np.arange(run.time_s[0], run.time_s[-1] + period, period)
     keep = np.zeros(run.time_s.size, dtype=bool)
     for kind in run.first:
         own = np.flatnonzero(run.kind == kind)
-        keep[own[np.unique(np.searchsorted(run.time_s[own], edges[:-1] - 1e-6).clip(max=own.size - 1))]] = True
+        after = np.searchsorted(run.time_s[own], edges - ROUNDING * period)
+        keep[own[np.unique(after[after < own.size])]] = True
+    square = run.input_name != "thrust_N"
+    value = run.input * np.abs(run.input) if square else run.input
+    held_s = np.diff(run.input_time_s, append=run.input_time_s[-1] + tick)
+    mean = np.add.reduceat(value * held_s, first) / np.add.reduceat(held_s, first)
     return replace(
         run,
-        input_time_s=edges[:-1],
+        input_time_s=run.input_time_s[first],
         input=np.sign(mean) * np.sqrt(np.abs(mean)) if square else mean,
-        lone=np.zeros(edges.size - 1),
+        lone=np.zeros(first.size),
         time_s=run.time_s[keep],
         value=run.value[keep],
         kind=run.kind[keep],
     )
+
+
+def straightened(run: Observed) -> Observed:
+    """The run with an input that went straight from sample to sample: each step holds the mean over it."""
+    return replace(run, input=0.5 * (run.input + np.append(run.input[1:], run.input[-1])), straight=True)

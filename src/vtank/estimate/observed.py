@@ -38,6 +38,7 @@ class Observed:
         kind: channel of each, its place in the plant's table, here RANGE, POSITION or SPEED, shape (M,).
         lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
         plant: whose inputs and measurements these are.
+        straight: whether the input went straight from sample to sample; then `input` holds the mean over each step.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Observed:
     kind: np.ndarray
     lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
     plant: Plant = SURGE
+    straight: bool = False
 
     def __post_init__(self) -> None:
         """Fill in `lone`; InputError where there is no input or no measurement: no kernel can step through nothing."""
@@ -70,8 +72,7 @@ class Observed:
             np.ascontiguousarray(a, dtype=float)
             for a in (self.input_time_s, self.input, self.lone, self.time_s, self.value)
         )
-        colour = np.array([float(row.coloured) for row in channels(self.plant)])[self.kind]
-        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), colour)
+        return Record(stamp, reading, lone, time, value, np.ascontiguousarray(self.kind, dtype=np.int64), self.coloured)
 
     @cached_property
     def plans(self) -> dict[tuple[float, ...], Steps]:
@@ -88,6 +89,15 @@ class Observed:
         """Which measurements fix the hull's place, shape (M,) of bool: those of channels that tell a place."""
         places = {axis.place for axis in self.plant.axes}
         return np.array([row.state in places for row in channels(self.plant)])[self.kind]
+
+    @cached_property
+    def coloured(self) -> np.ndarray:
+        """1 where a measurement's error may have a coloured part, else 0, shape (M,).
+
+        That of a speed over ground, in which the water's own drift is, counts only where no place is measured.
+        """
+        some = np.array([row.coloured for row in channels(self.plant)])[self.kind]
+        return (some & (self.placed | (not self.has_position))).astype(float)
 
     @cached_property
     def first(self) -> dict[int, float]:

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..effects import tachometer_bias, thrust_lag, thrust_loss
+from ..effects import thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
@@ -19,8 +19,15 @@ from ..errors import InputError
 PLAIN: dict[str, tuple[str, float]] = {
     "alpha": ("1/m", 0.0),  # quadratic drag per unit of moving mass, negative
     "beta": ("m/rev2", 0.0),  # bollard thrust per unit of moving mass and n|n|
-    "linear_input": ("-", 0.0),  # 1 where the input is a thrust already, so that thrust = beta * input
+    "force_offset": ("N", 0.0),  # what a transducer or amplifier reads where there is no force
+    "linear_input": ("-", 0.0),  # share of thrust that goes with the input, not its square: 1 where it is a thrust
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
+}
+
+# What stands for a unit with revolutions in it where the input is no propeller speed
+INPUT_UNITS = {
+    "command": {"rev/s": "-", "m/rev2": "m/s2", "1/rev": "1/s"},
+    "thrust_N": {"rev/s": "N", "m/rev2": "1/kg"},
 }
 
 NAMES: tuple[str, ...] = (*PLAIN, *PARAMETERS)
@@ -28,7 +35,6 @@ SIZE = len(NAMES)
 
 (LOSS,), (LAG,) = thrust_loss.EFFECT.slots(), thrust_lag.EFFECT.slots()
 LUMPED = ("alpha", "beta", LOSS, LAG)  # the simulator's own parameters, in the order of Model III
-(INPUT_OFFSET,) = tachometer_bias.EFFECT.slots()  # of a transducer's or an amplifier's, where a force is measured
 
 
 def slot(name: str) -> int:
@@ -44,9 +50,10 @@ def indices(effect: Effect) -> tuple[int, ...]:
     return tuple(slot(name) for name in effect.slots())
 
 
-def unit_of(name: str) -> str:
-    """Unit of a slot."""
-    return PLAIN[name][0] if name in PLAIN else PARAMETERS[name].unit
+def unit_of(name: str, input_name: str = "n_rev_s") -> str:
+    """Unit of a slot, where the input is a propeller speed (as the catalogue has it), a command or a force."""
+    unit = PLAIN[name][0] if name in PLAIN else PARAMETERS[name].unit
+    return INPUT_UNITS.get(input_name, {}).get(unit, unit)
 
 
 def switched_on(p: np.ndarray) -> tuple[Effect, ...]:

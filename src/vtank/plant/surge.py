@@ -40,7 +40,7 @@ from .parameters import LAG, NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
 
 ALPHA, BETA = slot("alpha"), slot("beta")
-LINEAR_INPUT, STANDOFF = slot("linear_input"), slot("standoff")
+LINEAR_INPUT, FORCE_OFFSET, STANDOFF = slot("linear_input"), slot("force_offset"), slot("standoff")
 LINEAR_DRAG = slot("linear_drag.c")
 FRICTION = slot("coulomb_friction.f")
 CURRENT = slot("ambient_current.U")
@@ -65,11 +65,10 @@ def effective_speed(n, p):
 def thrust_target(t, n, p):
     """Thrust per unit of moving mass [m/s2] that propeller speed n [rev/s] settles to at time t [s]."""
     n_e = effective_speed(n, p)
-    if p[LINEAR_INPUT] == 0.0:
-        thrust = p[BETA] * thrust_asymmetry.signed_square(n_e, p[THRUST_ASYMMETRY])
-    else:
-        thrust = p[BETA] * thrust_asymmetry.signed_thrust(n_e, p[THRUST_ASYMMETRY])
-    return thrust * supply_sag.factor(t, p[SAG])
+    thrust = thrust_asymmetry.signed_square(n_e, p[THRUST_ASYMMETRY])
+    if p[LINEAR_INPUT] != 0.0:
+        thrust = thrust + p[LINEAR_INPUT] * (thrust_asymmetry.signed_thrust(n_e, p[THRUST_ASYMMETRY]) - thrust)
+    return p[BETA] * thrust * supply_sag.factor(t, p[SAG])
 
 
 @term
@@ -156,8 +155,8 @@ behind = chained(CATALOGUE[::-1], "true_input", "lone, ")
 
 @term
 def inputs(reading, lone, j, p):
-    """Propeller speed [rev/s] behind recorded sample j: what the tachometer added is taken off."""
-    return (behind(reading[j], lone[j], p),)
+    """Input behind recorded sample j: what the tachometer, or a transducer of force, added is taken off."""
+    return (behind(reading[j], lone[j], p) - p[FORCE_OFFSET],)
 
 
 SURGE = Plant(

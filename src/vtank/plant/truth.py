@@ -13,17 +13,18 @@ from pathlib import Path
 
 import numpy as np
 
-from ..effects.catalogue import BY_NAME
+from ..effects.catalogue import BY_NAME, PARAMETERS
+from ..effects.effect import unit_suffix
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
 from .lumped import Lumped, from_feet, lump, propeller_forces
-from .parameters import LUMPED, vector
+from .parameters import LUMPED, unit_of, vector
 from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
 SI = ("alpha_per_m", "beta_m_per_rev2", "gamma_per_rev", "tau_s")
-OWN = ("name", "source", "n_limit_rev_s", "lumped", "derived", "effects")
+OWN = ("name", "source", "n_limit_rev_s", "moving_mass_kg", "lumped", "derived", "effects")
 PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # what a diagnosed model has besides
 
 
@@ -32,12 +33,14 @@ class Truth(Lumped):
     """Surge parameters, with a name, the largest propeller speed either way [rev/s] and their origin.
 
     effects: slot of the parameter vector -> value, of effects that are switched on besides.
+    moving_mass_kg: of its vehicle, None where neither the file nor what it is derived from says it.
     """
 
     name: str
     n_limit_rev_s: float
     source: str
     effects: Mapping[str, float] = field(default_factory=dict)
+    moving_mass_kg: float | None = None
 
     @property
     def lumped(self) -> Lumped:
@@ -57,10 +60,15 @@ def truth_names() -> tuple[str, ...]:
 def load_truth(name_or_path: str | Path) -> Truth:
     """The preset of that name in models/truths/, or of that TOML file; InputError names file and key."""
     path = find_file(name_or_path, models_dir() / "truths", "truth preset")
-    file = open_table(path).check_keys((*OWN, *PASSED_OVER))
+    file = open_table(path)
     if file.text("input", "n_rev_s") != "n_rev_s":
         raise file.error("input", 'the tank is driven by propeller speed, expected "n_rev_s"')
-    lumped = _derived(file.table("derived")) if file.has("derived") else _printed(file.table("lumped"))
+    file.check_keys((*OWN, *PASSED_OVER))
+    mass_kg = file.positive("moving_mass_kg") if file.has("moving_mass_kg") else None
+    if file.has("derived"):
+        lumped, mass_kg = _derived(file.table("derived"))
+    else:
+        lumped = _printed(file.table("lumped"))
     _check_signs(file, lumped)
     return Truth(
         **vars(lumped),
@@ -68,7 +76,13 @@ def load_truth(name_or_path: str | Path) -> Truth:
         n_limit_rev_s=file.positive("n_limit_rev_s"),
         source=file.text("source"),
         effects=read_effects(file.table("effects")),
+        moving_mass_kg=mass_kg,
     )
+
+
+def key_of(name: str, input_name: str = "n_rev_s") -> str:
+    """Key of an effect's parameter, with its unit where that is the input: `n_max_rev_s`, of a command `n_max`."""
+    return PARAMETERS[name].name + unit_suffix(unit_of(name, input_name))
 
 
 def read_effects(table: Table, input_name: str = "n_rev_s") -> dict[str, float]:
@@ -80,10 +94,10 @@ def read_effects(table: Table, input_name: str = "n_rev_s") -> dict[str, float]:
     table.check_keys(BY_NAME)
     for name in table.entries:
         own = table.table(name)
-        for q in BY_NAME[name].parameters:
-            if own.has(q.key):
-                bounds = q.bounds if q.unit != "rev/s" or input_name == "n_rev_s" else ()
-                values[f"{name}.{q.name}"] = own.number(q.key, None, *bounds)
+        for slot, q in zip(BY_NAME[name].slots(), BY_NAME[name].parameters, strict=True):
+            if own.has(key := key_of(slot, input_name)):
+                bounds = q.bounds if unit_of(slot, input_name) == q.unit else ()
+                values[slot] = own.number(key, None, *bounds)
         own.close()
     return values
 
@@ -96,12 +110,13 @@ def _printed(table: Table) -> Lumped:
     return Lumped(*(table.number(key) for key in SI))
 
 
-def _derived(table: Table) -> Lumped:
+def _derived(table: Table) -> tuple[Lumped, float]:
     table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
     vehicle = load_vehicle(table.file("vehicle"))
     count, curve = len(vehicle.propeller_sites), (table.number("kt0"), table.number("kt1"))
     forces = propeller_forces(count, vehicle.propeller_diameter_m, *curve, table.positive("density_kg_per_m3"))
-    return lump(vehicle.moving_mass_kg, float(vehicle.quadratic_drag[0]), *forces, table.number("tau_s"))
+    mass_kg = vehicle.moving_mass_kg
+    return lump(mass_kg, float(vehicle.quadratic_drag[0]), *forces, table.number("tau_s")), mass_kg
 
 
 def _check_signs(file: Table, lumped: Lumped) -> None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 
-from ..diagnose.diagnosis import Diagnosis, own_parameters
+from ..diagnose.diagnosis import Diagnosis
+from ..diagnose.sizes import own_parameters
 from .blocks import Details
 from .document import html
 from .sections import sections
@@ -16,7 +17,10 @@ MOST_NAMES = 6  # runs named in the title
 def report_html(diagnosis: Diagnosis, document: Document) -> str:
     """The report as HTML; parts that the document lacks (shrink, next_experiment) are said to be missing."""
     numbers = json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False)
-    told = sections({"parameters": own_parameters(diagnosis.selection, diagnosis.verdict)} | document, diagnosis.where)
+    told = sections(
+        {"parameters": own_parameters(diagnosis.selection, diagnosis.verdict, diagnosis.mass_kg)} | document,
+        diagnosis.where,
+    )
     return html(title(diagnosis), [*told, Details("All numbers (JSON)", numbers)], f"seed {diagnosis.seed}")
 
 

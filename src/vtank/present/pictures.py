@@ -25,9 +25,9 @@ def in_thousandths(sizes: Sequence[float], unit: str) -> tuple[float, str]:
     return (1e3, f"m{shown}") if max((abs(s) for s in sizes), default=1.0) < 0.5 else (1.0, shown)
 
 
-def gap_picture(gaps: Sequence[RunGap]) -> str:
-    """Error of the three simulators in every run, and the noise floor."""
-    sizes = [gap.rms(s) for gap in gaps for s in SIMULATORS]
+def gap_picture(gaps: Sequence[RunGap], simulators: Sequence[str] = SIMULATORS) -> str:
+    """Error of the simulators in every run, and the noise floor."""
+    sizes = [gap.rms(s) for gap in gaps for s in simulators]
     factor, unit = in_thousandths(sizes, gaps[0].unit)
     height = 62.0 + ROW * len(gaps)
     panel = Panel(
@@ -36,7 +36,7 @@ def gap_picture(gaps: Sequence[RunGap]) -> str:
     panel.frame(f"root mean square of measured less simulated [{unit}]", x_ticks=8, y_ticks=0)
     said = []
     for k, gap in enumerate(gaps):
-        values = {s: factor * gap.rms(s) for s in SIMULATORS}
+        values = {s: factor * gap.rms(s) for s in simulators}
         floor = factor * gap.floor
         y = k + 0.5
         panel.box(0.0, floor, y - 0.32, y + 0.32, "floor", f"{gap.run}, noise floor: {words.number(floor)} {unit}")
@@ -57,7 +57,7 @@ def shortened(name: str, most: int = 22) -> str:
 def shrink_picture(document: dict[str, Any]) -> str:
     """Error on runs left out, before and after, and the share of the gap that is closed with its interval."""
     shrink = document["shrink"]
-    sizes = {s: float(shrink[s]) for s in SIMULATORS}
+    sizes = {s: float(shrink[s]) for s in words.simulators(document)}
     factor, unit = in_thousandths(list(sizes.values()), shrink["unit"])
     whole = shrink.get("fraction_closed") is None
     panel = Panel(Scale(0.0, 1.2 * factor * max(sizes.values()), LEFT, WIDTH - 20.0 if whole else 540.0), BARS)

@@ -143,6 +143,7 @@ def force_panel(panel: Panel, p: Profile, factor: float, unit: str, label: str) 
     panel.horizontal(0.0, "zero")
 
 
-def pair_of(kind: str) -> tuple[str, str]:
+def pair_of(document: words.Document) -> tuple[str, str]:
     """The two simulators whose errors are compared over time."""
-    return ("nominal", "refit") if kind in ("none", "parameters") else ("refit", "diagnosed")
+    shown = words.simulators(document)
+    return (shown[0], shown[1]) if document["verdict"]["kind"] in ("none", "parameters") else (shown[-2], shown[-1])

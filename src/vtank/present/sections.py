@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from ..diagnose.localise.where import WhereData
 from . import pictures, pictures_where, words
@@ -57,7 +58,7 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     s = document.get("shrink") or {}
     if s.get("fraction_closed") is not None:
         return f"{words.closed(s)} closed", f"of what refitting leaves, on {words.left_out(document)}"
-    before, after = pictures_where.pair_of(document["verdict"]["kind"])
+    before, after = pictures_where.pair_of(document)
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]
     change = f"{words.length(sizes[0], unit)} to {words.length(sizes[1], unit)}"
@@ -73,7 +74,10 @@ def drawing(name: str, svg: str, **values: object) -> Drawing:
 def how_far(document: Document, data: WhereData) -> Iterator[Block]:
     """Gap before and after: on these runs, and on runs left out."""
     yield Heading("How far the gap shrinks")
-    yield drawing("gap", pictures.gap_picture(data.gaps))
+    shown = words.simulators(document)
+    picture = drawing("gap", pictures.gap_picture(data.gaps, shown))
+    dots = {f"dot {name}" for name in pictures.SIMULATORS if name not in shown}
+    yield replace(picture, legend=tuple(row for row in picture.legend if row[0] not in dots))
     yield Paragraph(words.shrinkage(document))
     if document.get("shrink"):
         yield drawing("shrink", pictures.shrink_picture(document))
@@ -90,7 +94,7 @@ def where(document: Document, data: WhereData) -> Iterator[Block]:
 
 def over_time(document: Document, data: WhereData) -> Iterator[Block]:
     """Residuals with the windows that matter."""
-    pair = pictures_where.pair_of(document["verdict"]["kind"])
+    pair = pictures_where.pair_of(document)
     before, after = (WORDS["called"][name] for name in pair)
     better = f"the simulator {after} predicts better than {before}"
     if found := WORDS["unnamed"].get(data.windows[0].after):
@@ -145,9 +149,14 @@ def estimates(document: Document) -> Iterator[Block]:
     yield Heading("Estimates")
     if rows:
         yield Table(("effect", "quantity", "value", "95 % interval", "unit"), rows, left=2)
-    yield Heading("The simulator's own parameters", 3)
+    yield Heading("Drag and thrust", 3)
     header = ("parameter", "as it is", "refitted", "with the diagnosis", "unit")
-    yield Table(header, tuple(words.own_parameters(document)))
+    own: list[tuple[str, ...]] = [header, *words.own_parameters(document)]
+    if words.foreign(document):
+        own = [(row[0], *row[2:]) for row in own]
+    yield Table(own[0], tuple(own[1:]))
+    if found := tuple(words.in_newton(document)):
+        yield Table(("with the diagnosis", "value", "95 % interval", "unit"), found)
 
 
 def what_next(document: Document) -> Iterator[Block]:

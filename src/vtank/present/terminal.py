@@ -10,7 +10,7 @@ from .document import plain
 from .words import Document
 
 LISTED = 4  # hypotheses told
-SIMULATORS = ("nominal", "refit", "diagnosed", "floor")
+COLUMNS = {"nominal": "as it is", "refit": "refitted", "diagnosed": "diagnosed", "floor": "noise"}
 
 
 def terminal_text(document: Document, width: int = 100) -> str:
@@ -45,14 +45,19 @@ def sizes(document: Document) -> Iterator[str]:
 
 
 def own(document: Document) -> Iterator[str]:
-    """The simulator's own parameters before and after, one sentence each; none where it is right as it is."""
-    if document["verdict"]["kind"] != "none":
-        for name, nominal, _, diagnosed, unit in words.own_parameters(document):
-            yield f"{name}: {diagnosed} {unit}".rstrip() + f" (as it is {nominal})"
+    """The simulator's own parameters before and after, one sentence each, and in N; none where it is right as it is."""
+    if document["verdict"]["kind"] == "none" and not words.foreign(document):
+        return
+    for name, nominal, _, diagnosed, unit in words.own_parameters(document):
+        yield f"{name}: {diagnosed} {unit}".rstrip() + ("" if words.foreign(document) else f" (as it is {nominal})")
+    for name, value, span, unit in words.in_newton(document):
+        yield f"{name}: {value} {unit} (95 %: {span})"
 
 
 def gap_table(document: Document) -> Table:
     """Error of every run, before and after."""
-    rows = [(run["run"], *(words.length(run[name], run["unit"]) for name in SIMULATORS))
-            for run in document["where"]["runs"]]  # fmt: skip
-    return Table(("run", "as it is", "refitted", "diagnosed", "noise"), tuple(rows))
+    shown = (*words.simulators(document), "floor")
+    rows = [
+        (run["run"], *(words.length(run[name], run["unit"]) for name in shown)) for run in document["where"]["runs"]
+    ]
+    return Table(("run", *(COLUMNS[name] for name in shown)), tuple(rows))

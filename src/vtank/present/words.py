@@ -33,14 +33,19 @@ def hypothesis(name: str) -> str:
     return WORDS["hypothesis"].get(name) or effect_name(name)
 
 
-def unit_text(document: Document, unit: str) -> str:
-    """A unit as it is shown: none for pure numbers; what is per propeller speed is per unit of the input."""
-    region = document["where"]["region"]
-    if "thrust_N" in region:
-        unit = {"rev/s": "N", "m/rev2": "1/kg"}.get(unit, unit)
-    elif "command" in region:
-        unit = {"rev/s": "-", "m/rev2": "m/s2", "1/rev": "1/s"}.get(unit, unit)
+def unit_text(unit: str) -> str:
+    """A unit as it is shown: none for pure numbers."""
     return "" if unit == "-" else unit
+
+
+def foreign(document: Document) -> bool:
+    """Whether there was no simulator to compare with, but drag and thrust fitted to the recordings themselves."""
+    return bool(document.get("nominal") == "none")
+
+
+def simulators(document: Document) -> tuple[str, ...]:
+    """The simulators whose errors are told; "as it is" is none that nobody gave."""
+    return ("refit", "diagnosed") if foreign(document) else ("nominal", "refit", "diagnosed")
 
 
 def listed(items: Sequence[str], last: str = "and") -> str:
@@ -65,13 +70,30 @@ def length(value: float, unit: str) -> str:
 
 
 # --- the verdict ---------------------------------------------------------------------------------------------------
+def compared(document: Document) -> str:
+    """What the recordings were compared with, in one sentence."""
+    if foreign(document):
+        return "Without a simulator to compare with, drag and thrust were fitted to these recordings."
+    name = document.get("nominal", "given parameters")
+    if document.get("nominal_by_default"):
+        return f"Compared with {name}, the Phoenix of 1996, since no simulator was named."
+    return f"Compared with {name}."
+
+
 def headline(document: Document) -> str:
+    """What was compared, and the verdict in one sentence."""
+    return f"{compared(document)} {verdict(document)}"
+
+
+def verdict(document: Document) -> str:
     """The verdict in one sentence."""
     v = document["verdict"]
+    if foreign(document) and v["kind"] in ("none", "parameters"):
+        return "They explain them: no effect is missing."
+    if v["kind"] == "none":
+        return f"No gap: {document.get('nominal', 'the simulator')} as it is explains these recordings."
     effects, rivals = [effect_name(e) for e in v["effects"]], [effect_name(e) for e in v["class"]]
     match v["kind"]:
-        case "none":
-            return "No gap: the simulator as it is explains these recordings."
         case "parameters":
             return "The simulator's structure is right, but its parameters are off."
         case "effect" if len(rivals) > 1:
@@ -81,10 +103,12 @@ def headline(document: Document) -> str:
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "undecided" if not effects:
-            return f"Undecided: perhaps {WORDS['perhaps'][likeliest(document)]}, but these recordings do not settle it."
+            perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
+            return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."
         case "undecided":
             return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
-    return "Something is missing from the simulator, and no known effect explains it."
+    whole = "drag and thrust" if foreign(document) else "the simulator"
+    return f"Something is missing from {whole}, and no known effect explains it."
 
 
 def likeliest(document: Document) -> str:
@@ -94,19 +118,39 @@ def likeliest(document: Document) -> str:
 
 
 def estimates(document: Document) -> Iterator[tuple[str, str, str, str, str]]:
-    """Sizes of the named effects: effect, quantity, value, 95 % interval (empty where there is none) and unit."""
+    """Sizes of the named effects: effect, quantity, value, 95 % interval (empty where there is none) and unit.
+
+    Where the mass is known, what makes a force has a second row in N.
+    """
     for name, found in document["estimates"].items():
         for key, e in found.items():
-            span = " to ".join(map(number, e["interval95"] or ()))
             meaning = PARAMETERS[f"{name}.{key}"].meaning
-            yield effect_name(name), meaning, number(e["value"], 4), span, unit_text(document, e["unit"])
+            for told in filter(None, (e, e.get("force"))):
+                yield effect_name(name), meaning, *sized(told)
+                meaning = meaning.removesuffix(" per unit of moving mass").replace(
+                    " per unit of moving mass and", " per"
+                )
+
+
+def sized(told: Document) -> tuple[str, str, str]:
+    """Value, 95 % interval (empty where there is none) and unit."""
+    return number(told["value"], 4), " to ".join(map(number, told["interval95"] or ())), unit_text(told["unit"])
 
 
 def own_parameters(document: Document) -> Iterator[tuple[str, str, str, str, str]]:
     """The simulator's own parameters: name, as it is, refitted, diagnosed and unit."""
     for name, p in document.get("parameters", {}).items():
         nominal, refit, diagnosed = (number(p[key], 4) for key in ("nominal", "refit", "diagnosed"))
-        yield WORDS["own"].get(name, name), nominal, refit, diagnosed, unit_text(document, p["unit"])
+        yield WORDS["own"].get(name, name), nominal, refit, diagnosed, unit_text(p["unit"])
+
+
+def in_newton(document: Document) -> Iterator[tuple[str, str, str, str]]:
+    """Own parameters of the diagnosed simulator times the mass, and the mass: name, value, 95 % interval and unit."""
+    for name, p in document.get("parameters", {}).items():
+        if "mass" in p:
+            yield "moving mass", *sized(p["mass"])
+        if "force" in p:
+            yield WORDS["own"].get(name, name), *sized(p["force"])
 
 
 def explanation(document: Document) -> list[str]:
@@ -115,9 +159,9 @@ def explanation(document: Document) -> list[str]:
     for name in v["effects"]:
         lines.append(BY_NAME[name].sentence)
     if v["kind"] == "none":
-        lines.append("What it misses is no larger than the noise of the recordings.")
-    if v["kind"] == "parameters":
-        lines.append("Refitting its own drag and thrust explains the recordings; no further effect is needed.")
+        lines.append("What is missed is no larger than the noise of the recordings.")
+    if v["kind"] == "parameters" and not foreign(document):
+        lines.append("Refitting drag and thrust explains the recordings; no further effect is needed.")
     if v["kind"] == "unknown":
         best = listed([effect_name(name) for name in document["estimates"]])
         several = len(document["estimates"]) > 1
@@ -220,9 +264,11 @@ def shrinkage(document: Document) -> str:
     if not s:
         return "How far the gap shrinks on runs left out was not worked out."
     unit = s["unit"]
+    before = f"{length(s['nominal'], unit)} with the simulator as it is, {length(s['refit'], unit)} after refitting it"
+    if foreign(document):
+        before = f"{length(s['refit'], unit)} with drag and thrust alone"
     text = (
-        f"On {left_out(document)}, of which only the start is used, the error is "
-        f"{length(s['nominal'], unit)} with the simulator as it is, {length(s['refit'], unit)} after refitting it, "
+        f"On {left_out(document)}, of which only the start is used, the error is {before}, "
         f"{length(s['diagnosed'], unit)} with the diagnosis; noise alone makes {length(s['floor'], unit)}."
     )
     if s.get("fraction_closed") is None:
