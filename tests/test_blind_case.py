@@ -16,11 +16,15 @@ from vtank.experiment import simulate_surge
 from vtank.plant.parameters import null_vector, slot, vector
 from vtank.plant.truth import load_truth
 from vtank.studies.blind.case import KINDS, draw_case, draw_frequencies, given, label
-from vtank.studies.blind.cause import RUNS, draw_cause
+from vtank.studies.blind.cause import draw_cause
 from vtank.studies.blind.experiment import amplitude_m
-from vtank.studies.blind.fly import Passenger, passengers, quiet
-from vtank.studies.blind.outside import OUTSIDE, Sight
-from vtank.studies.blind.refit import NUISANCE, parameters, refit
+from vtank.studies.blind.fly import quiet, stalled
+from vtank.studies.blind.generator import FAMILIES, LOCAL, Scene, draw_law
+from vtank.studies.blind.laws import DELAYED, EVEN, LAGGED, ODD, PLAY, SINE, Factor, Law, N, T, U, aboard, series
+from vtank.studies.blind.noise import FAMILIES as NOISES
+from vtank.studies.blind.noise import Noise
+from vtank.studies.blind.outside import OUTSIDE
+from vtank.studies.blind.refit import own_parameters, parameters, refit
 from vtank.studies.blind.replay import Replay, repair, spikes_of
 from vtank.studies.blind.rivals import best_fit, best_pair, others
 from vtank.studies.blind.sizing import noise_free, post_refit, ready_case
@@ -43,10 +47,10 @@ def test_a_case_is_drawn_again_bit_for_bit() -> None:
 def test_frequencies_are_drawn_from_the_seed() -> None:
     a, b = draw_frequencies(1), draw_frequencies(2)
     assert sum(a.kinds.values()) == pytest.approx(1.0) and a.kinds.keys() == set(KINDS)
-    assert max(abs(a.effects[name] - b.effects[name]) for name in a.effects) > 0.01
-    assert "thrust_lag" not in a.effects  # the nominal has a lag of its own
+    assert max(abs(a.causes["single"][name] - b.causes["single"][name]) for name in a.causes["single"]) > 0.01
+    assert "thrust_lag" not in a.causes["single"]  # the nominal has a lag of its own
     with pytest.raises(InputError, match="no effect 'drag'"):
-        draw_frequencies(1, effects=("drag",))
+        draw_frequencies(1, names=("drag",))
 
 
 def test_the_order_of_cases_tells_nothing() -> None:
@@ -72,6 +76,8 @@ def test_labels() -> None:
     assert label(only("tether", "none")) == "none" and label(only("tether", "parameters")) == "parameters"
     frequencies = draw_frequencies(1, ("pair",), ("tether", "seiche"))
     assert label(draw_case(1, 0, 0, frequencies)) == "seiche+tether"
+    assert label(only("beta", "varying")) == "varying" and label(only("burst", "local")) == "unknown"
+    assert label(draw_case(1, 0, 0, draw_frequencies(1, ("triple",)))).count("+") == 2
 
 
 @pytest.mark.parametrize("effect", [e.name for e in CATALOGUE if e.name != "thrust_lag"])
@@ -109,13 +115,13 @@ def linear_covariance(w: Whitener, samples: int) -> np.ndarray:
                 mean = (1.0 - decay) / w.damping[i] if w.damping[i] > 0.0 else h
                 state = np.array([x + mean * u + 0.5 * h * h * a, decay * u + mean * a, *(keep * (d, q, s))])
             sources.append(out)
-    return np.array(sources).T @ np.array(sources) + w.variance * np.eye(samples)
+    return np.array(sources).T @ np.array(sources) + np.diag(w.variance)
 
 
 def test_whitening_is_the_cholesky_factor() -> None:
     random, samples = np.random.default_rng(3), 40
     w = Whitener(random.uniform(0.0, 2.0, samples), random.uniform(0.0, 0.1, samples), (0.05, 0.7, 0.004),
-                 (1.5, 0.7, 0.5), 0.003**2, 0.1)  # fmt: skip
+                 (1.5, 0.7, 0.5), random.uniform(1e-6, 1e-4, samples), 0.1)  # fmt: skip
     columns = random.normal(size=(samples, 3))
     expected = np.linalg.solve(np.linalg.cholesky(linear_covariance(w, samples)), columns)
     assert w.whiten(columns) == pytest.approx(expected, rel=1e-9, abs=1e-9)
@@ -123,7 +129,9 @@ def test_whitening_is_the_cholesky_factor() -> None:
 
 def test_whitening_leaves_out_missing_pings() -> None:
     random, samples = np.random.default_rng(4), 30
-    w = Whitener(np.full(samples, 0.5), np.zeros(samples), (0.05, 0.0, 0.0), (1.5, 0.7, 0.0), 1e-6, 0.1)
+    w = Whitener(
+        np.full(samples, 0.5), np.zeros(samples), (0.05, 0.0, 0.0), (1.5, 0.7, 0.0), np.full(samples, 1e-6), 0.1
+    )
     column, missing = random.normal(size=samples), random.random(samples) < 0.3
     there = ~missing
     covariance = linear_covariance(w, samples)[np.ix_(there, there)]
@@ -157,9 +165,8 @@ def test_refit_finds_parameters_and_d_vanishes_without_an_effect() -> None:
     clean = noise_free(case, given(case))
     fit = refit(clean, load_truth("paper-ii").vector())
     assert fit.size < 0.01
-    assert fit.p[0, [slot(name) for name in NUISANCE]] == pytest.approx(
-        case.truth.vector()[[slot(name) for name in NUISANCE]], rel=1e-4
-    )
+    own = [slot(name) for name in own_parameters(case.truth.vector())]
+    assert fit.p[0, own] == pytest.approx(case.truth.vector()[own], rel=1e-4)
 
 
 def test_d_grows_with_the_effect_and_falls_with_the_noise() -> None:
@@ -193,36 +200,101 @@ def test_sizes_are_solved_for_the_wanted_ratio() -> None:
     assert d == pytest.approx(case.wanted[0], rel=0.3) or case.causes[0].size == case.causes[0].largest
 
 
+SCENE = Scene(load_truth("paper-ii"), 10.0, (120.0, 90.0, 120.0), 2)
+
+
+def along(law: Law, size: float = 1.0, run: int = 0) -> np.ndarray:
+    """What a law adds along a slow oscillation, half a tick not looked ahead."""
+    plan, t = replace(given(only("tether"))[0], run=run), 0.1 * np.arange(1200)
+    x, u, n = 0.3 * np.sin(0.5 * t), 0.15 * np.cos(0.5 * t), 10.0 * np.sin(0.5 * t + 1.0)
+    return series(aboard(plan, [(law, size)], t.size, 0.0, np.inf), x, u, n)  # type: ignore[no-any-return]
+
+
+def test_factors_do_what_they_say() -> None:
+    t = 0.1 * np.arange(1200)
+    u, n = 0.15 * np.cos(0.5 * t), 10.0 * np.sin(0.5 * t + 1.0)
+
+    def one(*factors: Factor) -> np.ndarray:
+        return along(Law("mine", "force", 2.0, factors=factors), 3.0)
+
+    assert one(Factor(U, 0.1, bent=ODD, c=2.0)) == pytest.approx(6.0 * (u / 0.1) * abs(u / 0.1))
+    assert one(Factor(U, 0.1, bent=EVEN, c=0.5), Factor(N, 5.0)) == pytest.approx(6.0 * abs(u / 0.1) ** 0.5 * n / 5.0)
+    assert one(Factor(T, 1.0, bent=SINE, c=7.0, w=0.4)) == pytest.approx(6.0 * np.sin(2.0 * np.pi * t / 7.0 + 0.4))
+    assert one(Factor(N, 1.0, DELAYED, 1.5))[15:] == pytest.approx(6.0 * n[:-15])
+    late = one(Factor(N, 1.0, LAGGED, 2.0))[600:] / 6.0  # a lag of 2 s at 0.5 rad/s: 10 cos(45 deg)
+    assert np.ptp(late) / 2.0 == pytest.approx(10.0 / math.sqrt(2.0), rel=0.05)
+    play = one(Factor(N, 1.0, PLAY, 4.0)) / 6.0
+    assert play.max() == pytest.approx(1.0) and play.min() == pytest.approx(-1.0)
+    assert np.sign(play[np.abs(play) > 1.0 - 1e-9]) == pytest.approx(
+        np.sign(np.diff(n, prepend=8.0)[np.abs(play) > 1.0 - 1e-9])
+    )
+
+
+def test_a_law_of_some_windows_does_nothing_outside() -> None:
+    law = Law("mine", "force", 1.0, windows=(((2.0, 4.0),), ()), swells=True)
+    once = along(law)
+    assert once[:21] == pytest.approx(0.0) and once[40:] == pytest.approx(0.0)
+    assert once[30] == pytest.approx(1.0) and not along(law, run=1).any()
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_laws_are_drawn_again_alike_and_do_something(name: str) -> None:
+    drawn = [draw_law(name, np.random.default_rng(seed), SCENE) for seed in (1, 1, 2, 3, 4)]
+    assert drawn[0] == drawn[1] and len({str(law) + str(law.windows) for law in drawn}) == 4
+    for law in drawn:
+        assert bool(law.windows) == (name in LOCAL) and (not law.windows or not law.windows[2])
+        spans = [span for spans in law.windows for span in spans]
+        assert all(0.0 <= a < b <= 120.0 for a, b in spans)
+        acted = sum(float(np.abs(along(law, run=run)).max()) for run in (0, 1))
+        assert law.stalls or 0.0 < acted < 1e3 * abs(law.unit)
+        assert not along(law, 0.0).any()
+
+
 @pytest.mark.parametrize("law", OUTSIDE.values(), ids=OUTSIDE)
-def test_outside_laws_do_nothing_at_size_zero_and_something_at_size_one(law) -> None:  # type: ignore[no-untyped-def]
-    assert law.name not in BY_NAME and (law.push is None) != (law.distort is None)
-    plan = given(only(law.name, "outside"))[0]
-    n, range_m = 10.0 * np.sin(0.3 * np.arange(300)), 3.0 + 0.3 * np.sin(0.03 * np.arange(300))
-    for size in (0.0, 1.0):
-        passenger = Passenger(law, size, plan)
-        pushed = [passenger.push(0.1, 0.2 * math.sin(0.05 * k), float(n[k])) for k in range(300)]
-        written = passenger.record(n, range_m)
-        changed = any(pushed) or not (np.array_equal(written[0], n) and np.array_equal(written[1], range_m))
-        assert changed == (size > 0.0)
+def test_outside_laws_do_nothing_at_size_zero_and_something_at_size_one(law: Law) -> None:
+    assert law.name not in BY_NAME
+    assert not along(law, 0.0).any() and np.ptp(along(law)) > 0.0
 
 
-def test_an_outside_push_moves_the_hull_as_its_catalogue_twin_would() -> None:
-    """Cubic drag written as an outside law, against quadratic drag that is equal at one speed: both slow the hull."""
-    case = only("cubic_drag", "outside")
-    plan = given(case)[0]
-    pushed, plain = Replay(plan), Replay(plan)
-    n = plain.pushed(())[2]
-    with_law = pushed.pushed(case.causes, n)[1]
-    sight = Sight(0.1, 0.0, 0.3, 0.0, 10.0, -2.5, 5e-4)
-    assert OUTSIDE["cubic_drag"].push(2.0, sight, {}) == pytest.approx(-2.0 * 5.0 * 0.027)  # type: ignore[misc]
-    assert np.ptp(with_law) < np.ptp(plain.pushed((), n)[1])
-    assert passengers(plan, case.causes)[0].law.name == "cubic_drag"
+def test_a_push_balances_the_thrust_with_the_drag() -> None:
+    """At a steady propeller speed the hull settles where beta n^2 = |alpha| u^2 + 4 x 0.04 m/s2 (u/(0.2 m/s))^3."""
+    case = only("cubic_drag", "outside").sized([4.0])
+    replay = Replay(given(case)[0])
+    replay.pushed(case.causes, np.full(1201, 12.0))
+    u = replay.motion[1, 1000]
+    drag = abs(case.truth.alpha_per_m) * u**2 + 0.16 * (u / 0.2) ** 3
+    assert drag == pytest.approx(case.truth.beta_m_per_rev2 * 144.0, rel=1e-6) and u > 0.05
+
+
+def test_a_stalled_sensor_repeats_its_last_reading() -> None:
+    read = np.array([1.0, 2.0, np.nan, 4.0, 5.0])
+    found = stalled(read, np.array([False, False, True, True, False]))
+    assert found == pytest.approx([1.0, 2.0, np.nan, 2.0, 5.0], nan_ok=True)
+
+
+@pytest.mark.parametrize("family", NOISES)
+def test_noise_of_every_family_has_unit_deviation(family: str) -> None:
+    share, values = NOISES[family]
+    noise = Noise(family, **values(np.random.default_rng(1)))
+    drawn = noise.unit(np.random.default_rng(2), 200_000, 0.1)
+    assert share > 0.0 and np.std(drawn) == pytest.approx(1.0, rel=0.1)
+    assert noise.blocks(np.random.default_rng(3), 3000, 0.1).mean() == pytest.approx(noise.lost, abs=0.02)
+    assert noise.growth(0.0, 0.0) == 1.0
+
+
+def test_own_parameters_that_vary_are_found_by_d_and_differ_from_run_to_run() -> None:
+    case = only("beta", "varying")
+    gains = {plan.p[slot("beta")] for plan in given(case)}
+    assert len(gains) > 1 and {plan.p[slot("alpha")] for plan in given(case)} == {case.truth.alpha_per_m}
+    assert post_refit(case, noise_free(case, given(case))).size > 1.0
+    alike = case.sized([0.0])
+    assert post_refit(alike, noise_free(alike, given(alike))).size < 0.01
 
 
 def test_held_out_runs_repeat_the_given_ones() -> None:
     case = only("seiche")
     scenarios = case.experiment.scenarios
-    assert scenarios[RUNS : 2 * RUNS] == scenarios[:RUNS] and scenarios[-1].excitation.kind != case.experiment.family
+    assert scenarios[4:6] == scenarios[:2] and scenarios[-1].excitation.kind != case.experiment.family
     phases = {case.plan(k).p[slot("seiche.phase")] for k in range(len(scenarios))}
     assert len(phases) == len(scenarios) and null_vector()[slot("seiche.phase")] not in phases
 

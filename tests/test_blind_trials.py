@@ -19,13 +19,14 @@ from vtank.studies.blind.answer import answer, refusal
 from vtank.studies.blind.case import tied
 from vtank.studies.blind.closed import Closed, closed
 from vtank.studies.blind.make import Order, make
+from vtank.studies.blind.questions import measures
 from vtank.studies.blind.rows import Row
-from vtank.studies.blind.score import measures, score, write_score
+from vtank.studies.blind.score import grouped, score, write_score
 from vtank.studies.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, read_index
 from vtank.studies.blind.tables import tables
 from vtank.studies.blind.verify import open_all
 
-ORDER = Order(3, 33, ("none", "parameters", "single"), ("supply_sag",), familiar=True, threads=1)
+ORDER = Order(3, 48, ("none", "parameters", "single"), ("supply_sag",), familiar=True, threads=1)
 
 
 def stand_in(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
@@ -35,7 +36,7 @@ def stand_in(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -
         raise ValueError("cannot say")
     chances = {"none": 0.2, "supply_sag": 0.7, "unknown": 0.1}
     verdict = {"kind": "effect", "effects": ["supply_sag"], "class": ["supply_sag", "clock_skew"], "probability": 0.7}
-    document = {"verdict": verdict, "probabilities": chances, "baselines": {"bic": ["none"]}, "runs": len(runs)}
+    document = {"verdict": verdict, "probabilities": chances, "runs": len(runs)}
     return {"document": document, "seen": float(np.nanmean(runs.runs[0].columns["range_m"]))}
 
 
@@ -75,9 +76,9 @@ def test_files_differ_in_nothing_but_their_numbers(trials: Path) -> None:
 def test_the_index_says_nothing_but_names_hashes_and_what_is_withheld(trials: Path) -> None:
     text = (trials / "cases" / "cases.json").read_text()
     content = json.loads(text)
-    assert set(content) == {"schema", "nominal", "cases"} and content["nominal"] == "paper-ii"
-    assert all(set(case) == {"case", "runs", "withheld", "commitment"} for case in content["cases"])
-    assert "33" not in json.dumps([case["withheld"] for case in content["cases"]]) and "seed" not in text
+    assert set(content) == {"schema", "cases"} and {case["nominal"] for case in content["cases"]} == {"paper-ii"}
+    assert all(set(case) == {"case", "nominal", "runs", "withheld", "commitment"} for case in content["cases"])
+    assert "48" not in json.dumps([case["withheld"] for case in content["cases"]]) and "seed" not in text
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -86,7 +87,7 @@ def test_any_run_takes_the_same_bytes(seed: int) -> None:
     size, time = 50, 0.1 * np.arange(50)
     range_m = np.where(random.random(size) < 0.3 * seed, np.nan, random.normal(3.0, 0.5, size))
     run = Run("run", time, {"n_rev_s": random.normal(0.0, 5.0 * seed, size), "range_m": range_m})
-    assert len(fixed_csv(run)) == len("time_s,n_rev_s,range_m\n") + size * (7 + 11 + 9 + 3)
+    assert len(fixed_csv(run)) == len("time_s,n_rev_s,range_m\n") + size * (10 + 11 + 9 + 3)
 
 
 def test_a_written_run_is_read_back(tmp_path: Path) -> None:
@@ -115,7 +116,7 @@ def test_the_tank_flew_what_the_truth_says(trials: Path) -> None:
         experiment = truth["experiment"]
         if experiment["turbulence"] == "still":
             quiet += 1
-            for k in (1, 5):
+            for k in (1, 3):
                 run = read_run(trials / "truth" / "held_out" / entry.case / f"run_{k}.csv")
                 error = run.columns["range_m"] - run.columns["clean_m"]
                 expected = np.hypot(experiment["sonar_noise_m"], experiment["resolution_m"] / np.sqrt(12.0))
@@ -128,11 +129,11 @@ def test_truths_carry_what_the_score_needs(trials: Path) -> None:
     for path in sorted((trials / "truth").glob("case_*.json")):
         truth = json.loads(path.read_text())["truth"]
         assert truth["label"] in ("none", "parameters", "supply_sag")
-        assert len(truth["held_out"]["oracle"]) == len(truth["held_out_files"]) == 5
+        assert sum(truth["budget"].values()) == pytest.approx(1.0)
+        assert len(truth["held_out"]["oracle"]) == len(truth["held_out_files"]) == 3
         if truth["kind"] == "single":
             assert truth["d"] == pytest.approx(truth["d_each"][0], rel=1e-3) and truth["d"] > 2.0
-            assert truth["rivals"]["gram"][0][0] == pytest.approx(truth["d"] ** 2, rel=1e-4)
-            assert "supply_sag" not in truth["rivals"]["names"]
+            assert truth["causes"][0]["channel"] == "actuator"
             assert np.mean(truth["held_out"]["oracle"]) < np.mean(truth["held_out"]["refit"])
         else:
             assert truth["d"] < 0.05
@@ -155,7 +156,7 @@ def change(path: Path, old: str, new: str) -> None:
 
 
 def test_a_changed_recording_is_named(copy: Path) -> None:
-    change(copy / "cases" / "case_0002" / "run_3.csv", "    0.1,", "    0.2,")
+    change(copy / "cases" / "case_0002" / "run_3.csv", "    0.1000,", "    0.2000,")
     with pytest.raises(InputError, match="case_0002/run_3.csv: the recording was changed"):
         verify(copy)
     with pytest.raises(InputError, match="run_3.csv: not the recording"):
@@ -188,8 +189,8 @@ def test_a_truth_with_a_new_commitment_is_caught_by_the_seal(copy: Path) -> None
 
 
 def test_a_changed_held_out_run_is_named(copy: Path) -> None:
-    change(copy / "truth" / "held_out" / "case_0003" / "run_5.csv", "    0.1,", "    0.2,")
-    with pytest.raises(InputError, match="case_0003/run_5.csv: the held-out run was changed"):
+    change(copy / "truth" / "held_out" / "case_0003" / "run_3.csv", "    0.1000,", "    0.2000,")
+    with pytest.raises(InputError, match="case_0003/run_3.csv: the held-out run was changed"):
         verify(copy)
 
 
@@ -259,15 +260,14 @@ def test_the_score_is_that_of_the_answers(trials: Path, tmp_path: Path, fits: Ca
     labels = [row.label for row in rows]
     assert [row.right for row in rows] == [labels[0] == "supply_sag", rows[1].right, labels[2] == "supply_sag"]
     assert rows[0].named == ("supply_sag", "clock_skew") and rows[1].refused
-    assert rows[0].baselines == {"bic": {"none": 1.0}}
-    nothing = scored["measures"]["none"]["all"]
-    assert nothing["false alarm"].n == labels.count("none")
+    assert scored["measures"]["all"]["all"]["false alarm"].n == labels.count("none")
+    assert set(scored["measures"]["family"]) == {row.kind for row in rows}
     write_score(tmp_path / "score", scored)
     written = {path.name for path in (tmp_path / "score").iterdir()}
-    assert {"score.md", "score.json", "cases.csv", "bars.csv", "confusion.png", "reliability.png"} <= written
+    assert {"score.md", "score.json", "cases.csv", "measures.csv", "confusion.png", "reliability.png"} <= written
     assert fits(tmp_path / "score" / "score.html")
     document = json.loads((tmp_path / "score" / "score.json").read_text())
-    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/1"
+    assert document["cases"] == 3 and document["schema"] == "vtank.blind-score/2"
 
 
 MODEL = """
@@ -314,38 +314,83 @@ def test_the_true_model_closes_the_whole_gap(trials: Path) -> None:
     assert without.covered is None and np.isnan(without.diagnosed) and without.oracle == found.oracle
 
 
-def made_up(label: str, d: float, chances: dict[str, float], kind: str = "effect", **more: Any) -> Row:
-    verdict = {"kind": kind, "class": [max(chances, key=lambda k: chances[k])], "probability": max(chances.values())}
-    case = {"none": "none", "parameters": "parameters", "unknown": "outside"}.get(label, "single")
-    given = {"closed": Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9), "coloured": False, "unseen": False}
-    return Row("case", case, label, d, d, decoy=False, chances=chances, verdict=verdict, refused="", baselines={},
-               ceiling=None, **(given | more))  # fmt: skip
+EXPERIMENT = {"vehicle": "phoenix", "noise": "white", "turbulence": "still", "family": "chirp", "rate_hz": 10,
+              "runs": 4, "duration_s": 120.0}  # fmt: skip
 
 
-def test_measures_of_made_up_rows_by_hand() -> None:
-    sure, torn = {"tether": 0.97, "seiche": 0.03}, {"tether": 0.6, "seiche": 0.4}
-    rows = [
-        made_up("tether", 20.0, sure),
-        made_up("seiche", 20.0, sure),
-        made_up("seiche", 5.0, torn),
-        made_up("none", 0.0, {"none": 1.0}, "none"),
-        made_up("none", 0.0, sure, coloured=True),
-        made_up("unknown", 12.0, {"unknown": 0.9, "tether": 0.1}, "unknown"),
-        made_up("unknown", 40.0, sure),
-    ]
-    found = measures(rows)
-    assert (found["single"]["10-30"]["top-1"].value, found["single"]["10-30"]["top-1"].n) == (0.5, 2)
-    assert found["single"]["3-10"]["log score"].value == pytest.approx(-np.log(0.4))
-    assert found["single"]["all"]["class size"].value == 1.0
-    assert found["single"]["all"]["brier"].value == pytest.approx((2 * 0.03**2 + 2 * 0.97**2 + 2 * 0.6**2) / 3)
-    assert (found["none"]["all"]["false alarm"].value, found["none"]["coloured"]["false alarm"].value) == (0.5, 1.0)
-    assert found["unknown"][">=10"]["called unknown"].value == 0.5
-    assert found["sure"]["all"]["wrong at 0.95"].value == pytest.approx(2 / 5)
-    assert found["closed"][">=10"]["closed, median"].value == pytest.approx(0.9)
-    assert found["closed"]["all"]["coverage of 90 %"].value == 1.0
-    assert found["calibration"]["most probable name"]["miscalibration"].n == 7
-    assert "| 0.500 [0.095, 0.905] (2) |" in markdown(tables(found)[1:2])
+def made_up(label: str, d: float, chances: dict[str, float], said: str = "effect", **more: Any) -> Row:
+    """A row by hand; more: of the verdict, or kind, causes, budget and where of truth and document."""
+    plain = {"none": "none", "parameters": "parameters", "varying": "varying", "unknown": "random"}
+    several = ("single", "pair", "triple")[min(label.count("+"), 2)]
+    truth = {"kind": more.pop("kind", plain.get(label, several)), "label": label, "experiment": EXPERIMENT,
+             "causes": more.pop("causes", [])} | {"budget": more.pop("true", None)}  # fmt: skip
+    apart = {key: more.pop(key) for key in ("budget", "where", "cause_set") if key in more}
+    named = max(chances, key=lambda k: chances[k])
+    verdict = {"kind": said, "class": [named], "effects": named.split("+"), "probability": max(chances.values())} | more
+    closed = Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9)
+    return Row("case", label, truth, {"verdict": verdict} | apart, d, chances, "", closed)
+
+
+def asked(*rows: Row) -> dict[str, tuple[float, int]]:
+    """Value and number of cases of every measure of these rows."""
+    return {name: (m.value, m.n) for name, m in measures(rows).items() if m.n}
+
+
+SURE, TORN = {"tether": 0.97, "seiche": 0.03}, {"tether": 0.6, "seiche": 0.4}
+
+
+def test_effects_of_made_up_rows_by_hand() -> None:
+    found = asked(made_up("tether", 20.0, SURE), made_up("seiche", 20.0, SURE), made_up("seiche", 5.0, TORN))
+    assert found["single first"] == (0.5, 2) and found["kind right"] == (1.0, 2)
+    assert found["wrong at 0.95"] == (1 / 3, 3) and found["known called unknown"] == (0.0, 3)
+    assert found["gap closed, median"] == (pytest.approx(0.9), 2) and found["interval of the gap closed"] == (1.0, 3)
+    triples = [made_up("a+b+c", 20.0, {"a+b+c": p, "a": 1.0 - p}, "effects") for p in (0.9, 0.3)]
+    assert asked(*triples)["triple right or not confident"] == (1.0, 2)
+    assert asked(made_up("a+b+c", 20.0, SURE))["triple right or not confident"] == (0.0, 1)
+
+
+def test_no_gap_said_over_a_visible_one_and_alarms_by_hand() -> None:
+    said = {"none": 1.0}
+    found = asked(
+        made_up("none", 0.0, said, "none"),
+        made_up("none", 0.0, SURE),
+        made_up("tether", 20.0, {"parameters": 0.9}, "parameters"),
+        made_up("parameters", 20.0, {"parameters": 0.9}, "parameters"),
+        made_up("parameters", 20.0, said, "none"),
+        made_up("tether", 4.0, said, "none"),
+    )
+    assert found["false alarm"] == (0.5, 2)
+    assert found["none or parameters over a visible gap"] == (2 / 3, 3)
+    assert found["wrong at 0.95"] == (0.5, 6)  # the alarm, and none said twice of what is not too faint to see
+
+
+def test_unknown_causes_their_channel_and_windows_by_hand() -> None:
+    cause = {"name": "bump", "channel": "hydrodynamics", "windows": [[2, 10.0, 20.0]]}
+    chances = {"unknown": 0.9, "tether": 0.1}
+
+    def said(span: tuple[float, float], run: str = "run_2", channel: str = "hydrodynamics") -> Row:
+        where = {"time_s": [{"run": run, "from": span[0], "to": span[1]}]}
+        return made_up("unknown", 40.0, chances, "unknown", causes=[cause], where=where, channel=channel)
+
+    assert said((12.0, 24.0)).windows_found() == (pytest.approx(0.8), pytest.approx(8.0 / 12.0))
+    found = asked(said((12.0, 24.0)), said((12.0, 20.0), "run_1", "sensor"), made_up("unknown", 40.0, SURE))
+    assert found["unknown called unknown"] == (2 / 3, 3)
+    assert found["its channel"] == (0.5, 2) and found["its windows"] == (0.5, 2)
+    assert asked(made_up("unknown", 6.0, SURE))["wrong at 0.95"] == (0.0, 1)  # known effects explain it as well
+
+
+def test_varying_budget_and_stated_set_by_hand() -> None:
+    causes, chances = [{"name": "beta"}], {"varying": 1.0}
+    rows = [made_up("varying", 20.0, chances, "varying", causes=causes, varying=v) for v in (["beta"], ["alpha"])]
+    assert asked(*rows)["varying found"] == (0.5, 2)
+    assert "varying found" not in asked(made_up("varying", 12.0, chances, "varying", causes=causes))
+    lines = [{"kind": "effect", "share": 0.4, "interval90": [0.3, 0.5]},
+             {"kind": "noise", "share": 0.1, "interval90": [0.05, 0.15]}]  # fmt: skip
+    true = {"parameters": 0.2, "cause": 0.45, "disturbance": 0.05, "noise": 0.3}
+    found = asked(made_up("tether", 20.0, SURE, budget=lines, true=true, cause_set=["tether", "none"]))
+    assert found["budget interval, effect"] == (1.0, 1) and found["budget interval, noise"] == (0.0, 1)
+    assert found["stated set holds the truth"] == (1.0, 1)
 
 
 def test_no_rows_make_no_score() -> None:
-    assert "nan" not in markdown(tables(measures([])))
+    assert "kind right" not in markdown(tables(grouped([])))

@@ -27,11 +27,17 @@ def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--seed", type=int, required=True, metavar="S", help="seed of everything that is drawn")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the cases")
     parser.add_argument("--truth-out", type=Path, metavar="DIR", help="folder for the truth (default: DIR-truth)")
-    parser.add_argument("--threads", type=int, default=2, metavar="N", help="threads and processes (default 2)")
+    parser.add_argument("--threads", type=int, default=2, metavar="N", help="cases at a time (default 2)")
     parser.add_argument("--kinds", nargs="+", metavar="KIND", help="kinds of cases (default all)")
-    parser.add_argument("--effects", nargs="+", metavar="NAME", help="effects and outside laws that may come up")
+    parser.add_argument(
+        "--effects", nargs="+", metavar="NAME", help="effects, laws and own parameters that may come up"
+    )
     parser.add_argument("--familiar", action="store_true", help="closed-loop sinusoids and white sonar noise only")
-    parser.add_argument("--no-separations", action="store_true", help="leave out the fits of all rivals (no ceiling)")
+    parser.add_argument(
+        "--no-separations",
+        action="store_true",
+        help="do not compute what known effects leave of an unknown cause: much faster",
+    )
 
 
 def _answer_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -64,15 +70,15 @@ def run(args: argparse.Namespace) -> int:
 def _make(args: argparse.Namespace) -> int:
     from ..studies.blind.case import KINDS
     from ..studies.blind.make import Order, make
-    from .progress import percent, progress
+    from .progress import progress
 
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
-    kinds = KINDS if args.kinds is None else tuple(args.kinds)
+    kinds = tuple(KINDS) if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
-    make(order, args.out, truth_out, progress, percent)
+    make(order, args.out, truth_out, progress)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 

@@ -192,16 +192,18 @@ def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.clip(np.nan_to_num(difference, nan=1e6), -1e6, 1e6) ** 2)))
 
 
-def evaluate(setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None) -> Fitted:
-    """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it."""
+def evaluate(
+    setting: Setting, hypothesis: Hypothesis, starts: Sequence[Start] | None = None, rough: bool = False
+) -> Fitted:
+    """Fit a hypothesis from the given first guesses (default: its catalogue's) and weigh it; rough: one step only."""
     found: list[tuple[Problem, Prior, Optimum]] = []
     for start in starts or first_guesses(setting, hypothesis):
         problem, theta = build(setting, hypothesis, start)
         prior = prior_of(setting, hypothesis, problem, theta)
         filtered = _filtered(problem, np.clip(theta, prior.low, prior.high))
-        found.append((problem, prior, climb(problem, theta, prior, filtered)))
+        found.append((problem, prior, climb(problem, theta, prior, filtered, *([1] if rough else []))))
     problem, prior, optimum = min(found, key=lambda one: one[2].cost)
-    if setting.noise.sigma > 0.0:  # once more with the gains of the optimum
+    if setting.noise.sigma > 0.0 and not rough:  # once more with the gains of the optimum
         optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
     return weigh(setting, hypothesis, problem, prior, optimum)
 

@@ -24,7 +24,7 @@ from .freeform.pursuit import pursue
 # turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
 STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
-ROUNDS = 3  # alternations of fit and noise level
+ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 LARGEST_SIGMA = float(np.exp(3.0))  # [m/s2, m] disturbance or coloured error beyond any water's

@@ -28,6 +28,7 @@ SURVIVES = 0.05
 LEADERS = 3  # single effects that are tried in pairs with all others
 PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pair promise over it, to be fitted
 MOST_PAIRS = 6  # pairs that are fitted, and larger sets
+HOPELESS = 50.0  # log evidence behind the best at which no other noise level helps; a choice
 LARGEST = 3  # effects together at most
 Report = Callable[[str], None]
 
@@ -104,7 +105,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     fits = weigh_all(setting, singles, [_near(setting, refit, h) for h in singles])
     say("noise level")
     setting = settle(setting, fits)
-    fits = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
+    fits = again(setting, fits)
     for count in range(2, LARGEST + 1):
         more = _larger(setting, fits, count)
         if not more:
@@ -114,7 +115,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     say("what has no name")
     if max(fits, key=lambda f: f.log_evidence).hypothesis.name not in (h.name for h in singles):
         setting = settle(setting, fits)
-        fits = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
+        fits = again(setting, fits)
     found = Selection(setting, fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence)))
     if found.best.log_evidence == -np.inf:
         listed = ", ".join(run.name for run in setting.runs)
@@ -147,6 +148,18 @@ def weigh_all(
     """Fit all hypotheses; the compiled kernels release the interpreter, so two threads help."""
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(partial(evaluate, setting), hypotheses, starts))
+
+
+def again(setting: Setting, fits: Sequence[Fitted]) -> list[Fitted]:
+    """All hypotheses weighed again at another noise level; what is hopeless is not fitted to the end."""
+    best = max(f.log_evidence for f in fits)
+
+    def of(fit: Fitted) -> Fitted:
+        hopeless = bool(fit.hypothesis.effects) and fit.log_evidence < best - HOPELESS
+        return evaluate(setting, fit.hypothesis, [fit.start()], rough=hopeless)
+
+    with ThreadPoolExecutor(2) as pool:
+        return list(pool.map(of, fits))
 
 
 def _larger(setting: Setting, fits: Sequence[Fitted], count: int) -> list[tuple[Hypothesis, Start]]:

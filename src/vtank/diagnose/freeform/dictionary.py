@@ -23,8 +23,7 @@ PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act t
 MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
-SCANNED_RAD_S = np.arange(0.08, 3.2, 0.04)  # frequencies of force lines; 120 s resolve about 0.05 rad/s
-HEARD_RAD_S = np.arange(0.08, 4.6, 0.04)  # of sensor lines, which no hull filters
+SCANNED_RAD_S = np.arange(0.08, 3.2, 0.045)  # frequencies of lines; 120 s resolve about 0.05 rad/s
 PERIODS = np.geomspace(0.7, 16.0, 20)  # periods over the whole range, of an error periodic in place; a choice
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 
@@ -64,7 +63,7 @@ def pieces(fit: Fitted) -> list[Piece]:
         *_errors(read, positions),
         *(piece for k in range(len(moved)) for piece in _windows(k, moved, positions)),
         _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
-        _lines("error", SENSOR, False, HEARD_RAD_S, [m.t for m in read]),
+        _lines("error", SENSOR, False, SCANNED_RAD_S, [m.t for m in read]),
     ]
 
 

@@ -20,7 +20,6 @@ from ...plant import load_truth, switched_on
 from ...record import current_versions, jsonable, read_bytes, read_text, sha256, write_bytes
 from ..processes import processes
 from ..stage import Stage, silent
-from .case import NOMINAL
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
 SCHEMA = "vtank.blind-answers/1"
@@ -36,7 +35,8 @@ def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: s
     runs = [observe(run) for run in read_dataset(folder)]
     names = [effect.name for effect in CATALOGUE if effect.name not in withheld] if withheld else None
     diagnosis = diagnose(runs, load_truth(nominal).vector(), seed, names)
-    return {"document": diagnosis.summary() | {"shrink": diagnosis.held_out}, "model": model_text(diagnosis)}
+    document = diagnosis.summary() | {"shrink": diagnosis.held_out, "where": diagnosis.where.document()}
+    return {"document": document, "model": model_text(diagnosis)}
 
 
 def answer(
@@ -60,7 +60,7 @@ def answer(
     done = _resume(part, mark)
     rest = [entry for entry in index.entries if entry.case not in done]
     out.parent.mkdir(parents=True, exist_ok=True)
-    one = partial(_one, folder, seed, index.nominal, answer_case)
+    one = partial(_one, folder, seed, answer_case)
     with part.open("a", encoding="utf-8") as lines, processes(count) as work, stage("diagnosing", len(rest)) as said:
         for entry, found in zip(rest, work(one, rest), strict=True):
             done[entry.case] = found
@@ -86,11 +86,13 @@ def check_data(folder: Path, entry: Entry) -> None:
 def sources() -> str:
     """One hash for all source files and frozen numbers of the package: which program gave the answers."""
     root = Path(vtank.__file__).parent
-    files = sorted(path for pattern in ("*.py", "*.toml") for path in root.rglob(pattern))
+    files = sorted(path for pattern in ("*.py", "*.toml", "*.xml") for path in root.rglob(pattern))
     return digest({str(path.relative_to(root)): sha256(path.read_bytes()) for path in files})
 
 
-def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
+def _one(folder: Path, seed: int, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
+    own = folder / entry.nominal
+    nominal = str(own) if own.is_file() else entry.nominal
     try:
         found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
@@ -99,7 +101,7 @@ def _one(folder: Path, seed: int, nominal: str, answer_case: AnswerCase, entry: 
     return {"data": entry.data, **found}
 
 
-def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = NOMINAL) -> dict[str, Any]:
+def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = "paper-ii") -> dict[str, Any]:
     """The answer of one who cannot answer: every effect, none, parameters and unknown are equally likely."""
     known = {*withheld, *(effect.name for effect in switched_on(load_truth(nominal).vector()))}
     chosen = [e for e in CATALOGUE if e.standing != "absorbed" and not e.same_as and e.name not in known]

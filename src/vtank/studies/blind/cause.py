@@ -1,4 +1,4 @@
-"""Causes of a gap: effects of the catalogue, or laws outside it, with a size that can be turned up and down."""
+"""Causes of a gap, with a size that can be turned up and down: effects, laws of no catalogue, runs that differ."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...effects import BY_NAME, PARAMETERS, Parameter
+from ...plant import LAG
+from .generator import FAMILIES, Scene, draw_law
+from .laws import Law
 from .outside import OUTSIDE
 
-RUNS, HOLDOUTS = 4, 5  # runs that are given; held back for the score: each once more, and one of another kind
+MOST = 12  # runs that a case has at most, those held back among them
+VARIED = {"alpha": "alpha", "beta": "beta", "tau": LAG}  # own parameters that may differ from run to run, and slots
+VARIES, WIDEST = 0.05, 0.8  # [-] usual and largest relative spread of one; choices
 STRONGEST = 10.0  # largest size over the catalogue's typical one; a choice
 
 # Ranges by unit, drawn log-uniformly: of parameters that have no influence while the size is null, and of outliers,
@@ -25,12 +30,14 @@ class Cause:
     """One cause of the gap.
 
     Attributes:
-        name: of an effect or of an outside law.
+        name: of an effect, of a law or its family, or of the own parameter that differs from run to run.
         size: 0 does nothing.
         largest: largest plausible size.
         unit: slot -> value per unit of size.
         fixed: slot -> value that does not depend on the size.
         per_run: slot -> one value for each run, held-out ones included.
+        law: what acts, where no catalogue has it.
+        varies: deviation of the logarithm of an own parameter per unit of size, for each run.
     """
 
     name: str
@@ -39,25 +46,31 @@ class Cause:
     unit: dict[str, float] = field(default_factory=dict)
     fixed: dict[str, float] = field(default_factory=dict)
     per_run: dict[str, tuple[float, ...]] = field(default_factory=dict)
+    law: Law | None = None
+    varies: tuple[float, ...] = ()
 
     @property
-    def outside(self) -> bool:
-        """Whether no catalogue has it."""
-        return self.name in OUTSIDE
+    def known(self) -> bool:
+        """Whether it is an effect of the catalogue."""
+        return self.name in BY_NAME
 
     @property
     def solved(self) -> bool:
         """Whether its size is solved for a wanted signal-to-noise ratio."""
-        return self.outside or not BY_NAME[self.name].outliers
+        return not BY_NAME[self.name].outliers if self.known else self.law is None or self.law.solved
 
     def slots(self, run: int) -> dict[str, float]:
         """Entries of the parameter vector in one run."""
-        if self.outside:
+        if not self.known:
             return {}
         scaled = {name: self.size * value for name, value in self.unit.items()}
         if is_limit(self):  # the null is infinite: the limit falls from the top speed as size grows
             scaled = {name: value / (1.0 + self.size) for name, value in self.unit.items()}
         return scaled | self.fixed | {name: values[run] for name, values in self.per_run.items()}
+
+    def factors(self, run: int) -> dict[str, float]:
+        """Slot -> factor on an own parameter in one run."""
+        return {VARIED[self.name]: float(np.exp(self.size * self.varies[run]))} if self.varies else {}
 
     def sized(self, size: float) -> Cause:
         """The same cause at another size, at most the largest."""
@@ -66,7 +79,7 @@ class Cause:
 
 def is_limit(cause: Cause) -> bool:
     """Whether it is a limit of the propeller speed, which does nothing where it is not reached."""
-    return not cause.outside and any(p.limit for p in BY_NAME[cause.name].parameters)
+    return cause.known and any(p.limit for p in BY_NAME[cause.name].parameters)
 
 
 def with_limit(cause: Cause, top_rev_s: float) -> Cause:
@@ -74,10 +87,14 @@ def with_limit(cause: Cause, top_rev_s: float) -> Cause:
     return replace(cause, unit=dict.fromkeys(cause.unit, top_rev_s)) if is_limit(cause) else cause
 
 
-def draw_cause(name: str, random: np.random.Generator) -> Cause:
-    """A cause with drawn direction and shape at size 1."""
-    if name in OUTSIDE:
-        return Cause(name, 1.0, OUTSIDE[name].largest)
+def draw_cause(name: str, random: np.random.Generator, scene: Scene | None = None) -> Cause:
+    """A cause with drawn direction and shape at size 1; a law needs the scene that it is drawn for."""
+    if name in VARIED and scene is not None:
+        varies = _pattern(random, len(scene.durations_s), scene.given)
+        return Cause(name, 1.0, WIDEST / max(map(abs, varies)), varies=varies)
+    if scene is not None and (name in OUTSIDE or name in FAMILIES):
+        law = OUTSIDE[name] if name in OUTSIDE else draw_law(name, random, scene)
+        return Cause(name, 1.0, law.largest, law=law)
     effect = BY_NAME[name]
     if effect.outliers:
         return Cause(name, 1.0, 1.0, fixed=_drawn(effect.slots(), CHANCE, random))
@@ -92,8 +109,20 @@ def draw_cause(name: str, random: np.random.Generator) -> Cause:
     largest = min([STRONGEST, *(_room(p, unit[slot]) for slot, p in sizes.items())])
     fixed = _drawn(sorted(slot for slot, p in known.items() if p.shape and not p.per_run), SHAPES, random)
     own = [slot for slot, p in known.items() if p.per_run]
-    per_run = {slot: tuple(random.uniform(-np.pi, np.pi, RUNS + HOLDOUTS).tolist()) for slot in own}
+    per_run = {slot: tuple(random.uniform(-np.pi, np.pi, MOST).tolist()) for slot in own}
     return Cause(name, 1.0, largest, unit, fixed, per_run)
+
+
+def _pattern(random: np.random.Generator, runs: int, given: int) -> tuple[float, ...]:
+    """How an own parameter differs from run to run: drawn, fading with their order, or in one run alone."""
+    kind = random.integers(3)
+    if kind == 0:
+        return tuple((VARIES * random.normal(size=runs)).tolist())
+    sign = VARIES * float(random.choice([-1.0, 1.0]))
+    if kind == 1:
+        return tuple(sign * k for k in range(runs))
+    other = random.integers(given)
+    return tuple(3.0 * sign * (k == other) for k in range(runs))
 
 
 def _drawn(

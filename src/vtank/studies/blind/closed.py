@@ -18,7 +18,6 @@ import numpy as np
 from ...effects import PARAMETERS
 from ...plant import vector
 from ...record import read_run
-from .cause import RUNS
 from .held_out import HeldOut, gaps
 
 
@@ -70,13 +69,14 @@ def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folde
         path.write_text(answer["model"], encoding="utf-8")
         models: ModelFile = read_model(path)
     files = [folder / "held_out" / case / file for file in sorted(truth["held_out_files"])]
-    standoff = truth["experiment"]["standoff_m"][RUNS:]
+    count = truth["experiment"]["runs"]
+    standoff = truth["experiment"]["standoff_m"][count:]
     held = [HeldOut(read_run(file), metres) for file, metres in zip(files, standoff, strict=True)]
     diagnosed = _together(gaps(held, models.diagnosed.p, models.diagnosed.per_run))
     shrink = answer["document"].get("shrink") or {}
     stated = shrink.get("interval90")
     interval = (float(stated[0]), float(stated[1])) if stated else None
-    realised = _realised(models, truth["slots"][RUNS : 2 * RUNS], files[:RUNS]) if interval else None
+    realised = _realised(models, truth["slots"][count:-1], files[:-1]) if interval else None
     return Closed(**known, diagnosed=diagnosed, interval=interval, realised=realised)
 
 

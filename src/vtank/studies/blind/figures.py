@@ -1,4 +1,4 @@
-"""Figures of the score: confusion matrix, reliability diagram, gap closed."""
+"""Figures of the score: confusion matrix and reliability diagram."""
 
 from __future__ import annotations
 
@@ -8,28 +8,27 @@ from typing import Any
 import numpy as np
 
 from ...effects import CATALOGUE
-from ...present.canvas import BLUE, GREY, PALE, VERMILION, drawn, page, ticks
+from ...present.canvas import BLUE, GREY, PALE, drawn, page, ticks
 from .calibration import corp, pav
-from .rows import STRATA, Row
+from .rows import Row
 
 BAND_DRAWS = 400
 PICTURES = {
     "confusion.png": "Truth down, most probable answer across; colours are shares of each truth, numbers are cases.",
     "reliability.png": "Stated probability of the most probable answer against how often it was right.",
-    "closed.png": "Share of the gap that the diagnosis closes on held-out runs, where the oracle closes all of it.",
 }
 
 
 def draw_all(rows: Sequence[Row]) -> dict[str, tuple[str, bytes]]:
     """File name -> caption and PNG; nothing without rows."""
-    drawings = (confusion, reliability, closed)
+    drawings = (confusion, reliability)
     return {name: (PICTURES[name], draw(rows)) for name, draw in zip(PICTURES, drawings, strict=True) if rows}
 
 
 @drawn
 def confusion(rows: Sequence[Row]) -> Any:
-    """Truth down, most probable answer across, as shares of each truth; pairs are one line."""
-    order = ["none", "parameters", *(effect.name for effect in CATALOGUE), "pair", "unknown"]
+    """Truth down, most probable answer across, as shares of each truth; pairs and triples are one line each."""
+    order = ["none", "parameters", "varying", *(effect.name for effect in CATALOGUE), "pair", "triple", "unknown"]
     pairs = [(_short(r.label), _short(r.answer)) for r in rows]
     labels, answers = ({pair[i] for pair in pairs} for i in (0, 1))
     true = [name for name in order if name in labels]
@@ -74,25 +73,5 @@ def reliability(rows: Sequence[Row]) -> Any:
     return figure
 
 
-@drawn
-def closed(rows: Sequence[Row]) -> Any:
-    """Share of the oracle's closing that the diagnosis reaches, over d, for known effects."""
-    some = [r for r in rows if r.closed.reducible and r.d > 0.0 and "+" not in r.label]
-    figure = page(f"{len(some)} cases with a single known effect; cut off at -0.5", 5.8, 3.8)
-    axes = figure.add_subplot()
-    for right, colour, text in ((True, BLUE, "named first"), (False, VERMILION, "another named first")):
-        chosen = [r for r in some if r.right == right]
-        fractions = [np.clip(r.closed.fraction, -0.5, 1.2) for r in chosen]
-        if chosen:
-            axes.plot([r.d for r in chosen], fractions, "o", ms=4, alpha=0.7, color=colour, label=text)
-    axes.axhline(1.0, color=GREY, lw=0.8)
-    for low, _ in STRATA.values():
-        axes.axvline(low, color=PALE, lw=0.8, zorder=0)
-    axes.set(xscale="log", xlabel="post-refit signal-to-noise ratio d", ylabel="gap closed, oracle = 1")
-    if some:
-        axes.legend()
-    return figure
-
-
 def _short(label: str) -> str:
-    return "pair" if "+" in label else label
+    return (label, "pair", "triple")[min(label.count("+"), 2)]

@@ -1,58 +1,59 @@
-"""Flights of blind cases in the MuJoCo tank, with the outside laws on board, and the same plans without noise."""
+"""Flights of blind cases in the MuJoCo tank, with laws and noise of their own on board, and plans without noise."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
-from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence, noise
+import numpy as np
+from numpy.typing import NDArray
+
+from ...experiment import Chunk, Plan, Result, Tachometer, Turbulence
+from ...experiment import noise as streams
 from ...experiment.flight import SPEED
 from .cause import Cause
-from .outside import OUTSIDE, Array, Memory, OutsideLaw, Sight
+from .laws import Aboard, Array, aboard, act, series
+from .noise import JITTER, LOST, SHAPE, Noise
 
-DISTORTION = 6  # stream of random numbers for distortions, after those of vtank.pilot.noise
-
-
-@dataclass
-class Passenger:
-    """An outside law on board of one run, with its memory."""
-
-    law: OutsideLaw
-    size: float
-    plan: Plan
-    memory: Memory = field(default_factory=dict)
-    before: float = 0.0
-
-    def push(self, x: float, u: float, n: float) -> float:
-        """Acceleration to be held over the coming tick [m/s2], from place [m], speed [m/s] and propeller speed now."""
-        if self.law.push is None:
-            return 0.0
-        h, truth = self.plan.scenario.period_s, self.plan.truth
-        a, self.before = (u - self.before) / h, u
-        middle = u + 0.5 * h * a
-        sight = Sight(h, x + 0.5 * h * u, middle, a, n, truth.alpha_per_m, truth.beta_m_per_rev2)
-        return self.law.push(self.size, sight, self.memory)
-
-    def record(self, n: Array, range_m: Array) -> tuple[Array, Array]:
-        """What is written down of the readings."""
-        if self.law.distort is None:
-            return n, range_m
-        random = noise.stream(self.plan.seed, self.plan.run, DISTORTION)
-        return self.law.distort(self.size, random, n, range_m)
+Columns = tuple[Array, Array]  # propeller speed [rev/s] and range [m] on record
 
 
 @dataclass(frozen=True)
 class Trip(Plan):
-    """A run to be flown with outside causes and a memory of the sonar's noise [s]."""
+    """A run to be flown with causes that no catalogue has, and a family of sensor noise."""
 
     causes: tuple[Cause, ...] = ()
-    sonar_memory_s: float = 0.0
+    noise: Noise = Noise("white")
 
 
-def passengers(plan: Plan, causes: Sequence[Cause]) -> list[Passenger]:
-    """The outside laws among the causes, with fresh memories."""
-    return [Passenger(OUTSIDE[c.name], c.size, plan) for c in causes if c.outside]
+def pushes(plan: Plan, causes: Sequence[Cause], length: int) -> Aboard:
+    """The laws that push the hull, evaluated half a tick ahead: holding them over a tick costs second order only.
+
+    Together they push no harder than the propellers can.
+    """
+    laws = [(c.law, c.size) for c in causes if c.law is not None and c.law.acts in ("force", "thrust")]
+    most = plan.truth.beta_m_per_rev2 * plan.truth.n_limit_rev_s**2
+    return aboard(plan, laws, length, 0.5, most)
+
+
+def recorded(plan: Plan, causes: Sequence[Cause], motion: tuple[Array, Array, Array], columns: Columns) -> Columns:
+    """What is written down of the readings; motion: true place [m], speed [m/s], propeller speed [rev/s]."""
+    out, time_s = [], plan.scenario.period_s * np.arange(columns[0].size)
+    for acts, column in zip(("tachometer", "range"), columns, strict=True):
+        laws = [(c.law, c.size) for c in causes if c.law is not None and c.law.acts == acts]
+        errors = [(law, size) for law, size in laws if not law.stalls]
+        column = column + series(aboard(plan, errors, column.size, 0.0, np.inf), *motion) if errors else column
+        for law, _ in laws:
+            if law.stalls:
+                column = stalled(column, law.gate(plan.run, time_s) > 0.0)
+        out.append(column)
+    return out[0], out[1]
+
+
+def stalled(column: Array, still: NDArray[np.bool_]) -> Array:
+    """Readings that repeat the last one before, where `still`, shape (T,) of bool; lost ones stay lost."""
+    last = np.maximum.accumulate(np.where(still | np.isnan(column), 0, np.arange(column.size)))
+    return np.where(still & ~np.isnan(column), column[last], column)
 
 
 class TripChunk(Chunk):
@@ -60,30 +61,39 @@ class TripChunk(Chunk):
 
     def __init__(self, trips: Sequence[Trip], nthread: int) -> None:
         super().__init__(trips, nthread)
-        self.aboard = [(i, p) for i, trip in enumerate(trips) for p in passengers(trip, trip.causes)]
+        self.trips, (_, _, length) = trips, self.flight.noise.shape
+        self.aboard = [(i, a) for i, trip in enumerate(trips) if (a := pushes(trip, trip.causes, length)).sizes.size]
         for i, trip in enumerate(trips):
-            if trip.sonar_memory_s > 0.0:
-                keep = math.exp(-trip.scenario.period_s / trip.sonar_memory_s)
-                white = self.flight.noise[i, noise.SONAR].copy()
-                self.flight.noise[i, noise.SONAR] = noise.ornstein_uhlenbeck(white, keep)
+            random, s = streams.stream(trip.seed, trip.run, SHAPE), trip.scenario
+            rows = self.flight.noise[i]
+            rows[streams.SONAR] = s.sonar.noise_m * trip.noise.unit(random, length, s.period_s)
+            rows[streams.DROPOUT, trip.noise.blocks(random, length, s.period_s)] = LOST
 
     def _tick(self, k: int) -> None:
+        for i, trip in enumerate(self.trips):
+            if trip.noise.by_range or trip.noise.by_speed:
+                away, speed = -self.tank.qpos[i, 0], self.tank.qvel[i, 0]
+                self.flight.noise[i, streams.SONAR, k] *= trip.noise.growth(away, speed)
         super()._tick(k)
-        for i, passenger in self.aboard:
-            x, u, n = self.true[i, 0, k], self.true[i, 1, k], self.flight.record[i, SPEED, k]
-            self.tank.disturbance_m_s2[i] += passenger.push(float(x), float(u), float(n))
+        for i, laws in self.aboard:
+            self.tank.disturbance_m_s2[i] += act(laws, k, *self.true[i, :2, k], self.flight.record[i, SPEED, k])
 
     def _result(self, i: int) -> Result:
-        result = super()._result(i)
+        result, trip = super()._result(i), self.trips[i]
         n, range_m = result.run.columns["n_rev_s"], result.run.columns["range_m"]
-        for passenger in (passenger for j, passenger in self.aboard if j == i):
-            n, range_m = passenger.record(n, range_m)
-        return replace(result, run=replace(result.run, columns={"n_rev_s": n, "range_m": range_m}))
+        motion = result.true["position_m"], result.true["surge_m_s"], result.true["n_rev_s"]
+        n, range_m = recorded(trip, trip.causes, motion, (n, range_m))
+        time_s = result.run.time_s
+        if trip.noise.jitter:
+            late = streams.stream(trip.seed, trip.run, JITTER).uniform(-1.0, 1.0, time_s.size)
+            time_s = time_s + trip.noise.jitter * trip.scenario.period_s * late
+            time_s[0] = 0.0
+        return replace(result, run=replace(result.run, time_s=time_s, columns={"n_rev_s": n, "range_m": range_m}))
 
 
 def quiet(plan: Plan) -> Plan:
     """The plan without noise, drop-outs, rounding and turbulence; multipath and spikes are effects and stay."""
     s = plan.scenario
-    sonar = replace(s.sonar, noise_m=0.0, resolution_m=0.0, dropout=0.0)
+    sonar = replace(s.sonar, noise_m=0.0, resolution_m=0.0, dropout=0.0, max_range_m=np.inf)
     tachometer = Tachometer(0.0, s.tachometer.governor_per_s)
     return replace(plan, scenario=replace(s, sonar=sonar, tachometer=tachometer, turbulence=Turbulence()))

@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...experiment import Plan, Result
+from ...experiment import Plan, Result, Sonar
 from ...experiment.flight import MULTIPATH
 from ...plant import load_truth, slot
 from ...record import Run
-from .case import NOMINAL, Case
+from .case import Case
 from .experiment import BASE
 from .refit import Recording, refit
 from .replay import Replay, spikes_of
@@ -50,9 +50,11 @@ class HeldOut:
     @cached_property
     def replay(self) -> Replay:
         """The same run without noise, at any parameters."""
-        t, truth = self.run.time_s, load_truth(NOMINAL)
-        tick_s = float(round(t[1] - t[0], 6))
-        scenario = replace(BASE, standoff_m=self.standoff_m, duration_s=float(t[-1]), period_s=tick_s)
+        t, truth = self.run.time_s, load_truth(BASE.truth)
+        tick_s = round(float(t[-1]) / (t.size - 1), 3)
+        duration_s = tick_s * (t.size - 1)
+        sonar = Sonar(rate_hz=1.0 / tick_s)
+        scenario = replace(BASE, standoff_m=self.standoff_m, duration_s=duration_s, period_s=tick_s, sonar=sonar)
         plan = Plan(scenario, truth, truth.vector(), 0, 0, "held_out")
         return Replay(plan, self.run.columns["spike_rev_s"])
 
@@ -60,14 +62,16 @@ class HeldOut:
         """Root mean square of what the model p leaves after WATCHED_S [m]; own: slots that this run has for itself."""
         n_read, clean_m = self.run.columns["n_rev_s"], self.run.columns["clean_m"]
         late, still = self.run.time_s > WATCHED_S, np.zeros(n_read.size)
-        equal = Whitener(still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2, 0.1)
+        equal = Whitener(
+            still, still, (0.0, 0.0, 0.0), (1.0, 1.0, 0.0), TYPICAL_M**2 + still, self.replay.plan.scenario.period_s
+        )
         watched = Recording(self.replay, n_read, np.where(late, np.nan, clean_m), equal)
         p = p.copy()
         p[slot("standoff")] = self.standoff_m
         fits = []
         for phase in PHASES if own else PHASES[:1]:
             p[[slot(name) for name in own]] = phase
-            fits.append(refit([watched], p, free=own))
+            fits.append(refit([watched], p, free=tuple(own)))
         fit = min(fits, key=lambda fit: fit.size)
         foretold = self.replay.model(fit.p[0], n_read, fit.start[0])
         return float(np.sqrt(np.mean((foretold - clean_m)[late] ** 2)))

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import shutil
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -15,16 +14,16 @@ from ...errors import InputError
 from ...experiment import Result, simulate_tank
 from ...record import Run, new_folder, refuse_loss
 from ..processes import processes
-from ..stage import Shares, Stage, silent
-from .case import KINDS, NOMINAL, Case, Frequencies, draw_frequencies
-from .cause import HOLDOUTS, RUNS
+from ..stage import Stage, silent
+from .case import KINDS, Case, Frequencies, draw_frequencies
 from .fly import TripChunk
-from .held_out import HeldOut
 from .seal import Entry, as_written, digest, seal_truth, write_index, write_runs
 from .sizing import ready_case
 from .truth import truth_of
+from .vehicles import FLEET
 
-ROUNDS = 10  # times that cases which hit a wall in the tank are drawn anew
+LEAST = 0.3  # [-] share of samples that a run must have
+ROUNDS = 20  # times that a case which hits a wall in the tank is drawn anew
 
 
 @dataclass(frozen=True)
@@ -36,78 +35,79 @@ class Order:
         kinds, effects: what may come up.
         familiar: closed-loop sinusoids and white sonar noise only.
         separations: whether to fit every rival, which the ceiling and the leftovers need.
-        threads: of the tank; also the number of processes.
+        threads: number of processes.
     """
 
     trials: int
     seed: int
-    kinds: tuple[str, ...] = KINDS
+    kinds: tuple[str, ...] = tuple(KINDS)
     effects: tuple[str, ...] | None = None
     familiar: bool = False
     separations: bool = True
     threads: int = 2
 
 
-Made = tuple[Case, int, list[Result]]  # a case that was flown, the attempt that gave it, and all its runs
+@dataclass(frozen=True)
+class Made:
+    """A case that was flown: its given and held-out runs, its truth, and what the index says of it."""
+
+    runs: list[Run]
+    held: list[Run]
+    truth: dict[str, Any]
+    nominal: str
+    withheld: tuple[str, ...]
 
 
-def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent, shares: Shares = silent) -> None:
+def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent) -> None:
     """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all."""
     for folder in (out, truth_out):
         refuse_loss(folder)
     cases_at, truth_at = out.resolve(), truth_out.resolve()
     if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
         raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
-    with processes(order.threads) as work:
-        made = fly_all(order, work, stage, shares)
-        cases, _, results = zip(*made, strict=True)
-        found = work(partial(truth_of, separations=order.separations), cases, results)
-        truths = _counted(found, stage, "what is true", order.trials)
-    with new_folder(out) as cases_in, new_folder(truth_out) as sealed:
-        pairs = zip(made, truths, strict=True)
-        entries = [_write(cases_in, sealed, number, one, *truth) for number, (one, truth) in enumerate(pairs, 1)]
-        write_index(cases_in, sealed, NOMINAL, entries, vars(order))
-
-
-def fly_all(order: Order, work: Callable[..., Iterator[Any]], stage: Stage, shares: Shares) -> list[Made]:
-    """All cases, flown; those that hit a wall in the tank are drawn anew."""
     frequencies = draw_frequencies(order.seed, order.kinds, order.effects)
-    made: dict[int, Made] = {}
-    missing = dict.fromkeys(range(order.trials), 0)  # case -> attempt to begin with
+    with new_folder(out) as cases, new_folder(truth_out) as sealed:
+        entries = []
+        with processes(order.threads) as work, stage("making cases", order.trials) as advance:
+            for number, made in enumerate(work(partial(_made, order, frequencies), range(order.trials)), 1):
+                entries.append(_write(cases, sealed, f"case_{number:04d}", made))
+                advance("")
+        for craft in FLEET.values():
+            if (path := Path(craft.nominal)).is_file():
+                shutil.copyfile(path, cases / path.name)
+        write_index(cases, sealed, entries, vars(order))
+
+
+def _made(order: Order, frequencies: Frequencies, number: int) -> Made:
+    """Case `number`, flown; one that hits a wall in the tank, or whose law runs away, is drawn anew."""
+    attempt = -1
     for _ in range(ROUNDS):
-        numbers = list(missing)
-        found = work(partial(_ready, order, frequencies), numbers, missing.values())
-        drawn = _counted(found, stage, "drawing cases", len(numbers))
-        plans = [case.plan(k) for case, _ in drawn for k in range(RUNS + HOLDOUTS)]
-        with shares("flying") as report:
-            flown = map(_rounded, simulate_tank(plans, order.threads, report, TripChunk))
-        for number, (case, attempt) in zip(numbers, drawn, strict=True):
-            results = list(islice(flown, RUNS + HOLDOUTS))
-            missing[number] = attempt + 1
-            if all(map(_sound, results)):
-                made[number] = case, attempt, results
-                del missing[number]
-        if not missing:
-            return [made[number] for number in range(order.trials)]
-    raise InputError(f"{len(missing)} cases hit a wall in every one of {ROUNDS} attempts")
+        case, attempt = ready_case(order.seed, number, frequencies, order.familiar, attempt + 1)
+        results = _flown(case)
+        if results is not None:
+            truth, held = truth_of(case, results, order.separations)
+            given = [result.run for result in results[: case.experiment.given]]
+            nominal = Path(FLEET[case.craft].nominal).name
+            return Made(given, [h.run for h in held], truth | {"attempt": attempt}, nominal, case.withheld)
+    raise InputError(f"case {number} hit a wall in every one of {ROUNDS} attempts")
 
 
-def _counted(results: Iterator[Any], stage: Stage, label: str, total: int) -> list[Any]:
-    """The results, each told as it comes."""
-    found = []
-    with stage(label, total) as advance:
-        for result in results:
-            found.append(result)
-            advance("")
-    return found
+def _flown(case: Case) -> list[Result] | None:
+    """All runs of a case from the tank; None where one of them is no recording."""
+    plans = [case.plan(k) for k in range(len(case.experiment.scenarios))]
+    try:
+        results = [_rounded(result) for result in simulate_tank(plans, batch=TripChunk)]
+    except InputError:
+        return None
+    return results if all(map(_sound, results)) else None
 
 
 def _rounded(result: Result) -> Result:
     """The run as a reader of its file gets it, and of what is true only what the truth needs."""
     run = result.run
     columns = {name: as_written(values, name) for name, values in run.columns.items()}
-    true = {name: result.true[name] for name in ("position_m", "n_rev_s")}
-    return replace(result, run=Run(run.name, np.round(run.time_s, 6), columns), true=true)
+    true = {name: result.true[name] for name in ("position_m", "n_rev_s", "range_m")}
+    return replace(result, run=Run(run.name, as_written(run.time_s, "time_s"), columns), true=true)
 
 
 def _sound(result: Result) -> bool:
@@ -115,16 +115,11 @@ def _sound(result: Result) -> bool:
         result.check_clearance()
     except InputError:
         return False
-    return all(np.isfinite(values).any() for values in result.run.columns.values())
+    return all(np.isfinite(values).mean() > LEAST for values in result.run.columns.values())
 
 
-def _ready(order: Order, frequencies: Frequencies, number: int, first: int) -> tuple[Case, int]:
-    return ready_case(order.seed, number, frequencies, order.familiar, first)
-
-
-def _write(cases: Path, sealed: Path, number: int, made: Made, truth: dict[str, Any], kept: list[HeldOut]) -> Entry:
-    (case, attempt, results), name = made, f"case_{number:04d}"
-    hashes = write_runs(cases / name, [result.run for result in results[:RUNS]])
-    held = write_runs(sealed / "held_out" / name, [held.run for held in kept])
-    truth = truth | {"case": name, "data": digest(hashes), "held_out_files": held, "attempt": attempt}
-    return Entry(name, hashes, case.withheld, seal_truth(sealed / f"{name}.json", truth))
+def _write(cases: Path, sealed: Path, name: str, made: Made) -> Entry:
+    hashes = write_runs(cases / name, made.runs)
+    held = write_runs(sealed / "held_out" / name, made.held)
+    truth = made.truth | {"case": name, "data": digest(hashes), "held_out_files": held}
+    return Entry(name, made.nominal, hashes, made.withheld, seal_truth(sealed / f"{name}.json", truth))

@@ -10,7 +10,6 @@ import numpy as np
 from scipy.stats import binom
 
 Z = 1.959964  # of a two-sided 95 % interval
-LEAST = 1e-6  # least probability granted to the truth in the log score: a zero would cost infinitely much
 
 
 @dataclass(frozen=True)
@@ -30,6 +29,10 @@ class Measure:
             return f"{self.value:.4f} ({self.n})"
         return f"{self.value:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}] ({self.n})"
 
+    def brief(self, digits: int = 2) -> str:
+        """As in a wide table: value (n)."""
+        return f"{self.value:.{digits}f} ({self.n})" if self.n else "-"
+
 
 NOTHING = Measure(math.nan, 0, math.nan, math.nan)
 
@@ -45,16 +48,6 @@ def share(hits: Sequence[bool]) -> Measure:
     return Measure(p, n, max(middle - half, 0.0), min(middle + half, 1.0))
 
 
-def mean(values: Sequence[float]) -> Measure:
-    """A mean with its normal interval."""
-    n = len(values)
-    if n == 0:
-        return NOTHING
-    value = float(np.mean(values))
-    half = Z * float(np.std(values, ddof=1)) / math.sqrt(n) if n > 1 else math.nan
-    return Measure(value, n, value - half, value + half)
-
-
 def quantile(values: Sequence[float], q: float) -> Measure:
     """A quantile, with the interval between order statistics that the binomial distribution gives."""
     n = len(values)
@@ -63,16 +56,6 @@ def quantile(values: Sequence[float], q: float) -> Measure:
     ordered = np.sort(values)
     low, high = int(binom.ppf(0.025, n, q)) - 1, int(binom.ppf(0.975, n, q))
     return Measure(float(np.quantile(ordered, q)), n, float(ordered[max(low, 0)]), float(ordered[min(high, n - 1)]))
-
-
-def log_score(chances: Mapping[str, float], label: str) -> float:
-    """Minus the logarithm of the probability that the truth was given."""
-    return -math.log(max(chances.get(label, 0.0), LEAST))
-
-
-def brier(chances: Mapping[str, float], label: str) -> float:
-    """Sum of squared errors of all probabilities, 0 to 2: Brier, Monthly Weather Review 78 (1950)."""
-    return (1.0 - chances.get(label, 0.0)) ** 2 + sum(p * p for name, p in chances.items() if name != label)
 
 
 def first(chances: Mapping[str, float]) -> str:

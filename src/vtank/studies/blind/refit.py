@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from ...effects import PARAMETERS, Effect, Parameter
-from ...plant import LAG, slot
+from ...plant import LAG, LOSS, slot
 from .replay import Replay
 from .whitening import Whitener
 
 Array = NDArray[np.float64]
-NUISANCE = ("alpha", "beta", LAG)  # the nominal's own parameters (paper-ii)
+OWN = ("alpha", "beta", LOSS, LAG)  # own parameters of a nominal, where it has them
+FAR = 5.0  # [-] largest factor on an own parameter: beyond it a simulation may run away; a choice
 START_STEP = (1e-4, 1e-4, 1e-4)  # finite differences of the initial state [m, m/s, m/s2]
 ITERATIONS, SETTLED = 12, 1e-4  # relative drop of the cost at which a fit has settled; choices
 
@@ -66,24 +67,31 @@ def parameters(effects: Sequence[Effect]) -> dict[str, Parameter]:
     return {slot: PARAMETERS[slot] for effect in effects if not effect.outliers for slot in effect.slots()}
 
 
+def own_parameters(p: Array) -> tuple[str, ...]:
+    """What a refit of p, shape (P,) or (R, P), frees: drag, gain, and loss and lag where it has them."""
+    return tuple(name for name in OWN if np.any(p[..., slot(name)] != 0.0))
+
+
 def refit(
     recordings: Sequence[Recording],
     p: Array,
-    free: Sequence[str] = NUISANCE,
+    free: Sequence[str] | None = None,
     iterations: int = ITERATIONS,
     start: Array | None = None,
 ) -> Fit:
     """Least squares over the free parameters and the initial states.
 
-    p: where to begin, shape (P,), or (R, P) where runs differ; start: initial states, shape (R, 4), at rest where the
-    first ranges are by default.
+    p: where to begin, shape (P,), or (R, P) where runs differ; free: by default the own parameters that p has; start:
+    initial states, shape (R, 4), at rest where the first ranges are by default.
 
     Parameters of effects are kept within their bounds; a parameter that runs have for themselves (a phase) is freed
     for each.
     """
+    free = own_parameters(p) if free is None else free
     shared = [name for name in free if not _per_run(name)]
     own = [name for name in free if _per_run(name)]
-    problem = _Problem(recordings, [slot(name) for name in shared], [slot(name) for name in own], _bounds(shared))
+    bounds = _bounds(shared, p if p.ndim == 1 else p[0])
+    problem = _Problem(recordings, [slot(name) for name in shared], [slot(name) for name in own], bounds)
     if start is None:
         start = np.array([[r.replay.plan.scenario.standoff_m - _first(r.range_m), 0.0, 0.0, 0.0] for r in recordings])
     p = np.tile(p, (len(recordings), 1)) if p.ndim == 1 else p.copy()
@@ -94,9 +102,14 @@ def _per_run(name: str) -> bool:
     return name in PARAMETERS and PARAMETERS[name].per_run
 
 
-def _bounds(names: Sequence[str]) -> Array:
-    own = {"alpha": (-100.0, 0.0), "beta": (1e-8, 1.0)}
-    return np.array([own[name] if name in own else PARAMETERS[name].bounds for name in names]).reshape(-1, 2)
+def _bounds(names: Sequence[str], p: Array) -> Array:
+    """Lowest and highest values, shape (N, 2): of own parameters within a factor of FAR of those in p, shape (P,)."""
+    spans = []
+    for name in names:
+        value = float(p[slot(name)])
+        own = name in OWN and value != 0.0
+        spans.append(sorted((value / FAR, value * FAR)) if own else PARAMETERS[name].bounds)
+    return np.array(spans, dtype=float).reshape(-1, 2)
 
 
 def _first(range_m: Array) -> float:

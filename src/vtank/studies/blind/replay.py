@@ -15,19 +15,21 @@ from ...effects import clock_skew, sonar_multipath, tachometer_bias, tachometer_
 from ...experiment import Plan, drive, stamp, tick
 from ...experiment import noise as streams
 from ...experiment.flight import RANGE, RANGE_RATE, READING, SPEED, SPEED_READING, Flight, prepare
+from ...experiment.noise import TURBULENCE
 from ...plant import STANDOFF, indices
 from .cause import Cause
-from .fly import passengers, quiet
+from .fly import pushes, quiet, recorded
+from .laws import Aboard, act
 
 Array = NDArray[np.float64]
 (SKEW,), (BIAS,), (MULTIPATH, _) = (indices(e.EFFECT) for e in (clock_skew, tachometer_bias, sonar_multipath))
 SPIKE_RATE, SPIKE_SIZE = indices(tachometer_spikes.EFFECT)
-STEPS = 2  # steps of the surge model in a tick
+STEP_S = 0.05  # [s] longest step of the surge model
 
 
 @law
-def play(f: Flight, i: int, samples: int, steps: int, start: Array, motion: Array) -> None:
-    """Run i from `start` (x, u, z, wake); fills motion (2, K) with place [m] and speed [m/s]."""
+def play(f: Flight, i: int, samples: int, steps: int, start: Array, motion: Array, laws: Aboard) -> None:
+    """Run i from `start` (x, u, z, wake), laws on board; fills motion (2, K) with place [m] and speed [m/s]."""
     state = start.copy()
     for k in range(f.history.shape[2]):
         motion[0, k] = state[0]
@@ -35,6 +37,7 @@ def play(f: Flight, i: int, samples: int, steps: int, start: Array, motion: Arra
         f.history[i, RANGE, k] = f.p[i, STANDOFF] - state[0]
         f.history[i, RANGE_RATE, k] = -state[1]
         tick(f, i, k)
+        f.noise[i, TURBULENCE, k] = act(laws, k, state[0], state[1], f.record[i, SPEED, k])
         drive(f, i, k, steps, state)
     stamp(f, i, samples)
 
@@ -56,6 +59,7 @@ class Replay:
         longest[SKEW] = 0.02  # room for a sonar clock that runs ahead by up to 2 %
         self.flight = prepare([replace(self.plan, p=longest)])
         self.motion = np.empty((2, self.flight.history.shape[2]))
+        self.steps = int(np.ceil(plan.scenario.period_s / STEP_S - 1e-9))
 
     def model(self, p: Array, n_read: Array, start: Array) -> Array:
         """Ranges, shape (T,) [m], that parameters p foretell from the recorded propeller speed n_read (T,) [rev/s].
@@ -69,7 +73,7 @@ class Replay:
         clean = p.copy()
         clean[[BIAS, SPIKE_RATE, MULTIPATH]] = 0.0
         self._prepare(clean, n)
-        play(self.flight, 0, self.samples, STEPS, start, self.motion)
+        self._play(start, ())
         return self.flight.record[0, READING, : self.samples].copy()
 
     def _prepare(self, p: Array, n: Array) -> None:
@@ -84,30 +88,19 @@ class Replay:
 
         n: true propeller speed where it is given [rev/s]; by default what the pilot makes of the scenario.
         """
-        aboard = passengers(self.plan, causes)
         if n is not None:
             self._prepare(self.plan.p, n)
         else:
             self.flight = prepare([self.plan])
             self.motion = np.empty((2, self.flight.history.shape[2]))
-        f, state = self.flight, np.zeros(4)
-        if any(passenger.law.push for passenger in aboard):
-            for k in range(f.history.shape[2]):
-                self.motion[:, k] = state[:2]
-                f.history[0, RANGE, k], f.history[0, RANGE_RATE, k] = f.p[0, STANDOFF] - state[0], -state[1]
-                tick(f, 0, k)
-                f.noise[0, streams.TURBULENCE, k] = sum(
-                    p.push(float(state[0]), float(state[1]), float(f.record[0, SPEED, k])) for p in aboard
-                )
-                drive(f, 0, k, STEPS, state)
-            f.noise[0, streams.TURBULENCE] = 0.0
-            stamp(f, 0, self.samples)
-        else:
-            play(f, 0, self.samples, STEPS, state, self.motion)
-        n_read, range_m = (f.record[0, row, : self.samples].copy() for row in (SPEED_READING, READING))
-        for passenger in aboard:
-            n_read, range_m = passenger.record(n_read, range_m)
-        return n_read, range_m, f.record[0, SPEED, : self.samples].copy()
+        self._play(np.zeros(4), causes)
+        n_read, range_m, true = (self.flight.record[0, row, : self.samples] for row in (SPEED_READING, READING, SPEED))
+        x, u = self.motion[:, : self.samples]
+        return *recorded(self.plan, causes, (x, u, true), (n_read.copy(), range_m.copy())), true.copy()
+
+    def _play(self, start: Array, causes: tuple[Cause, ...]) -> None:
+        laws = pushes(self.plan, causes, self.motion.shape[1])
+        play(self.flight, 0, self.samples, self.steps, start, self.motion, laws)
 
 
 def repair(n: Array, spikes: Array, size: float) -> Array:
@@ -121,5 +114,7 @@ def repair(n: Array, spikes: Array, size: float) -> Array:
 def spikes_of(plan: Plan) -> Array:
     """How far the spikes of a plan throw the tachometer's readings off, shape (T,) [rev/s]."""
     p = plan.p[SPIKE_RATE]
+    if p == 0.0:
+        return np.zeros(plan.scenario.samples)
     drawn = streams.uniform(plan.seed, plan.run, streams.SPIKE, p, plan.scenario.samples)
     return np.array([tachometer_spikes.reading(0.0, p, plan.p[SPIKE_SIZE], u) for u in drawn])

@@ -1,4 +1,4 @@
-"""How far a case lies from every wrong explanation: each effect of the catalogue refitted to the noise-free runs."""
+"""What the known effects leave of a cause of no catalogue, refitted to the noise-free runs."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import CATALOGUE, Effect
+from ...effects import Effect
 from ...plant import slot
-from .case import Case, tied
-from .refit import ITERATIONS, NUISANCE, Fit, Recording, parameters, refit
+from .case import Case, able, tied
+from .refit import ITERATIONS, Fit, Recording, own_parameters, parameters, refit
 
 Array = NDArray[np.float64]
 LEADERS = 2  # single effects beside which a second is looked for; a choice
@@ -24,24 +24,11 @@ SMALL = {"-": 0.05}
 LIMITS = (0.9, 0.7)
 
 
-def rivals(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
-    """Names of the rivals and the Gram matrix of what they leave, whitened; `parameters` stands first.
-
-    The root of a diagonal element is the separation from that rival: the part of the signal that it cannot imitate.
-    """
-    names, rest = ["parameters"], [left.whole]
-    for effect in others(case):
-        names.append(effect.name)
-        rest.append(best_fit([effect], clean, left).whole)
-    gram = np.array(rest) @ np.array(rest).T
-    return {"names": names, "gram": [[float(f"{value:.6g}") for value in row] for row in gram]}
-
-
 def others(case: Case) -> list[Effect]:
     """Effects of the catalogue that are not the cause, of tied ones the first."""
     causes = [tied(c.name) for c in case.causes]
-    return [e for e in CATALOGUE if e.standing != "absorbed" and tied(e.name) == e.name and e.name not in causes
-            and not e.outliers and not set(e.slots()) & set(NUISANCE)]  # fmt: skip
+    return [e for e in able(case.nominal) if e.standing != "absorbed" and tied(e.name) == e.name
+            and e.name not in causes and not e.outliers]  # fmt: skip
 
 
 def best_pair(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, Any]:
@@ -58,7 +45,7 @@ def best_pair(case: Case, clean: Sequence[Recording], left: Fit) -> dict[str, An
 def best_fit(effects: Sequence[Effect], clean: Sequence[Recording], left: Fit) -> Fit:
     """The best refit of the hull's own parameters and some effects, from several starts of the last around `left`."""
     top = max(float(np.max(np.abs(r.n_read))) for r in clean)
-    free = (*NUISANCE, *parameters(effects))
+    free = tuple(dict.fromkeys((*own_parameters(left.p), *parameters(effects))))
     starts = list(_starts(effects[-1], left.p, top))
     fits = [refit(clean, p, free, FEW if len(starts) > 1 else ITERATIONS, left.start) for p in starts]
     best = min(fits, key=lambda fit: fit.size)

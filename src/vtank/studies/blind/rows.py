@@ -3,23 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from .case import tied
-from .ceiling import Ceiling, ceiling, leftover
 from .closed import Closed
 from .measures import first
 
-# Strata of the signal-to-noise ratio d
-STRATA = {
-    "<3": (0.0, 3.0),
-    "3-10": (3.0, 10.0),
-    "10-30": (10.0, 30.0),
-    "30-100": (30.0, 100.0),
-    ">100": (100.0, math.inf),
-}
+VISIBLE = 10.0  # d from which the bars on naming and closing hold
+FAINT = 3.0  # d below which nothing that is said is held against an answer
+Span = tuple[int, float, float]  # run from 1, from, to [s]
 
 
 @dataclass(frozen=True)
@@ -27,35 +21,56 @@ class Row:
     """A scored case.
 
     Attributes:
-        case, kind, label: name, kind of case, right answer.
-        d: signal-to-noise ratio by which it is counted: post-refit, of the weaker effect of a pair, of what the best
+        case, label: its name and right answer.
+        truth, document: as sealed and as answered.
+        d: signal-to-noise ratio by which it is counted: post-refit, of the weakest of several effects, of what the best
             two known effects leave where the right answer is "unknown", of the parameters' change where only those
             are wrong.
-        d_single: the same where only single effects are tried on an unknown cause.
-        unseen, coloured: excitation other than closed-loop sinusoids; coloured turbulence or sonar noise.
-        decoy: whether an effect was withheld that is not the cause.
         chances: stated probabilities, summing to one, under the names that are scored.
-        verdict: kind, class and probability as stated.
         refused: the message, or nothing.
-        baselines: stated probabilities of simpler methods.
-        ceiling: of the ideal observer, where it was computed.
         closed: held-out gaps.
     """
 
     case: str
-    kind: str
     label: str
+    truth: Mapping[str, Any]
+    document: Mapping[str, Any]
     d: float
-    d_single: float
-    unseen: bool
-    coloured: bool
-    decoy: bool
     chances: dict[str, float]
-    verdict: dict[str, Any]
     refused: str
-    baselines: dict[str, dict[str, float]]
-    ceiling: Ceiling | None
     closed: Closed
+
+    @property
+    def kind(self) -> str:
+        """Kind of case: the family that it was drawn from."""
+        return str(self.truth["kind"])
+
+    @property
+    def verdict(self) -> Mapping[str, Any]:
+        """As stated."""
+        return dict(self.document["verdict"])
+
+    @property
+    def said(self) -> str:
+        """Kind of the verdict."""
+        return str(self.verdict.get("kind"))
+
+    @property
+    def right_kind(self) -> str:
+        """Kind of the verdict that would be right."""
+        if self.label in ("none", "parameters", "varying", "unknown"):
+            return self.label
+        return "effects" if "+" in self.label else "effect"
+
+    @property
+    def probability(self) -> float:
+        """Of the verdict."""
+        return float(self.verdict.get("probability") or 0.0)
+
+    @property
+    def visible(self) -> bool:
+        """Whether the bars on what is found hold."""
+        return self.d >= VISIBLE
 
     @property
     def answer(self) -> str:
@@ -70,10 +85,9 @@ class Row:
     @property
     def named(self) -> tuple[str, ...]:
         """The class that was named, under the names that are scored."""
-        kind = self.verdict.get("kind")
-        if kind in ("none", "parameters", "unknown"):
-            return (str(kind),)
-        if kind == "effects":
+        if self.said in ("none", "parameters", "varying", "unknown"):
+            return (self.said,)
+        if self.said == "effects":
             return (canonical_name("+".join(self.verdict.get("effects", ()))),)
         names = dict.fromkeys(canonical_name(name) for name in self.verdict.get("class", ()))
         return tuple(names) or (self.answer,)
@@ -83,9 +97,29 @@ class Row:
         """Whether the truth is in the class that was named."""
         return self.label in self.named
 
+    @property
+    def wrong(self) -> bool:
+        """Whether something was said that is not so; what is too faint, or as good as known effects, is not held so."""
+        fair = self.label == "none" or self.d >= (VISIBLE if self.label == "unknown" else FAINT)
+        return fair and self.said != "undecided" and not self.class_right
+
+    def windows_found(self) -> tuple[float, float] | None:
+        """Share of the true windows' time that is named, and of the time named that is true; None without windows."""
+        true = [tuple(span) for cause in self.truth["causes"] for span in cause.get("windows", ())]
+        if not true:
+            return None
+        spans = (self.document.get("where") or {}).get("time_s") or ()
+        found = [(int(str(s["run"]).rsplit("_", 1)[-1]), float(s["from"]), float(s["to"])) for s in spans]
+        both = sum(max(min(a[2], b[2]) - max(a[1], b[1]), 0.0) for a in true for b in found if a[0] == b[0])
+        return both / _length(true), both / max(_length(found), 1e-9)
+
+
+def _length(spans: Sequence[Span]) -> float:
+    return sum(end - start for _, start, end in spans)
+
 
 def canonical_name(name: str) -> str:
-    """The name under which it is scored: tied effects share one, the two of a pair stand in alphabetical order."""
+    """The name under which it is scored: tied effects share one, several stand in alphabetical order."""
     return "+".join(sorted({tied(part) for part in name.split("+")}))
 
 
@@ -103,25 +137,9 @@ def chances_of(stated: Mapping[str, float] | Iterable[str]) -> dict[str, float]:
 
 def row(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], closed: Closed) -> Row:
     """The row of one case."""
-    document, experiment = answer["document"], truth["experiment"]
-    rivals = truth.get("rivals")
-    baselines = {name: chances_of(stated) for name, stated in (document.get("baselines") or {}).items() if stated}
-    return Row(
-        case=case,
-        kind=truth["kind"],
-        label=truth["label"],
-        d=_difficulty(truth),
-        d_single=leftover(rivals) if rivals and truth["label"] == "unknown" else _difficulty(truth),
-        unseen=bool(experiment["unseen"]),
-        coloured=experiment["turbulence"] == "coloured" or experiment["sonar_memory_s"] > 0.0,
-        decoy=bool(truth["withheld"]) and truth["kind"] != "left_out",
-        chances=chances_of(document["probabilities"]),
-        verdict=dict(document["verdict"]),
-        refused=str(answer.get("refused", "")),
-        baselines=baselines,
-        ceiling=ceiling(rivals, truth["d"]) if rivals and truth["kind"] == "single" else None,
-        closed=closed,
-    )
+    document = answer["document"]
+    chances, refused = chances_of(document["probabilities"]), str(answer.get("refused", ""))
+    return Row(case, truth["label"], truth, document, _difficulty(truth), chances, refused, closed)
 
 
 def _difficulty(truth: Mapping[str, Any]) -> float:

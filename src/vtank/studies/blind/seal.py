@@ -19,11 +19,11 @@ import numpy as np
 from ...errors import InputError
 from ...record import Run, current_versions, read_bytes, read_json, sha256
 
-SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/1", "vtank.blind-truth/1", "vtank.blind-seal/1"
+SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/2", "vtank.blind-truth/2", "vtank.blind-seal/1"
 INDEX, SEAL = "cases.json", "seal.json"
 EPOCH_S = 946684800  # [s] 1 January 2000: the time stamp of every file
 FORMATS = {  # one width for all
-    "time_s": "%7.1f",
+    "time_s": "%10.4f",
     "n_rev_s": "%11.5f",
     "range_m": "%9.5f",
     "clean_m": "%10.6f",
@@ -75,9 +75,13 @@ def json_bytes(document: Any) -> bytes:
 
 @dataclass(frozen=True)
 class Entry:
-    """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth."""
+    """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth.
+
+    nominal: truth preset, or a file in DIR, of the simulator to compare with.
+    """
 
     case: str
+    nominal: str
     runs: dict[str, str]
     withheld: tuple[str, ...]
     commitment: str
@@ -90,9 +94,8 @@ class Entry:
 
 @dataclass(frozen=True)
 class Index:
-    """What DIR says about itself: the nominal and the cases; `sha256` of the file."""
+    """What DIR says about itself: the cases; `sha256` of the file."""
 
-    nominal: str
     entries: tuple[Entry, ...]
     sha256: str
 
@@ -113,12 +116,12 @@ def seal_truth(path: Path, truth: Mapping[str, Any]) -> str:
     return commitment(salt, truth)
 
 
-def write_index(cases: Path, sealed: Path, nominal: str, entries: Iterable[Entry], order: Mapping[str, Any]) -> None:
+def write_index(cases: Path, sealed: Path, entries: Iterable[Entry], order: Mapping[str, Any]) -> None:
     """Write what the folder of the cases says about itself, and the seal that binds the truths to it.
 
     Every file and folder gets one time stamp. order: what was asked for, the seed among it.
     """
-    index = json_bytes({"schema": SCHEMA, "nominal": nominal, "cases": [vars(entry) for entry in entries]})
+    index = json_bytes({"schema": SCHEMA, "cases": [vars(entry) for entry in entries]})
     (cases / INDEX).write_bytes(index)
     seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order["seed"], "order": order,
             "versions": current_versions()}  # fmt: skip
@@ -136,15 +139,15 @@ def read_index(folder: Path) -> Index:
         entries = tuple(_entry(case) for case in content["cases"])
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not an index of schema {SCHEMA} ({error})") from None
-    return Index(str(content.get("nominal")), entries, sha256(read_bytes(path)))
+    return Index(entries, sha256(read_bytes(path)))
 
 
 def _entry(case: dict[str, Any]) -> Entry:
     """A case of the index; ValueError for names that lead out of its folder or are no names."""
     runs, withheld = dict(case["runs"]), tuple(case["withheld"])
-    for name in (case["case"], *runs):
+    for name in (case["case"], case["nominal"], *runs):
         if not isinstance(name, str) or Path(name).name != name:
             raise ValueError(f"found {name!r}, expected the name of a case or of a run")
     if not all(isinstance(text, str) for text in (*runs.values(), *withheld, case["commitment"])):
         raise ValueError("expected hashes and names of effects as texts")
-    return Entry(case["case"], runs, withheld, case["commitment"])
+    return Entry(case["case"], case["nominal"], runs, withheld, case["commitment"])

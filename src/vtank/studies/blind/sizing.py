@@ -12,9 +12,10 @@ import numpy as np
 
 from ...effects import BY_NAME
 from ...errors import InputError
-from ...experiment import Plan, check_motion
+from ...experiment import check_motion
 from .case import Case, Frequencies, draw_case, given
 from .cause import is_limit, with_limit
+from .fly import Trip
 from .refit import Fit, Recording, refit
 from .replay import Replay
 from .whitening import whitener
@@ -25,14 +26,15 @@ ATTEMPTS = 40
 STEEPEST = 5.0  # largest factor on a size in one step
 
 
-def noise_free(case: Case, plans: Sequence[Plan]) -> list[Recording]:
+def noise_free(case: Case, plans: Sequence[Trip]) -> list[Recording]:
     """Runs as they would be recorded without noise, with the noise they will have; InputError where a wall is hit."""
     recordings = []
     for plan in plans:
         replay = Replay(plan)
         n_read, range_m, n = replay.pushed(case.causes)
         check_motion(plan.scenario, replay.motion[0])
-        noise = whitener(plan, case.experiment.sonar_memory_s, replay.motion[1, : n.size], n)
+        x, u = replay.motion[:, : n.size].copy()
+        noise = whitener(plan, x, u, n)
         recordings.append(Recording(replay, n_read, range_m, noise))
     return recordings
 
@@ -71,7 +73,7 @@ def _with_top(case: Case) -> Case:
 def _size(case: Case, i: int) -> float:
     """Size of cause i by itself; InputError where it stays too small to see, or hits a wall."""
     cause, wanted = case.causes[i], case.wanted[i]
-    if not cause.outside and BY_NAME[cause.name].standing == "absorbed":
+    if cause.known and BY_NAME[cause.name].standing == "absorbed":
         return 1.0 if cause.size < cause.largest else cause.largest
     best: tuple[float, float] | None = None
     for _ in range(TRIALS if cause.solved else 1):

@@ -9,17 +9,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import BY_NAME, sonar_multipath
+from ...effects import BY_NAME, Effect, sonar_multipath
 from ...experiment import Plan, Result
 from ...experiment import noise as streams
 from ...experiment.flight import MULTIPATH
-from ...plant import NAMES, load_truth
-from .case import NOMINAL, Case, given, label
-from .cause import RUNS
+from ...plant import NAMES
+from .case import Case, given, label
+from .cause import Cause
 from .held_out import HeldOut, gaps
-from .refit import NUISANCE, Fit, Recording, parameters, refit
+from .refit import Fit, Recording, own_parameters, parameters, refit
 from .replay import Replay
-from .rivals import best_pair, rivals
+from .rivals import best_pair
 from .seal import TRUTH_SCHEMA
 from .whitening import whitener
 
@@ -28,63 +28,117 @@ Array = NDArray[np.float64]
 
 def truth_of(case: Case, results: Sequence[Result], separations: bool = True) -> tuple[dict[str, Any], list[HeldOut]]:
     """The truth of a case as a document, and its held-out runs."""
-    clean = [recording(case, result, noisy=False) for result in results[:RUNS]]
-    noisy = [recording(case, result, noisy=True) for result in results[:RUNS]]
+    count, nominal = case.experiment.given, case.nominal.vector()
+    clean = [recording(case, result, noisy=False) for result in results[:count]]
+    noisy = [recording(case, result, noisy=True) for result in results[:count]]
     left = refit(clean, case.truth.vector())
     document: dict[str, Any] = {
         "schema": TRUTH_SCHEMA,
         "kind": case.kind,
         "label": label(case),
-        "causes": [{"name": c.name, "size": c.size} for c in case.causes],
+        "causes": [_cause(case, cause) for cause in case.causes],
         "withheld": list(case.withheld),
         "slots": [_slots(result.plan) for result in results],
         "experiment": _experiment(case),
         "d": left.size,
         "d_each": [_without(case, clean, i).size for i in range(len(case.causes))],
-        "d_parameters": refit(clean, load_truth(NOMINAL).vector(), free=()).size,
+        "d_parameters": refit(clean, nominal, free=()).size,
         "wanted": list(case.wanted),
+        "hull_m": [_hull(result) for result in results[:count]],
     }
-    if separations and len(case.causes) == 1 and label(case) != "parameters":
-        document["rivals"] = rivals(case, clean, left)
-        if label(case) == "unknown":
-            document["pair"] = best_pair(case, clean, left)
-    held = [HeldOut.of(case, result) for result in results[RUNS:]]
-    document["held_out"] = _held_out(case, noisy, held)
+    if separations and label(case) == "unknown":
+        document["pair"] = best_pair(case, clean, left)
+    held = [HeldOut.of(case, result) for result in results[count:]]
+    known = [_masked(case, r) for r in noisy]
+    refitted = refit(known, case.truth.vector())
+    document["budget"] = _budget(case, results[:count], known, refitted)
+    document["held_out"] = _held_out(case, known, refitted, held)
     return document, held
 
 
+def _budget(case: Case, results: Sequence[Result], known: Sequence[Recording], refitted: Fit) -> dict[str, float]:
+    """Shares of the nominal's mean-square simulation error on the given runs, each from its best initial states.
+
+    What the refit takes off, what the cause leaves to it, what the water did to the hull, and the sensors' noise.
+    """
+    before = refit(known, case.nominal.vector(), free=())
+    squares: list[tuple[float, ...]] = []
+    for k, (recording, result) in enumerate(zip(known, results, strict=True)):
+        replay = Replay(result.plan)
+        clean = replay.pushed(case.causes, result.true["n_rev_s"])[1]
+        pushed = result.true["position_m"] - replay.motion[0, : clean.size]
+        models = [recording.replay.model(fit.p[k], recording.n_read, fit.start[k]) for fit in (before, refitted)]
+        errors = [recording.range_m - foretold for foretold in (*models, clean)]
+        squares.append(tuple(float(np.nansum(e**2)) for e in (*errors, pushed[np.isfinite(recording.range_m)])))
+    nominal, own, true, water = np.sum(squares, axis=0)
+    shares = {"parameters": nominal - own, "cause": own - true, "disturbance": water, "noise": true - water}
+    return {name: float(share / nominal) for name, share in shares.items()}
+
+
+def _cause(case: Case, cause: Cause) -> dict[str, Any]:
+    """A cause as plain data, with the channel, formula and windows [run, from s, to s] of what no catalogue has."""
+    out: dict[str, Any] = {"name": cause.name, "size": cause.size}
+    if cause.known:
+        return out | {"channel": BY_NAME[cause.name].channel}
+    if cause.law is None:
+        return out | {"factors": [list(cause.factors(k).values())[0] for k in range(len(cause.varies))]}
+    spans = cause.law.windows[: case.experiment.given]
+    windows = [[k, *span] for k, some in enumerate(spans, 1) for span in some]
+    return out | {"channel": cause.law.channel, "law": str(cause.law), "acts": cause.law.acts, "windows": windows}
+
+
+def _hull(result: Result) -> float:
+    """Root mean square of what pitching and swaying do to the range, about its mean [m]."""
+    return float(np.std(result.true["range_m"] + result.true["position_m"]))
+
+
 def recording(case: Case, result: Result, noisy: bool) -> Recording:
-    """A run as flown; without noise, it is the response of the true hull to the propeller speed that was flown."""
-    plan = result.plan
+    """A run as flown; without noise, it is what the true hull makes of the propeller speed that was flown.
+
+    Ranges that are missing on record are missing in both.
+    """
+    plan = case.plan(result.plan.run)
     replay = Replay(plan)
     n_read, range_m, n = replay.pushed(case.causes, result.true["n_rev_s"])
-    noise = whitener(plan, case.experiment.sonar_memory_s, replay.motion[1, : n.size].copy(), n)
+    x, u = replay.motion[:, : n.size].copy()
+    noise = whitener(plan, x, u, n)
+    there = np.isfinite(result.run.columns["range_m"])
     if noisy:
         n_read, range_m = result.run.columns["n_rev_s"], result.run.columns["range_m"]
+    range_m = np.where(there, range_m, np.nan)
     return Recording(replay, n_read, range_m, noise)
 
 
 def _without(case: Case, clean: Sequence[Recording], i: int) -> Fit:
     """What cause i leaves where all other effects may be refitted as well."""
-    others = [BY_NAME[c.name] for j, c in enumerate(case.causes) if j != i and not c.outside]
+    others = [BY_NAME[c.name] for j, c in enumerate(case.causes) if j != i and c.known]
     p = np.array([plan.p for plan in given(case)])
     null = case.truth.vector()
     own = [name.startswith(case.causes[i].name + ".") for name in NAMES]
     p[:, own] = null[own]
-    return refit(clean, p, free=(*NUISANCE, *parameters(others)))
+    if case.causes[i].varies:
+        p = np.tile(null, (len(p), 1))
+    return refit(clean, p, free=_free(case, others))
 
 
-def _held_out(case: Case, noisy: Sequence[Recording], held: Sequence[HeldOut]) -> dict[str, list[float]]:
-    """Root mean square gaps [m] on the held-out runs, free of noise: nominal, refit, oracle who knows the effects."""
-    nominal = load_truth(NOMINAL).vector()
-    known = [_masked(case, r) for r in noisy]
-    refitted = refit(known, case.truth.vector())
-    out = {"nominal": gaps(held, nominal, ()), "refit": gaps(held, refitted.p[0], ())}
-    if not any(cause.outside for cause in case.causes):
+def _free(case: Case, effects: Sequence[Effect]) -> tuple[str, ...]:
+    """What a refit frees: the nominal's own parameters, and those of some effects."""
+    return tuple(dict.fromkeys((*own_parameters(case.truth.vector()), *parameters(effects))))
+
+
+def _held_out(case: Case, known: Sequence[Recording], refitted: Fit, held: Sequence[HeldOut]) -> dict[str, list[float]]:
+    """Root mean square gaps [m] on the held-out runs, free of noise: nominal, refit, oracle who knows the cause.
+
+    The oracle has to find sizes of known effects; a law that acts everywhere it knows as it is.
+    """
+    out = {"nominal": gaps(held, case.nominal.vector(), ()), "refit": gaps(held, refitted.p[0], ())}
+    if all(cause.known for cause in case.causes):
         effects = [BY_NAME[c.name] for c in case.causes if BY_NAME[c.name].standing != "absorbed"]
-        oracle = refit(known, np.array([plan.p for plan in given(case)]), free=(*NUISANCE, *parameters(effects)))
+        oracle = refit(known, np.array([plan.p for plan in given(case)]), free=_free(case, effects))
         own = [name for name, p in parameters(effects).items() if p.per_run]
         out["oracle"] = gaps(held, oracle.p[0], own)
+    elif all(cause.law is not None and not cause.law.windows for cause in case.causes):
+        out["oracle"] = [0.0] * len(held)
     return out
 
 
@@ -105,13 +159,17 @@ def _slots(plan: Plan) -> dict[str, float]:
 def _experiment(case: Case) -> dict[str, Any]:
     e, s = case.experiment, case.experiment.scenarios[0]
     return {
+        "vehicle": case.craft,
+        "runs": e.given,
+        "rate_hz": round(1.0 / s.period_s),
+        "duration_s": s.duration_s,
         "family": e.family,
-        "unseen": e.family != "position_sine",
+        "noise": e.noise.family,
+        "noise_values": {k: v for k, v in vars(e.noise).items() if isinstance(v, float) and np.isfinite(v)},
         "turbulence": e.turbulence,
         "turbulence_m_s2": s.turbulence.acceleration_m_s2,
         "turbulence_s": s.turbulence.time_s,
         "sonar_noise_m": s.sonar.noise_m,
-        "sonar_memory_s": e.sonar_memory_s,
         "resolution_m": s.sonar.resolution_m,
         "dropout": s.sonar.dropout,
         "tachometer_rev_s": s.tachometer.noise_rev_s,

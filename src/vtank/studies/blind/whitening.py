@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...compiled import law
-from ...experiment import Plan
+from .fly import Trip
 
 Array = NDArray[np.float64]
+PITCHING_M, PITCHING_S = 4e-4, 1.0  # [m], [s] rms and memory of the range error of a hull that pitches (paper's runs)
 SIZE = 5  # place, speed, turbulence, thrust by tachometer noise, coloured sonar noise
 
 
@@ -30,7 +31,7 @@ class Whitener:
         push: change of thrust by one deviation of the tachometer, shape (T,) [m/s2].
         deviation: stationary deviation of turbulence [m/s2], unit tachometer process and coloured sonar noise [m].
         memory: their correlation times [s]; 0 is white from tick to tick.
-        variance: of the white part of a range [m2].
+        variance: of the white part of each range, shape (T,) [m2].
         period_s: tick [s].
     """
 
@@ -38,7 +39,7 @@ class Whitener:
     push: Array
     deviation: tuple[float, float, float]
     memory: tuple[float, float, float]
-    variance: float
+    variance: Array
     period_s: float
 
     def whiten(self, columns: Array) -> Array:
@@ -65,19 +66,23 @@ class Whitener:
         return gain, decay, mean, deviation
 
 
-def whitener(plan: Plan, sonar_memory_s: float, speed_m_s: Array, n_rev_s: Array) -> Whitener:
-    """The noise of a run about a noise-free motion: speed and propeller speed at the ticks, shape (T,) each."""
-    s, truth = plan.scenario, plan.truth
-    rounding = s.sonar.resolution_m**2 / 12.0
-    coloured = sonar_memory_s > 0.0
+def whitener(plan: Trip, x_m: Array, speed_m_s: Array, n_rev_s: Array) -> Whitener:
+    """The noise of a run about a noise-free motion: place, speed and propeller speed at the ticks, shape (T,) each.
+
+    The hull that its thrusters hold pitches and sways a little, an error of PITCHING_M of the range.
+    """
+    s, truth, noise = plan.scenario, plan.truth, plan.noise
+    coloured = noise.memory_s > 0.0
+    white = 0.0 if coloured else s.sonar.noise_m * noise.growth(-x_m, speed_m_s)
+    late = noise.jitter * s.period_s * speed_m_s  # of which uniform errors of the stamps have a third in square
     lag = math.exp(-s.period_s / truth.tau_s) if truth.tau_s > 0.0 else 0.0
     smoothed = math.sqrt((1.0 - lag) / (1.0 + lag))  # of white noise through the lag
     return Whitener(
         damping=2.0 * abs(truth.alpha_per_m) * np.abs(speed_m_s),
         push=2.0 * truth.beta_m_per_rev2 * np.abs(n_rev_s) * s.tachometer.noise_rev_s,
-        deviation=(s.turbulence.acceleration_m_s2, smoothed, s.sonar.noise_m if coloured else 0.0),
-        memory=(s.turbulence.time_s, truth.tau_s, sonar_memory_s),
-        variance=rounding + (1e-12 if coloured else s.sonar.noise_m**2) + 1e-12,
+        deviation=(s.turbulence.acceleration_m_s2, smoothed, math.hypot(PITCHING_M, coloured * s.sonar.noise_m)),
+        memory=(s.turbulence.time_s, truth.tau_s, noise.memory_s if coloured else PITCHING_S),
+        variance=white**2 + late**2 / 3.0 + s.sonar.resolution_m**2 / 12.0 + 1e-12 + 0.0 * x_m,
         period_s=s.period_s,
     )
 
@@ -90,7 +95,7 @@ def recursion(missing, decay, mean, push, sd, keep, variance, h, gain, deviation
         P[2 + j, 2 + j] = sd[j] ** 2
         F[2 + j, 2 + j] = keep[j]
     for k in range(missing.size):
-        S = P[0, 0] + 2.0 * P[0, 4] + P[4, 4] + variance
+        S = P[0, 0] + 2.0 * P[0, 4] + P[4, 4] + variance[k]
         deviation[k] = math.sqrt(S)
         if not missing[k]:
             row = P[0] + P[4]
