@@ -12,6 +12,7 @@ import numpy as np
 
 from ...compiled import law
 from ...estimate.problem import Filtered, Problem
+from ...plant.surge import thrust_target
 from ..evidence import Fitted
 from ..holdout import held
 
@@ -63,7 +64,9 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
         held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
-            fed[2], states[2] = run.input * np.abs(run.input), held_input * np.abs(held_input)
+            p = problem.model(fit.optimum.theta, len(out))[0]
+            pairs = (run.input_time_s, run.input), (run.time_s, held_input)
+            fed[2], states[2] = (np.array([thrust_target(*at, p) for at in zip(*pair, strict=True)]) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
         out.append((Motion(run.input_time_s, x, u, z, run.input), Motion(run.time_s, xm, um, zm, held_input)))
     return out
