@@ -16,13 +16,7 @@ from .svg import Panel, Scale, around, picture
 
 NAMES, NUMBERS = 200.0, 120.0  # [px] for the lines' names and their sizes
 ROW = 34.0  # [px] of a line
-STYLES = {
-    "parameters": "refit",
-    "effect": "diagnosed",
-    "repeatable": "mark",
-    "disturbance": "nominal",
-    "noise": "floor",
-}
+STYLES = {"parameters": "refit", "effect": "diagnosed", "repeatable": "mark", "disturbance": "nominal"}
 MEASURED = {RANGE: "range", POSITION: "position", SPEED: "speed"}
 LEFT = 66.0  # [px] for the labels of the vertical axis
 TRACE, ERROR, PITCH = 120.0, 60.0, 238.0  # [px] height of a run's trace and of its error, and from run to run
@@ -42,7 +36,7 @@ def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document) ->
         y, name = k + 0.5, words_budget.line_name(line, document)
         a, b = line["interval90"]
         size = f"{words_budget.share(line['share'])} ({words.whole(100.0 * a)} to {words.whole(100.0 * b)})"
-        panel.box(ends[k], ends[k + 1], y - 0.3, y + 0.3, STYLES[line["kind"]], f"{name}: {size}")
+        panel.box(ends[k], ends[k + 1], y - 0.3, y + 0.3, STYLES.get(line["kind"], "floor"), f"{name}: {size}")
         span = np.clip(spans[k], low, high)
         panel.line(span, np.array([y, y]), "ink")
         for end in span:

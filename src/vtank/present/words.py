@@ -103,7 +103,7 @@ def verdict(document: Document) -> str:
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "varying":
-            return f"The simulator's structure is right, but {varying(document)} from run to run."
+            return f"The simulator's structure is right, but its {varying(document)} from run to run."
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."
@@ -190,8 +190,8 @@ def still_water(document: Document) -> str:
 
 def varying(document: Document) -> str:
     """Which own parameters differ."""
-    names = [WORDS["own"].get(name, name) for name in document["verdict"]["varying"]] or ["its parameters"]
-    return f"{listed(names)} differ{'s' * (len(names) == 1 and names[0] != 'its parameters')}"
+    names = [WORDS["own"].get(name, name) for name in document["verdict"]["varying"]]
+    return f"{listed(names)} differ{'s' * (len(names) == 1)}"
 
 
 # --- where ---------------------------------------------------------------------------------------------------------
@@ -298,8 +298,10 @@ def shrinkage(document: Document) -> str:
 
 
 def left_out(document: Document) -> str:
-    """What was left out in turn: runs, or parts of the only one."""
-    return "runs left out" if len(document["where"]["runs"]) > 1 else "stretches of time left out"
+    """What was left out in turn: runs, or stretches of few runs."""
+    names = {run["run"] for run in document["where"]["runs"]}
+    parts = (document.get("shrink") or {}).get("left_out", names)
+    return "runs left out" if len(names) > 1 and set(parts) <= names else "stretches of time left out"
 
 
 def closed(shrink: Document) -> str:

@@ -33,15 +33,18 @@ def shared_out(document: Document) -> str:
     lines = document.get("budget") or []
     named = [line for line in lines if line["kind"] in ("parameters", "effect")]
     taken = [(line_name(line, document), share(line["share"])) for line in named if line["share"] >= TOLD]
-    causes = [f"{name} for {size}" for name, size in taken[1:]]
-    if taken:
-        name, size = taken[0]
-        verb = "account" if " and " in name or name.endswith("parameters") else "accounts"
-        causes.insert(0, f"{name} {verb} for {size} of the gap")
-    adds = [f"{line_name(line, document)} adds {share(-line['share'])}" for line in named if line["share"] <= -TOLD]
+    causes = [f"{agreeing(name, 'account')} for {size} of the gap" for name, size in taken[:1]]
+    causes += [f"{name} for {size}" for name, size in taken[1:]]
+    worse = [line for line in named if line["share"] <= -TOLD]
+    adds = [f"{agreeing(line_name(line, document), 'add')} {share(-line['share'])}" for line in worse]
     rest = [rest_of(line, document) for line in lines if line not in named and line["share"] >= TOLD]
     said = "; ".join(listed(part) for part in (causes, rest, adds) if part)
     return f"On {left_out(document)}, {said}." if said else ""
+
+
+def agreeing(name: str, verb: str) -> str:
+    """A name and its verb, in the plural where it is about several."""
+    return f"{name} {verb}" if " and " in name or name.endswith("parameters") else f"{name} {verb}s"
 
 
 def line_name(line: dict[str, Any], document: Document) -> str:
