@@ -62,12 +62,12 @@ def test_a_step_that_made_it_worse_adds_to_the_gap() -> None:
     found = budgeted("effects", lines(-0.03, {"linear_drag": 1.02}, 0.0, 0.0, 0.01))
     told = words_budget.shared_out(found)
     assert told.startswith("On runs left out, linear drag accounts for 102 % of the gap; 1.0 % is sensor noise;")
-    assert told.endswith("; own parameters add 3.0 %.")
+    assert told.endswith("; refitting own parameters adds 3.0 %.")
 
 
 def test_without_a_simulator_the_fit_of_drag_and_thrust_has_the_line() -> None:
     found = budgeted("none", lines(0.2, {}, 0.0, 0.3, 0.5), nominal="none")
-    assert "drag and thrust fitted anew account for 20 % of the gap" in words_budget.shared_out(found)
+    assert "drag and thrust account for 20 % of the gap" in words_budget.shared_out(found)
 
 
 def test_what_is_not_explained_is_told_with_what_it_goes_with() -> None:
@@ -92,10 +92,11 @@ def test_what_does_not_come_again_is_said_not_to() -> None:
 
 def test_windows_lines_and_what_wanders_are_placed() -> None:
     window = component("window", "drag", windows=[{"run": "run_1", "from": 61.0, "to": 85.0}])
+    again = component("window", "drag", windows=[{"run": "run_4", "from": 5.0, "to": 9.0}])
     line = component("line", "error", force=False, frequency_rad_s=0.8)
-    found = budgeted("unknown", lines(0.2, {}, 0.0, 0.73, 0.07), window, line, component("wander", "thrust"))
+    found = budgeted("unknown", lines(0.2, {}, 0.0, 0.73, 0.07), window, line, again, component("wander", "thrust"))
     assert words_budget.places(found) == [
-        "In run_1 from 61 to 85 s it looks as if drag changed.",
+        "In run_1 from 61 to 85 s and in run_4 from 5 to 9 s it looks as if drag changed.",
         "At 0.80 rad/s there is an error of the sonar.",
         "Thrust comes and goes without a rule.",
     ]
@@ -110,7 +111,7 @@ def test_little_that_is_left_is_not_gone_into() -> None:
 
 def test_parameters_that_differ_from_run_to_run_are_told_in_order() -> None:
     own = [{"run": "a", "change": 0.031, "sd": 0.002}, {"run": "b", "change": -0.004, "sd": 0.002}]
-    found = budgeted("varying", lines(0.5, {}, 0.0, 0.4, 0.1), component("run", "thrust", runs=own))
+    found = budgeted("varying", lines(0.5, {}, 0.0, 0.4, 0.1), component("run", "thrust", runs=own), estimates={})
     found["verdict"]["varying"] = ["beta"]
     assert words.verdict(found) == ("The simulator's structure is right, but its thrust gain differs from run to run.")
     assert words_budget.budget(found)[1:] == [
@@ -118,6 +119,8 @@ def test_parameters_that_differ_from_run_to_run_are_told_in_order() -> None:
     ]
     found["verdict"]["varying"] = ["beta", "alpha"]
     assert words.verdict(found).endswith("but its thrust gain and quadratic drag differ from run to run.")
+    found["estimates"] = {"seiche": {}}
+    assert words.verdict(found) == "Thrust gain and quadratic drag differ from run to run, beside seiche."
 
 
 def test_a_disturbance_that_still_water_does_not_have_is_always_said() -> None:

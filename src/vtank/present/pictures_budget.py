@@ -19,7 +19,7 @@ ROW = 34.0  # [px] of a line
 STYLES = {"parameters": "refit", "effect": "diagnosed", "repeatable": "mark", "disturbance": "nominal"}
 MEASURED = {RANGE: "range", POSITION: "position", SPEED: "speed"}
 LEFT = 66.0  # [px] for the labels of the vertical axis
-TRACE, ERROR, PITCH = 120.0, 60.0, 238.0  # [px] height of a run's trace and of its error, and from run to run
+TRACE, ERROR, PITCH = 120.0, 60.0, 262.0  # [px] height of a run's trace and of its error, and from run to run
 
 
 def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document) -> str:
@@ -67,9 +67,9 @@ def run_panels(gap: RunGap, before: str, top: float) -> list[Panel]:
     shown = {name: gap.error[name][keep] for name in (before, "diagnosed")}
     x = Scale(time[0], time[-1], LEFT, WIDTH - 14.0)
     trace = Panel(x, Scale(*around(np.concatenate([value, value - shown["diagnosed"]]), 0.1), top + TRACE, top))
-    trace.frame("", f"{MEASURED[gap.kind]} [{gap.unit}]", shortened(gap.run, 60), 12, 4)
+    trace.frame("", f"{MEASURED[gap.kind]} [{gap.unit}]", shortened(gap.run, 60), 0, 4)
     factor, unit = in_thousandths([float(np.max(np.abs(e))) for e in shown.values()], gap.unit)
-    below = top + TRACE + 26.0
+    below = top + TRACE + 14.0
     ends = around([factor * e for error in shown.values() for e in error])
     error = Panel(x, Scale(*ends, below + ERROR, below))
     error.frame("time [s]", f"error [{unit}]", "", 12, 3)

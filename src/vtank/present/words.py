@@ -103,7 +103,13 @@ def verdict(document: Document) -> str:
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "varying":
-            return f"The simulator's structure is right, but its {varying(document)} from run to run."
+            text = f"{varying(document)} from run to run"
+            beside = listed([effect_name(name) for name in document["estimates"]])
+            return (
+                f"{text.capitalize()}, beside {beside}."
+                if beside
+                else f"The simulator's structure is right, but its {text}."
+            )
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."

@@ -51,8 +51,8 @@ def line_name(line: dict[str, Any], document: Document) -> str:
     """A line of the budget by the name that it has in a text."""
     if line["kind"] == "effect":
         return effect_name(line["name"])
-    fitted = "drag and thrust fitted anew" if foreign(document) else "own parameters"
-    return fitted if line["kind"] == "parameters" else str(line["name"])
+    refit = line["kind"] == "parameters" and (foreign(document) or line["share"] < 0.0)
+    return "a refit" if refit else str(line["name"])
 
 
 def rest_of(line: dict[str, Any], document: Document) -> str:
@@ -137,8 +137,12 @@ def places(document: Document) -> list[str]:
     """Stretches of time and frequencies at which something without a name shows, a sentence each."""
     if not unexplained(document):
         return []
-    told = [(place(c, document), c) for c in strangers(document)]
-    return [f"{text[:1].upper()}{text[1:]}." for text, _ in told if text][:MOST_TOLD]
+    alike: dict[tuple[str, str], dict[str, Any]] = {}
+    for c in strangers(document):
+        key = (c["kind"], c["about"] if c["kind"] == "window" else str(len(alike)))
+        alike[key] = c | {"windows": [*alike.get(key, c | {"windows": []})["windows"], *c["windows"]]}
+    told = filter(None, (place(c, document) for c in alike.values()))
+    return [f"{text[:1].upper()}{text[1:]}." for text in told][:MOST_TOLD]
 
 
 def place(c: dict[str, Any], document: Document) -> str:
