@@ -62,12 +62,12 @@ def test_a_step_that_made_it_worse_adds_to_the_gap() -> None:
     found = budgeted("effects", lines(-0.03, {"linear_drag": 1.02}, 0.0, 0.0, 0.01))
     told = words_budget.shared_out(found)
     assert told.startswith("On runs left out, linear drag accounts for 102 % of the gap; 1.0 % is sensor noise;")
-    assert told.endswith("; refitting own parameters adds 3.0 %.")
+    assert told.endswith("; a refit adds 3.0 %.")
 
 
 def test_without_a_simulator_the_fit_of_drag_and_thrust_has_the_line() -> None:
     found = budgeted("none", lines(0.2, {}, 0.0, 0.3, 0.5), nominal="none")
-    assert "drag and thrust account for 20 % of the gap" in words_budget.shared_out(found)
+    assert "a refit accounts for 20 % of the gap" in words_budget.shared_out(found)
 
 
 def test_what_is_not_explained_is_told_with_what_it_goes_with() -> None:

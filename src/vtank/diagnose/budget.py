@@ -131,5 +131,5 @@ def _shares(steps: np.ndarray, noise: np.ndarray) -> np.ndarray:
     Shape (S + 2, ...).
     """
     left, noise = steps[-1], np.minimum(noise, steps[-1])
-    found = [-np.diff(steps, axis=0), [left - noise, noise, steps[-2] - noise]]
-    return np.asarray(np.concatenate(found) / steps[0])
+    found = [*-np.diff(steps, axis=0), left - noise, noise, steps[-2] - noise]
+    return np.array(found) / steps[0]

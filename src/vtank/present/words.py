@@ -105,11 +105,8 @@ def verdict(document: Document) -> str:
         case "varying":
             text = f"{varying(document)} from run to run"
             beside = listed([effect_name(name) for name in document["estimates"]])
-            return (
-                f"{text.capitalize()}, beside {beside}."
-                if beside
-                else f"The simulator's structure is right, but its {text}."
-            )
+            alone = f"The simulator's structure is right, but its {text}."
+            return f"{text.capitalize()}, beside {beside}." if beside else alone
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."

@@ -58,7 +58,7 @@ class Motion:
 def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
     """Per run, the motion at the input's stamps and at the measurements."""
     problem = fit.problem
-    out = []
+    out: list[tuple[Motion, Motion]] = []
     for run, track in zip(problem.runs, simulated_tracks(problem, fit.optimum.theta), strict=True):
         states = [track[:, i] for i in (0, 1, 2)]
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
