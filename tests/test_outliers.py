@@ -7,11 +7,10 @@ import pytest
 from scipy.signal import lfilter
 
 from vtank.diagnose.lone_speeds import with_lone_speeds
-from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spike_sizes, spikes
+from vtank.diagnose.outliers import long_ranges, multipath, none_seen, one_sidedness, spike_sizes, spikes
 from vtank.effects.sonar_multipath import EFFECT as MULTIPATH
 from vtank.effects.tachometer_spikes import EFFECT as SPIKES
 from vtank.estimate.observed import RANGE, Observed
-from vtank.estimate.problem import Filtered
 
 TIME = np.arange(1200) * 0.1
 MOTION = 3.0 - 0.4 * np.sin(1.2 * TIME)  # up to 48 mm from ping to ping
@@ -46,33 +45,70 @@ def test_long_echoes_are_flagged_and_their_neighbours_are_not(share, resolution)
     assert np.sum(flags[~late]) <= 2
 
 
-def test_outliers_on_the_short_side_are_no_multipath():
-    error = np.zeros(1200)
-    flags = np.zeros(1200, dtype=bool)
-    flags[::100] = True
-    for size, gains in ((0.3, True), (-0.3, False)):
-        error[flags] = size
-        gain, share, extra = multipath(MULTIPATH, [Filtered(error, np.full(1200, 1e-4), np.zeros((1200, 6)))], [flags])
-        if gains:
-            assert gain > 10.0 and share == pytest.approx(0.01, rel=0.01) and extra == pytest.approx(size)
-        else:
-            assert (gain, share) == (none_seen(1200), 0.0)
+def switching(random, size):
+    """Standard normal, and three times as wide in stretches of 40 samples."""
+    return random.standard_normal(size) * np.where(np.repeat(random.random(size // 40) < 0.3, 40), 3.0, 1.0)
+
+
+HEAVY = {
+    "t3": lambda random, size: random.standard_t(3.0, size),
+    "laplace": lambda random, size: random.laplace(size=size),
+    "sech": lambda random, size: np.log(np.tan(0.5 * np.pi * random.random(size))),
+    "contaminated": lambda random, size: random.standard_normal(size) * np.where(random.random(size) < 0.04, 6.0, 1.0),
+    "cauchy": lambda random, size: random.standard_cauchy(size).clip(-300.0, 300.0),
+    "switching": switching,
+    "coarse": lambda random, size: np.round(random.standard_normal(size)),
+}
+
+
+@pytest.mark.parametrize("family", HEAVY)
+def test_heavy_tails_are_no_multipath_and_hide_none(family):
+    """Symmetric noise gains nothing; with late pings among it, of three of its own widths, multipath does."""
+    random = np.random.default_rng(11)
+    for _ in range(5):
+        error = 0.006 * HEAVY[family](random, 4800)
+        assert multipath(MULTIPATH, error)[0] < 0.0
+    late = random.random(4800) < 0.05
+    gain, share, extra = multipath(MULTIPATH, error + 0.1 * late)
+    assert gain > 20.0 and share == pytest.approx(0.05, rel=0.3) and extra == pytest.approx(0.1, rel=0.15)
+
+
+def test_outliers_are_multipath_only_where_they_are_late():
+    random = np.random.default_rng(12)
+    noise, lone = 0.006 * random.standard_normal(2400), np.arange(2400) % 80 == 40
+    fair = np.where(np.arange(2400) % 160 == 40, 1.0, -1.0)
+    gain, share, extra = multipath(MULTIPATH, noise + 0.3 * lone)
+    assert gain > 15.0 and share == pytest.approx(1 / 80, rel=0.01) and extra == pytest.approx(0.3, rel=0.01)
+    for error in (-0.3 * lone, 0.3 * fair * lone, 0.6 * random.standard_normal(2400) * lone):
+        assert multipath(MULTIPATH, noise + error)[0] < 0.0
+
+
+def test_one_sidedness_of_outliers():
+    assert one_sidedness(0, 0) == 0.0
+    assert one_sidedness(20, 20) < -1.0
+    assert one_sidedness(30, 0) == one_sidedness(0, 30) == pytest.approx(30 * np.log(2.0) - np.log(31.0))
+
+
+def test_pauses_in_a_bent_motion_raise_no_flag():
+    """Far from the wall, no echo for seconds; the neighbours beyond a pause say little of where a reading should be."""
+    random = np.random.default_rng(13)
+    for _ in range(5):
+        value = MOTION + 0.006 * random.standard_normal(TIME.size)
+        run = sonar(value)
+        seen = (value < 3.2) | (random.random(TIME.size) < 0.1)
+        run = Observed("run", "n_rev_s", TIME, run.input, TIME[seen], value[seen], run.kind[seen])
+        assert not np.any(long_ranges(run))
 
 
 def test_late_pings_within_the_noise_are_told_by_their_number():
     rng = np.random.default_rng(8)
     late = rng.random(4800) < 0.05
     good = 0.01 * rng.standard_normal(4800)
-    none = np.zeros(4800, dtype=bool)
-
-    def found(error):
-        return multipath(MULTIPATH, [Filtered(error, np.full(4800, 1e-4), np.zeros((4800, 6)))], [none])
-
-    gain, share, extra = found(good + 0.04 * late)
-    assert gain > 100.0
+    gain, share, extra = multipath(MULTIPATH, good + 0.04 * late)
+    assert gain > 50.0
     assert share == pytest.approx(np.mean(late), rel=0.1) and extra == pytest.approx(0.04, rel=0.05)
-    assert found(good) == (none_seen(4800), 0.0, 0.0)
-    assert found(good - 0.04 * late) == (none_seen(4800), 0.0, 0.0)
+    assert multipath(MULTIPATH, good) == (none_seen(4800), 0.0, 0.0)
+    assert multipath(MULTIPATH, good - 0.04 * late) == (none_seen(4800), 0.0, 0.0)
 
 
 def test_readings_that_jump_are_no_evidence_of_spikes_by_themselves():

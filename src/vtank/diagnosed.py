@@ -8,6 +8,7 @@ from shutil import get_terminal_size
 
 from .diagnose import diagnosis
 from .diagnose.model_file import model_text
+from .errors import InputError
 from .record import json_text, write_text
 
 WIDEST = 110  # columns of a diagnosis on a terminal, at most
@@ -31,9 +32,16 @@ class Diagnosis(diagnosis.Diagnosis):
         """Write the report, one HTML file that loads nothing; InputError where it cannot be written."""
         write_text(path, self._page())
 
-    def save(self, path: Path | str) -> None:
-        """Write the diagnosed model as TOML, for `predict`, or as the truth of a scenario; InputError as `report`."""
-        write_text(path, model_text(self))
+    def save(self, path: Path | str, law: int = 0) -> None:
+        """Write the diagnosed model as TOML, for `predict`, or as the truth of a scenario; InputError as `report`.
+
+        law: which of `laws` is accepted into it, 1 for the first; by default none.
+        """
+        if law and not 0 < law <= len(self.laws):
+            raise InputError(
+                f"no law {law}: this diagnosis has {len(self.laws)}; expected a number from 1, or 0 for none"
+            )
+        write_text(path, model_text(self, self.laws[law - 1] if law else None))
 
     def write_json(self, path: Path | str) -> None:
         """Write `document` as JSON, schema vtank.diagnosis/2; InputError as `report`."""

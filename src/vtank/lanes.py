@@ -3,7 +3,7 @@
 A law written for floats is compiled as it stands for `Lanes`, eight doubles in one vector of the processor, and then
 moves eight parameter sets for about the price of one. Within a law
 
-- arithmetic, comparisons, abs, min, max, math.exp, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
+- arithmetic, comparisons, abs, min, max, math.exp, log, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
 - `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
   `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.
@@ -181,7 +181,7 @@ def _each(function: Callable[[float], float]) -> None:
         return on_lanes if x == LANES else None
 
 
-for _function in (math.exp, math.sin, math.cos, math.tanh, math.sqrt):
+for _function in (math.exp, math.log, math.sin, math.cos, math.tanh, math.sqrt):
     _each(_function)
 
 

@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from ..compiled import term
 from ..plant.hooks import acting_on, chained
-from ..plant.surge import STANDOFF
+from ..plant.parameters import slot
+from ..plant.surge import STANDOFF, law_product
 from .channel import Channel, reads_state
 
 as_read = chained(acting_on("range_m"), "reads")
 PLACE, SPEED = 0, 1  # among the states
+RANGE_LAW = slot("law.range")
 
 
 @term
 def distance(t, s, ds, p):
     """Distance from the sonar to the wall as it reads it [m]."""
-    return as_read(p[STANDOFF] - s[PLACE], p)
+    gap = p[STANDOFF] - s[PLACE]
+    if p[RANGE_LAW] != 0.0:
+        gap = gap + p[RANGE_LAW] * law_product(t, s[PLACE], s[SPEED], 0.0, 0.0, 0.0, gap, 0.0, p)
+    return as_read(gap, p)
 
 
 CHANNELS = (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 NOMINAL = "paper-ii"
@@ -23,6 +24,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--report", type=Path, metavar="OUT.html", help="write the report, one HTML file")
     parser.add_argument("--model", type=Path, metavar="OUT.toml", help="write the diagnosed model, for vtank predict")
+    parser.add_argument(
+        "--law", type=int, default=0, metavar="N",
+        help="accept law N of an unknown cause into the diagnosed model, 1 for the first (default: none)",
+    )  # fmt: skip
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="seed of the simulated new data (default 0)")
 
 
@@ -32,13 +37,15 @@ def run(args: argparse.Namespace) -> int:
     from .checks import at_least, refuse_unwritable
     from .progress import progress
 
-    at_least(0, seed=args.seed)
+    at_least(0, seed=args.seed, law=args.law)
     refuse_unwritable(args.json, args.report, args.model)
     runs = load(args.dataset)
     with progress() as say:
         found = diagnose(runs, args.nominal, args.seed, progress=say)
         text = str(found)
-        for path, write in ((args.json, found.write_json), (args.model, found.save), (args.report, found.report)):
+        for path, write in (
+            (args.json, found.write_json), (args.model, partial(found.save, law=args.law)), (args.report, found.report)
+        ):  # fmt: skip
             if path:
                 write(path)
     print(text, end="")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -10,6 +11,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     text = "list the effects a simulator may leave out: law, parameters, source, and what they are confused with"
     parser = subparsers.add_parser("effects", help=text, description=text)
     parser.add_argument("names", nargs="*", metavar="NAME", help="effects to show (default: all)")
+    parser.add_argument(
+        "--draft", type=Path, metavar="LAW.toml",
+        help="write NAME.py, the file of a new effect NAME to finish by hand, from the law in a diagnosed model",
+    )  # fmt: skip
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print as JSON")
     form.add_argument("--markdown", action="store_true", help="print the table of the README")
@@ -22,6 +27,8 @@ def run(args: argparse.Namespace) -> int:
     from ..present.catalogue import as_data, catalogue_table, described
     from ..record import json_text
 
+    if args.draft:
+        return _draft(args.names, args.draft)
     for name in args.names:
         if name not in BY_NAME:
             raise InputError(f"no effect '{name}'; there are: {', '.join(BY_NAME)}")
@@ -32,4 +39,29 @@ def run(args: argparse.Namespace) -> int:
         print(catalogue_table(effects), end="")
     else:
         print("\n\n".join(described(effect) for effect in effects))
+    return 0
+
+
+def _draft(names: list[str], path: Path) -> int:
+    """Write the file of an effect from the law of a model."""
+    from ..diagnose.laws.words import sentence
+    from ..effects.catalogue import BY_NAME
+    from ..errors import InputError
+    from ..plant.formula import formula_of, read_law
+    from ..present.draft import draft
+    from ..record import write_text
+    from ..record.table import open_table
+
+    formula = formula_of(read_law(open_table(path)))
+    if formula is None:
+        raise InputError(f"{path}: law: missing; expected a model saved with a law that was accepted")
+    if len(names) != 1 or not names[0].isidentifier() or names[0] in BY_NAME:
+        raise InputError(
+            f"expected one new name for the effect, such as 'slack_tether', found {' '.join(names) or 'none'}"
+        )
+    out = Path(f"{names[0]}.py")
+    if out.exists():
+        raise InputError(f"{out}: is there already; a draft replaces no file")
+    write_text(out, draft(names[0], formula, sentence(formula)))
+    print(f"{out}: finish it by hand (its docstring says what is left), then put it into src/vtank/effects")
     return 0

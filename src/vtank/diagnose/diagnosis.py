@@ -19,6 +19,7 @@ from ..plant.parameters import vector
 from .baselines import baselines
 from .budget import Budget, budget
 from .foreign import explained
+from .laws.found import Law, laws
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .noise_floor import plausible
@@ -81,7 +82,8 @@ class Diagnosis:
 
     def failures(self) -> list[str]:
         """Fits that failed, in plain sentences."""
-        fit, lost = self.verdict.fit, [name for name, value in self.log_evidence.items() if value == -np.inf]
+        fit, first = self.verdict.fit, "none" * self.selection.setting.foreign  # a first guess is no simulator
+        lost = [name for name, value in self.log_evidence.items() if value == -np.inf and name != first]
         out = [f"simulators that run away on these recordings, and explain nothing: {', '.join(lost)}"] if lost else []
         if not fit.optimum.converged:
             out.append(f"the fit of {fit.hypothesis.name} did not settle: its sizes and their intervals are rough")
@@ -127,6 +129,16 @@ class Diagnosis:
             return next_experiment(self.selection, self.verdict, self.probabilities)
 
     @cached_property
+    def laws(self) -> tuple[Law, ...]:
+        """For a cause without a name, up to three formulas that would be its law, the most probable first."""
+        if self.verdict.kind != "unknown":
+            return ()
+        selection = self.selection
+        free = next(free for free in selection.free if free.fit is selection.refit)
+        with self._stage("the missing law"):
+            return laws(selection.setting, selection.refit, self.verdict.channel or "hydrodynamics", free.forces())
+
+    @cached_property
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/2."""
         with ThreadPoolExecutor(2) as pool:  # those in a row do not need one another
@@ -140,6 +152,7 @@ class Diagnosis:
             "where": self.where.document(),
             "shrink": self.held_out,
             "next_experiment": self.next_experiment,
+            "laws": [law.document() for law in self.laws],
             "parameters": own_parameters(self.selection, self.verdict, self.mass_kg),
         }
         return {key: parts[key] for key in dict.fromkeys((*ORDER, *parts))}

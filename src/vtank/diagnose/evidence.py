@@ -233,7 +233,7 @@ def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Pri
     likelihood = problem.log_likelihood(filtered)
     for effect in (effect for effect in hypothesis.effects if effect.outliers):
         p = problem.model(optimum.theta, 0)[0][list(indices(effect))]
-        gain, counted = outliers.judged(effect, p, setting.runs, filtered, setting.flags)
+        gain, counted = outliers.judged(effect, p, setting.runs, filtered)
         likelihood += gain
         extra |= counted
     evidence = likelihood + _occam(prior, optimum)

@@ -7,7 +7,7 @@ the noise level and the verdict. Keys carry their unit; what drag and thrust are
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import remainder, tau
 from pathlib import Path
@@ -20,6 +20,7 @@ from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
+from ..plant.formula import law_lines, read_law
 from ..plant.parameters import LAG, LOSS, slot, switched_on, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import key_of, read_effects
@@ -29,6 +30,7 @@ from .thinning import straightened
 
 if TYPE_CHECKING:
     from .diagnosis import Diagnosis
+    from .laws.found import Law
 
 SCHEMA = "vtank.model/1"
 OWN = {  # by the input's column: keys of the simulator's own parameters, by slot
@@ -48,23 +50,23 @@ class ModelFile:
 
     Attributes:
         input_name: the input's column.
-        straight: whether that went straight from sample to sample; else each is held to the next.
         nominal, refit, diagnosed: the three simulators.
         noise: noise level.
         verdict: kind, effects, class, channel, probability.
+        straight: whether the input went straight from sample to sample; else each is held to the next.
     """
 
     input_name: str
-    straight: bool
     nominal: Model
     refit: Model
     diagnosed: Model
     noise: Noise
     verdict: dict[str, Any]
+    straight: bool = False
 
 
-def model_text(diagnosis: Diagnosis) -> str:
-    """The file's text."""
+def model_text(diagnosis: Diagnosis, law: Law | None = None) -> str:
+    """The file's text; law: one of the diagnosis' laws that is accepted into the diagnosed simulator."""
     selection, v = diagnosis.selection, diagnosis.verdict
     runs, nominal = selection.setting.runs, selection.setting.nominal
     effects, name = v.fit.hypothesis.effects, runs[0].input_name
@@ -73,6 +75,8 @@ def model_text(diagnosis: Diagnosis) -> str:
     said = ", ".join(v.effects)
     refit, diagnosed = map(model_of, (selection.refit, v.fit))
     given = refit if selection.setting.foreign else Model(nominal)  # no simulator is given but the recordings' own
+    if law:
+        diagnosed, effects = model_of(law.fit), law.fit.hypothesis.effects
     lines = [
         "# A simulator found by vtank diagnose" + "; it can be used wherever a truth preset can." * (name == "n_rev_s"),
         "# [lumped] and [effects] are the diagnosed simulator; nominal, refit, noise and verdict stand beside it.",
@@ -87,6 +91,7 @@ def model_text(diagnosis: Diagnosis) -> str:
         "[lumped]",
         *_own(diagnosed.p, name, effects),
         *_effects(diagnosed, name, "", effects),
+        *(["", *law_lines(law.formula)] if law else ()),
         "",
         "[nominal]",
         *_own(given.p, name),
@@ -155,12 +160,12 @@ def read_model(path: Path | str) -> ModelFile:
         raise file.error("input", f"expected one of {', '.join(OWN)}, found {name!r}")
     return ModelFile(
         name,
-        file.choice("between_samples", ("held", "straight"), "held") == "straight",
         _model(file.table("nominal"), name),
         _model(file.table("refit"), name),
-        _model(file.table("lumped"), name, file.table("effects")),
+        _model(file.table("lumped"), name, file.table("effects"), read_law(file)),
         _read_noise(file.table("noise")),
         file.table("verdict").entries,
+        file.choice("between_samples", ("held", "straight"), "held") == "straight",
     )
 
 
@@ -190,11 +195,13 @@ def _target(models: ModelFile, run: Observed) -> Target:
     return target
 
 
-def _model(table: Table, input_name: str, effects: Table | None = None) -> Model:
+def _model(
+    table: Table, input_name: str, effects: Table | None = None, law: Mapping[str, float] | None = None
+) -> Model:
     keys = OWN[input_name]
     table.check_keys((*keys.values(), "effects"))
     on = read_effects(table.table("effects") if effects is None else effects, input_name)
-    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on})
+    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on, **(law or {})})
     if input_name == "thrust_N":
         p[LINEAR_INPUT] = 1.0
     return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))

@@ -15,7 +15,7 @@ from functools import partial
 import numpy as np
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
-from ..estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
+from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch
 from ..estimate.problem import Noise, Problem
 from .evidence import Fitted, Setting, evaluate
 from .freeform.pursuit import pursue
@@ -65,7 +65,8 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
-    search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S)
+    parts = (DISTURBANCE, COLOUR)[: 1 + coloured]
+    search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S, parts)
     return search.likeliest(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
@@ -76,7 +77,7 @@ def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
     a window only, is no turbulence, whatever level would swallow it.
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
-    refit = next(f for f in fits if f.hypothesis.refit and not f.hypothesis.effects)
+    refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
     with ThreadPoolExecutor(2) as pool:
         alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
         found = still(max(alone, key=lambda pair: pair[0])[1])

@@ -1,8 +1,10 @@
 """Readings that stand alone: lone long ranges (multipath), and readings of the propeller that the ranges give the lie.
 
 A range is flagged when it lies off what its neighbours on both sides say by more than six robust deviations. All
-hypotheses see the same flags: flagged ranges do not steer the filter, and a background of outliers from nowhere is
-granted to everybody, so that multipath wins only by explaining what the background explains badly.
+hypotheses see the same flags: flagged ranges do not steer the filter.
+
+Outliers as such are noise: any error that is as often early as late is granted to everybody. Multipath is late, never
+early, and wins by that alone: it must beat a symmetric noise of free shape, and echoes on both sides of the wall.
 
 A propeller may well do what a lone reading says. Whether the tachometer spiked is therefore left to the other sensor,
 by the innovations of the range with the spikes taken off and left on; `lone_speeds` finds the readings to ask about.
@@ -13,31 +15,40 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import betaln
 
 from ..effects.effect import Effect
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Filtered
 
 THRESHOLD = 6.0  # robust deviations; one false flag in 1e9 Gaussian readings
-BACKGROUND = 1e-3  # [-] probability of an outlier from nowhere, granted to every hypothesis; a guess
-SPAN_M = 10.0  # [m] width over which such an outlier may fall; a guess, the order of the tank
 SPIKE_RANKS = (0.2, 0.5, 0.8)  # sizes tried: these quantiles of how far lone readings lie off, by square; choices
 UNSEEN_SHARE = 0.3  # size of spikes that nobody saw, over the root mean square of the input; a guess
-HIDDEN, ROUNDS = (2.5, 3.5, 5.0), 15  # deviations of hidden late pings that a fit begins at, and its rounds; choices
+HIDDEN = (2.5, 3.5, 5.0)  # deviations late at which a search for hidden late pings begins; choices
+SHAPES = np.array([0.5, 1.0, 2.0, 6.0, 40.0])  # [deviations] normals that the noise is mixed of at first; choices
+FIRST_SHARE = 0.01  # [-] late pings at first; a choice
+PER_DEVIATION = 4  # classes of innovations to a robust deviation; a choice
+ROUNDS = 60  # of expectation and maximisation; a choice
 FEWEST = 3  # flags from which an outlier effect is considered
 NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
 
 
 def _away(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """How far each reading lies from the median of the chords between neighbours, shape (M,); 0 in steady motion."""
+    """How far each reading lies from the median of the chords between neighbours, shape (M,); 0 in steady motion.
+
+    A bent motion leaves its chords by the product of the times to both ends. Beside a pause in the readings that is
+    more than usual, and the distance is cut down by as much.
+    """
     t, x = (np.pad(v, NEIGHBOURS, mode="reflect", reflect_type="odd") for v in (time, values))
-    here, chords = slice(NEIGHBOURS, -NEIGHBOURS), []
+    here, off = slice(NEIGHBOURS, -NEIGHBOURS), []
     for j in range(1, NEIGHBOURS + 1):
         before, after = slice(NEIGHBOURS - j, -NEIGHBOURS - j), slice(NEIGHBOURS + j, x.size - NEIGHBOURS + j)
         share = (t[here] - t[before]) / (t[after] - t[before])
-        chords.append(x[before] + share * (x[after] - x[before]))
-    return np.asarray(values - np.median(chords, axis=0))
+        bend = (t[here] - t[before]) * (t[after] - t[here])
+        chord = x[before] + share * (x[after] - x[before])
+        off.append((values - chord) / np.maximum(bend / np.median(bend), 1.0))
+    return np.asarray(np.median(off, axis=0))
 
 
 def _stands_alone(time: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray:
@@ -79,17 +90,17 @@ def spike_sizes(runs: Sequence[Observed]) -> list[float]:
 
 
 def judged(
-    effect: Effect,
-    p: np.ndarray,
-    runs: Sequence[Observed],
-    filtered: Sequence[Filtered],
-    flags: Sequence[np.ndarray],
+    effect: Effect, p: np.ndarray, runs: Sequence[Observed], filtered: Sequence[Filtered]
 ) -> tuple[float, dict[str, float]]:
     """Log evidence of an outlier effect beside the innovations, and what the outliers tell of it, by slot.
 
-    p: its fitted parameters, shape (K,); flags: per run, which measurements are lone outliers, shape (M,).
+    p: its fitted parameters, shape (K,).
     """
-    gain, *found = multipath(effect, filtered, flags) if effect.place in CHANNELS else spikes(effect, p, runs)
+    if effect.place in CHANNELS:
+        own = [f.innovation[run.kind == CHANNELS[effect.place]] for run, f in zip(runs, filtered, strict=True)]
+        gain, *found = multipath(effect, np.concatenate(own))
+    else:
+        gain, *found = spikes(effect, p, runs)
     counted = (name for name, q in zip(effect.slots(), effect.parameters, strict=True) if q.counted)
     return gain, dict(zip(counted, found, strict=True))
 
@@ -107,48 +118,60 @@ def none_seen(total: int) -> float:
     return -float(np.log(0.3 * total + 1.0))
 
 
-def rate_evidence(count: int, total: int) -> float:
-    """Log evidence of `count` outliers of any size among `total` readings against the background's rate."""
-    if count < FEWEST:
-        return 0.0
-    p = count / total
-    return float(count * np.log(p / BACKGROUND) + (total - count) * np.log1p(-p) - np.log(total))
+def one_sidedness(late: int, early: int) -> float:
+    """Log evidence that outliers prefer a side, any share of them, against a fair coin for each."""
+    return float(betaln(late + 1.0, early + 1.0) + (late + early) * np.log(2.0))
 
 
-def multipath(effect: Effect, filtered: Sequence[Filtered], flags: Sequence[np.ndarray]) -> tuple[float, float, float]:
-    """Log evidence of multipath against the background, its probability per ping [-] and its excess path [m].
+def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
+    """Log evidence of multipath against symmetric noise, its probability per ping [-] and its excess path [m].
 
-    Each innovation is a mixture of a good ping and a late one, fitted by expectation and maximisation (Dempster, Laird,
-    Rubin, J. Royal Statistical Society B 39, 1977). Flagged pings are compared with the background, the others with
-    the Gaussian that all hypotheses grant them.
+    e: innovations of the ranges of all runs, shape (M,) [m].
+    The noise is a mixture of normals about zero, whose widths and shares are free: whatever its tails, it is even. It
+    is fitted without echoes, with late ones, and with as many early as late, by expectation and maximisation
+    (Dempster, Laird, Rubin, J. Royal Statistical Society B 39, 1977).
     """
     (_, most), (least_m, _) = (q.bounds for q in effect.parameters)
-    late = np.concatenate([f.innovation[flag] for f, flag in zip(filtered, flags, strict=True)])
-    wide = np.concatenate([_spread(f, flag) for f, flag in zip(filtered, flags, strict=True)])
-    e = np.concatenate([f.innovation[~flag] for f, flag in zip(filtered, flags, strict=True)])
-    S = np.concatenate([f.variance[~flag] for f, flag in zip(filtered, flags, strict=True)])
-    total, usual = e.size + late.size, float(np.sqrt(np.median(S))) if S.size else 0.0
-    starts = [float(np.median(late))] if late.size >= FEWEST else [usual * k for k in HIDDEN]
-    best = none_seen(total), 0.0, 0.0
-    for extra in (x for x in starts if x > 0.0):  # an echo by way of the surface is late, never early
-        p = 0.01
-        for _ in range(ROUNDS):
-            odds = np.exp(np.minimum((e - 0.5 * extra) * extra / S, 700.0))
-            near = np.exp(-0.5 * (late - extra) ** 2 / wide) / np.sqrt(2.0 * np.pi * wide)
-            share, lone = p * odds / (1.0 - p + p * odds), p * near / (p * near + BACKGROUND / SPAN_M)
-            count = max(float(np.sum(share) + np.sum(lone)), 1e-9)
-            p = min(count / total, most)
-            extra = float((share / S) @ e + (lone / wide) @ late) / float(
-                np.sum(share / S) + np.sum(lone / wide) + 1e-30
-            )
-        gain = np.sum(np.log(1.0 - p + p * odds)) + np.sum(np.log1p(p * near * SPAN_M / BACKGROUND))
-        gain -= np.log(total) + 0.5 * np.log(max(count, 1.0)) + np.log(len(starts))
-        if count >= FEWEST and extra > least_m and gain > best[0]:
-            best = float(gain), p, extra
+    deviation, best = max(1.4826 * float(np.median(np.abs(e))), 1e-9), (none_seen(e.size), 0.0, 0.0)
+    late, classes = e[e > THRESHOLD * deviation], _classes(e, deviation)
+    starts = [deviation * k for k in HIDDEN] + ([float(np.median(late))] if late.size >= FEWEST else [])
+    even = _mixed(*classes, deviation, 0.0, ())[0]
+    for start in starts:
+        found, p, extra = _mixed(*classes, deviation, start, (1.0,))
+        gain = found - even - float(np.log(e.size) + 0.5 * np.log(max(p * e.size, 1.0)) + np.log(len(starts)))
+        if gain > best[0] and p * e.size >= FEWEST and p < most and extra > least_m:
+            both = _mixed(*classes, deviation, start, (1.0, -1.0))[0]
+            best = max(best, (min(gain, found - both), p, extra))
     return best
 
 
-def _spread(f: Filtered, flag: np.ndarray) -> np.ndarray:
-    """Variance of what a flagged ping should have read, from the neighbours that were not flagged [m2]."""
-    usual = float(np.median(f.variance[~flag])) if np.any(~flag) else 1e-4
-    return np.full(int(flag.sum()), 4.0 * usual)
+def _classes(e: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
+    """Innovations in narrow classes: their middles [m] and how many there are in each, shapes (C,)."""
+    width = deviation / PER_DEVIATION
+    middle, count = np.unique(np.round(e / width), return_counts=True)
+    return middle * width, count
+
+
+def _mixed(
+    e: np.ndarray, count: np.ndarray, deviation: float, extra: float, sides: Sequence[float]
+) -> tuple[float, float, float]:
+    """Log-likelihood of innovations e, `count` times each, the share of echoes and their excess path [m].
+
+    sides: 1 for late echoes, -1 for early ones, as many of each; none for noise alone.
+    """
+    sd, share = deviation * SHAPES, np.full(SHAPES.size, 1.0 / SHAPES.size)
+    p, turned = FIRST_SHARE * bool(sides), np.array([0.0, *sides])[:, None, None]
+    chance = np.empty(turned.shape)
+    for _ in range(ROUNDS):
+        chance[0], chance[1:] = 1.0 - p, p / max(len(sides), 1)
+        off = e[:, None] - extra * turned  # (1 + sides, C, 1)
+        density = chance * share / sd * np.exp(-0.5 * (off / sd) ** 2)
+        total = np.sum(density, axis=(0, 2)) + 1e-300
+        own = density * (count / total)[:, None]
+        share = np.sum(own, axis=(0, 1)) / np.sum(count)
+        sd = np.sqrt(np.sum(own * off**2, axis=(0, 1)) / (share * np.sum(count) + 1e-300) + (0.1 * deviation) ** 2)
+        if sides:
+            p = float(np.sum(own[1:])) / np.sum(count)
+            pull = own[1:] / sd**2
+            extra = float(np.sum(pull * e[:, None] * turned[1:]) / (np.sum(pull) + 1e-300))
+    return float(count @ np.log(total)), float(p), extra

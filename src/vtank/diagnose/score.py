@@ -74,7 +74,7 @@ def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> f
     """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
     (effect,) = second.hypothesis.effects
     if all(q.counted for q in effect.parameters):
-        return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered, setting.flags)[0]
+        return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered)[0]
     if effect.outliers:
         return max(second.log_evidence - refit, 0.0)
     starts: list[Start] = [{k: v for k, v in second.start().items() if k in effect.slots()}]

@@ -7,7 +7,7 @@ paper does. What cannot be done is a sentence in place of a result.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -103,8 +103,8 @@ def compare(
     simulated = joint if calm else identify(runs, model, process_noise=False)
     single: dict[str, Estimate] = {}
     paper: dict[Estimator, dict[str, PaperEstimate | str]] = {estimator: {} for estimator in estimators}
-    for run, seen in zip(recorded, runs, strict=True):
-        alone = replace(joint.problem, runs=(seen,))
+    for k, run in enumerate(recorded):
+        alone = joint.problem.alone(k)
         single[run.name] = refit(alone, alone.initial(joint.vector()))
         for estimator, found in paper.items():
             found[run.name] = _paper(run, model, estimator)

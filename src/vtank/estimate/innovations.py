@@ -22,7 +22,8 @@ class Noise:
 
     sigma [m/s2] and correlation_time [s] are the stationary deviation and the memory of the disturbing acceleration
     (turbulence, wake); colour_sigma [m] and colour_time [s] are those of a coloured error of the sonar beside the white
-    one. Both zero is white measurement noise, the output-error case.
+    one. Both zero is white measurement noise, the output-error case. freedom: degrees of freedom of Student's t, as
+    which the white error is distributed; inf is normal.
     """
 
     variance: tuple[float, ...] = (1e-4,) * len(CHANNELS)
@@ -30,6 +31,7 @@ class Noise:
     correlation_time: float = 1.0
     colour_sigma: float = 0.0
     colour_time: float = 1.0
+    freedom: float = np.inf
 
     def calm(self) -> Noise:
         """The same white measurement noise alone."""

@@ -1,9 +1,9 @@
 """Maximum-likelihood identification of the surge model from all runs jointly.
 
-The sonar's range is predicted and never differentiated; initial states are free; turbulence is handled by the
-innovations of an extended Kalman filter when the residuals ask for it. Gauss-Newton on the innovations with the
-filter's gains held and renewed (prediction-error method: Ljung, System Identification, 1999, ch. 7 and 9); covariance
-from the Fisher information of all unknowns, initial states included.
+The sonar's range is predicted and never differentiated; initial states are free; turbulence and a coloured error of the
+sonar are handled by the innovations of an extended Kalman filter when the residuals ask for it, outliers by weights.
+Gauss-Newton on the innovations with the filter's gains held and renewed (prediction-error method: Ljung, System
+Identification, 1999, ch. 7 and 9); covariance from the Fisher information of all unknowns, initial states included.
 """
 
 from __future__ import annotations
@@ -18,6 +18,8 @@ from ..errors import InputError
 from ..plant.parameters import LAG, LOSS, LUMPED, vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
 from .first_guess import first_guesses, typical_acceleration
+from .heavy_tails import heavy, information, reweighted, standardised
+from .noise_search import COLOUR, DISTURBANCE, Part
 from .observed import POSITION, RANGE, Observed
 from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
@@ -38,6 +40,7 @@ WARM_UP = 2  # iterations beside the forgiving filter; a choice
 AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
 EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
+MOST_TURNS, REWEIGHTED = 20, 20  # alternations of noise and parameters, and of weights and parameters; choices
 SETTLED = 0.005  # gain in log-likelihood below which the noise level and the parameters agree
 
 
@@ -117,8 +120,9 @@ def identify(
 ) -> Estimate:
     """Fit Model I, II or III to all runs jointly.
 
-    base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force it,
-    None to look for it when the residuals are not white. InputError where the runs or the model do not go together.
+    base: parameter vector for what is not fitted (effects, stand-off); process_noise: True or False to force a
+    disturbance or a coloured error of the sonar, None to look for them when the residuals are not white. Heavy tails
+    are allowed for where there are any. InputError where the runs or the model do not go together.
     """
     base = vector({LAG: 0.0 if model == "I" else 0.5}, base)
     base[LINEAR_INPUT] = float(_common_input(runs) == "thrust_N")
@@ -163,10 +167,13 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
         end = min(end, other, key=lambda optimum: optimum.cost)
         if agree:
             break  # the rest is not for want of a better start
-    calm, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
-    restless = max(calm.noise.variance) > EXACT**2 and colour(calm.filter(end.theta)) > SUSPICIOUS
+    plain, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
+    heard = set().union(*(run.first for run in problem.runs))
+    exact = max(plain.noise.variance[kind] for kind in heard) <= EXACT**2
+    calm, end = (plain, end) if exact else _robust(plain, end, prior)
+    restless = not exact and colour(calm.filter(end.theta)) > SUSPICIOUS
     if process_noise or (process_noise is None and restless):
-        turbulent, other = _with_process_noise(problem, guesses[0], prior)
+        turbulent, other = _robust(*_restless(plain, end, guesses[0], prior), prior)
         if process_noise or _likelihood(turbulent, other) > _likelihood(calm, end) + WORTHWHILE:
             return _estimate(turbulent, other, prior)
     return _estimate(calm, end, prior)
@@ -184,8 +191,10 @@ def refit(problem: Problem, guess: np.ndarray) -> Estimate:
         return _estimate(problem, end, prior)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # where the model runs away there is none
 def _likelihood(problem: Problem, end: Optimum) -> float:
-    return problem.log_likelihood(problem.filter(end.theta))
+    found = problem.log_likelihood(problem.filter(end.theta))
+    return found if np.isfinite(found) else -np.inf
 
 
 def beforehand(problem: Problem, guess: np.ndarray) -> Prior:
@@ -232,19 +241,71 @@ def _weighted(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Op
     return problem, end
 
 
-def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
-    """Alternate between the noise level (likelihood of the filter) and the parameters (gains held)."""
-    problem = _forgiving(problem)
-    end = descend(problem, guess, prior, problem.filter(guess))
-    for rough in (*[True] * 3, *[False] * 17):
-        noise = noise_level(problem, end.theta, hold_memory=rough)
+def _robust(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Optimum]:
+    """The same under Student's t where the innovations have heavy tails: weights, level and parameters in turns."""
+    filtered = problem.filter(end.theta)
+    if not heavy(standardised(problem, filtered)):
+        return problem, end
+    before = -np.inf
+    for _ in range(REWEIGHTED):
+        problem = reweighted(problem, filtered)
+        end = descend(problem, end.theta, prior, problem.filter(end.theta))
+        filtered = problem.filter(end.theta)
+        likelihood = problem.log_likelihood(filtered)
+        if likelihood - before < SETTLED:
+            break
+        before = likelihood
+    return problem, end
+
+
+def _restless(calm: Problem, end: Optimum, guess: np.ndarray, prior: Prior) -> tuple[Problem, Optimum]:
+    """The likeliest of fits with a disturbance, a coloured error of the sonar, or both; what is simple comes first.
+
+    The search begins at the first guess, since rough water leads pure simulation astray, and with both, since a
+    coloured error that is taken for a disturbance leads the filter astray. A coloured error alone is sought at the
+    optimum of pure simulation as well.
+    """
+    forgiving = _forgiving(calm)
+    near = _near(forgiving, guess, prior)
+    filtered = forgiving.filter(near.theta)
+    if heavy(standardised(forgiving, filtered)):  # what simulation leaves in rough water says nothing about outliers
+        forgiving = reweighted(forgiving, filtered)
+        calm = replace(forgiving, noise=forgiving.noise.calm())
+    if not any(run.record.colour.any() for run in calm.runs):
+        return _alternate(forgiving, near, prior, (DISTURBANCE,), 3)
+    coloured = replace(forgiving.noise, colour_sigma=float(np.sqrt(forgiving.noise.variance[0])))
+    both = forgiving.with_noise(coloured)
+    both, near = _alternate(both, _near(both, guess, prior), prior, (DISTURBANCE, COLOUR))
+    asked, found = _likelihood(both, near) - WORTHWHILE, (both, near)
+    rough = both.with_noise(noise_level(both, near.theta, (DISTURBANCE,)))
+    if _likelihood(rough, near) > asked:
+        found = _alternate(rough, near, prior, (DISTURBANCE,))
+        asked = _likelihood(*found)
+    other = _alternate(calm, end, prior, (COLOUR,))
+    return other if _likelihood(*other) > asked else found
+
+
+def _near(problem: Problem, guess: np.ndarray, prior: Prior) -> Optimum:
+    """Optimum of a problem from a guess."""
+    return descend(problem, guess, prior, problem.filter(guess))
+
+
+def _alternate(
+    problem: Problem, end: Optimum, prior: Prior, parts: tuple[Part, ...], rough: int = 0
+) -> tuple[Problem, Optimum]:
+    """Alternate between the noise level (likelihood of the filter) and the parameters (gains held).
+
+    parts: what the noise has beside its white part; rough: rounds in which memories are held.
+    """
+    for turn in range(MOST_TURNS):
+        noise = noise_level(problem, end.theta, parts, turn < rough)
         if noise is problem.noise:
             break  # the simulation runs away: it says nothing about the noise
         problem = problem.with_noise(noise)
         filtered = problem.filter(end.theta)
         before = descend(problem, end.theta, prior, filtered, 0)
         end = descend(problem, end.theta, prior, filtered)
-        if end.converged and not rough and before.cost - end.cost < SETTLED:
+        if end.converged and turn >= rough and before.cost - end.cost < SETTLED:
             return problem, end
         problem = problem.with_noise(measurement_noise(problem, problem.filter(end.theta)))
     return problem, replace(end, converged=False)
@@ -253,9 +314,11 @@ def _with_process_noise(problem: Problem, guess: np.ndarray, prior: Prior) -> tu
 def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     filtered = problem.filter(end.theta)
     J = problem.jacobian(end.theta, filtered)
-    covariance = _inverse(J.T @ J + np.diag(prior.weight))
-    told, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
-    return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, told)
+    freedom = problem.noise.freedom
+    told = 1.0 if np.isinf(freedom) else information(standardised(problem, filtered), freedom)
+    covariance = _inverse(told * J.T @ J + np.diag(prior.weight))
+    warnings, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
+    return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, warnings)
 
 
 def _inverse(information: np.ndarray) -> np.ndarray:

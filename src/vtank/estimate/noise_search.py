@@ -17,6 +17,8 @@ from .problem import Noise
 LEAST = 1e-14  # [m2, m2/s2] variance below which no measurement is believed
 HOPELESS = 1e12  # cost of a level that makes no number of the innovations: the simulation has run away
 Likelihood = Callable[[Noise], tuple[float, float, int]]  # squares, logarithms and number, see squares_and_logs
+DISTURBANCE, COLOUR = ("sigma", "correlation_time"), ("colour_sigma", "colour_time")  # parts: deviation and memory
+Part = tuple[str, str]
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,7 @@ class NoiseSearch:
         noise: ratio of the channels' variances.
         sizes: least and largest deviation of the disturbance [m/s2] and of the coloured error [m].
         memories: shortest and longest of their memories [s].
+        parts: what the noise has beside its white part, as q tells them.
         usual: memory [s] and its spread [powers of e] beforehand, where something is known.
     """
 
@@ -35,27 +38,28 @@ class NoiseSearch:
     noise: Noise
     sizes: tuple[float, float]
     memories: tuple[float, float]
+    parts: tuple[Part, ...] = (DISTURBANCE,)
     usual: tuple[float, float] = (1.0, np.inf)
 
     def level(self, q: np.ndarray) -> tuple[Noise, float]:
-        """Noise level at q, shape (2,) or, with a coloured error, (4,); and its negative log-likelihood.
+        """Noise level at q, shape (2 parts,); and its negative log-likelihood.
 
         Where the innovations are no numbers, `noise` itself, at the cost HOPELESS.
         """
-        size = np.exp(np.clip(q[0::2], *np.log(self.sizes))).tolist()
-        memory = np.exp(np.clip(q[1::2], *np.log(self.memories))).tolist()
-        colour = {"colour_sigma": size[1], "colour_time": memory[1]} if q.size > 2 else {"colour_sigma": 0.0}
-        trial = replace(self.noise, sigma=size[0], correlation_time=memory[0], **colour)
+        size = np.exp(np.clip(q[0::2], *np.log(self.sizes)))
+        memory = np.exp(np.clip(q[1::2], *np.log(self.memories)))
+        levels = dict(zip(sum(self.parts, ()), np.column_stack([size, memory]).ravel().tolist(), strict=True))
+        trial = replace(self.noise.calm(), **levels)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):  # the simulation may run away
             squares, logs, count = self.likelihood(trial)
             scale = squares / count
-            strange = np.log(memory[0] / self.usual[0]) / self.usual[1]
-            cost = 0.5 * float(count * np.log(scale) + logs + strange**2)
+            strange = np.log(memory / self.usual[0]) / self.usual[1]
+            cost = 0.5 * float(count * np.log(scale) + logs + strange @ strange)
         if not np.isfinite(cost):
             return self.noise, HOPELESS
         variance = tuple(max(float(v * scale), LEAST) for v in trial.variance)
         root = float(np.sqrt(scale))
-        sigma = max(trial.sigma * root, self.sizes[0])
+        sigma = max(trial.sigma * root, self.sizes[0]) if DISTURBANCE in self.parts else 0.0
         return replace(trial, variance=variance, sigma=sigma, colour_sigma=trial.colour_sigma * root), cost
 
     def likeliest(

@@ -62,6 +62,11 @@ class Problem:
         """The same problem at another noise level."""
         return replace(self, noise=noise)
 
+    def alone(self, run: int) -> Problem:
+        """The same problem for one of its runs."""
+        weight, forcing = (part and (part[run],) for part in (self.weight, self.forcing))
+        return replace(self, runs=(self.runs[run],), weight=weight, forcing=forcing)
+
     # --- layout of theta -------------------------------------------------------------------------------------
     @property
     def lagging(self) -> list[str]:
@@ -187,13 +192,29 @@ class Problem:
         """Which measurements of a run count, shape (M,) of bool."""
         return np.ones(self.runs[run].time_s.size, bool) if self.weight is None else self.weight[run] < FLAGGED
 
+    def unweighted(self, run: int, filtered: Filtered) -> np.ndarray:
+        """Variances that the innovations of a run would have without the measurements' own weights, shape (M,)."""
+        added = self.noise_variance(run) - np.array(self.noise.variance)[self.runs[run].kind]
+        return np.asarray(filtered.variance - added)
+
     def log_likelihood(self, filtered: Sequence[Filtered]) -> float:
-        """Gaussian log-likelihood of the innovations that count."""
+        """Log-likelihood of the innovations that count: normal, or of Student's t where the noise is."""
         total = 0.0
         for k, f in enumerate(filtered):
-            e, S = f.innovation[self.used(k)], f.variance[self.used(k)]
-            total -= 0.5 * float(np.sum(e**2 / S + np.log(2.0 * np.pi * S)))
+            e, used = f.innovation[self.used(k)], self.used(k)
+            if np.isfinite(self.noise.freedom):
+                S = self.unweighted(k, f)[used]
+                total += student(e / np.sqrt(S), self.noise.freedom) - 0.5 * float(np.sum(np.log(S)))
+            else:
+                S = f.variance[used]
+                total -= 0.5 * float(np.sum(e**2 / S + np.log(2.0 * np.pi * S)))
         return total
+
+
+def student(residual: np.ndarray, freedom: float) -> float:
+    """Log-likelihood of residuals over their scales under Student's t, shape (M,)."""
+    each = math.lgamma(0.5 * (freedom + 1.0)) - math.lgamma(0.5 * freedom) - 0.5 * math.log(math.pi * freedom)
+    return residual.size * each - 0.5 * (freedom + 1.0) * float(np.sum(np.log1p(residual**2 / freedom)))
 
 
 @law

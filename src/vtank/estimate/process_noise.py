@@ -1,7 +1,7 @@
-"""Turbulence as process noise: does the data ask for it, and how strong is it?
+"""Turbulence as process noise, and a coloured error of the sonar: does the data ask for them, and how strong are they?
 
-The disturbance is an Ornstein-Uhlenbeck acceleration among the states of the extended Kalman filter; its deviation
-and memory, and the measurement noise, are those that make the innovations most likely.
+The disturbance is an Ornstein-Uhlenbeck acceleration among the states of the extended Kalman filter, the coloured error
+one beside them; deviations and memories, and the white noise, are those that make the innovations most likely.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from .first_guess import typical_acceleration
 from .noise_likelihood import linearised, squares_and_logs
-from .noise_search import LEAST, NoiseSearch
+from .noise_search import COLOUR, DISTURBANCE, LEAST, NoiseSearch, Part
 from .observed import CHANNELS
 from .problem import Filtered, Noise, Problem
 
@@ -52,16 +52,21 @@ def measurement_noise(problem: Problem, filtered: Sequence[Filtered]) -> Noise:
     return replace(problem.noise, variance=tuple(variance))
 
 
-def noise_level(problem: Problem, theta: np.ndarray, hold_memory: bool = False) -> Noise:
-    """Measurement noise, disturbance and its memory that make the innovations at theta most likely.
+def noise_level(
+    problem: Problem, theta: np.ndarray, parts: tuple[Part, ...] = (DISTURBANCE,), hold_memory: bool = False
+) -> Noise:
+    """Measurement noise and the parts beside it, with their memories, that make the innovations at theta most likely.
 
-    hold_memory: leave the memory as it is in the problem. Where the simulation runs away, the problem's own noise.
+    hold_memory: leave the memory of a disturbance as it is in the problem. Where the simulation runs away, the
+    problem's own noise.
     """
     noise, likelihood = problem.noise, partial(squares_and_logs, linearised(problem, theta))
-    search = NoiseSearch(likelihood, noise, SIZES, MEMORY_S, (USUAL_MEMORY_S, SPREAD))
-    start = np.log([noise.sigma or 0.1 * typical_acceleration(problem.runs), noise.correlation_time])
+    search = NoiseSearch(likelihood, noise, SIZES, MEMORY_S, parts, (USUAL_MEMORY_S, SPREAD))
+    first = {DISTURBANCE: 0.1 * typical_acceleration(problem.runs), COLOUR: float(np.sqrt(noise.variance[0]))}
+    levels = [(getattr(noise, size) or first[size, memory], getattr(noise, memory)) for size, memory in parts]
+    start = np.log(np.array(levels).ravel())
     if not hold_memory:
-        return search.likeliest(start, (-0.3, 0.3), 60, 0.1, 0.1)[0]
+        return search.likeliest(start, (-0.3, 0.3) * len(parts), 60 * len(parts), 0.1, 0.1)[0]
     bounds = start[0] - 5.0, start[0] + 2.0
     x = minimize_scalar(lambda x: search.level(np.array([x, start[1]]))[1], bounds=bounds, options={"xatol": 0.2}).x
     return search.level(np.array([x, start[1]]))[0]

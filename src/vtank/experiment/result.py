@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..plant.law import SLOTS
 from ..plant.parameters import NAMES
 from ..record import Run
 from .clearance import check_motion
@@ -57,7 +58,11 @@ class Result:
             "truth": plan.truth.name,
             "seed": plan.seed,
             "run_number": plan.run,
-            "parameters": {name: value for name, value in plan.parameters.items() if np.isfinite(value)},
+            "parameters": {
+                name: value
+                for name, value in plan.parameters.items()
+                if np.isfinite(value) and (value or name not in SLOTS)
+            },
             "effects": {name: value for name, value in plan.parameters.items() if value != nominal[name]},
             "noise": {
                 "sonar_m": plan.scenario.sonar.noise_m,

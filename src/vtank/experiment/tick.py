@@ -19,7 +19,8 @@ from ..effects import (
     tachometer_bias,
     tachometer_spikes,
 )
-from ..plant.parameters import indices
+from ..plant.parameters import indices, slot
+from ..plant.surge import STANDOFF, law_product
 from .flight import COMMAND, COMMAND_RATE, RANGE, RANGE_RATE, READING, SPEED, SPEED_READING
 from .noise import DROPOUT, MULTIPATH, SONAR, SPIKE, TACHOMETER
 from .sonar_filter import filter_step
@@ -28,6 +29,7 @@ from .sonar_filter import filter_step
 (SCALE,), (OFFSET,), (BIAS,) = (indices(e.EFFECT) for e in (sonar_scale, sonar_offset, tachometer_bias))
 MULTIPATH_P, MULTIPATH_EXTRA = indices(sonar_multipath.EFFECT)
 SPIKE_P, SPIKE_SIZE = indices(tachometer_spikes.EFFECT)
+RANGE_LAW = slot("law.range")
 
 ROUNDING = 1e-9  # [ticks] instants closer than this to a tick are that tick
 
@@ -61,6 +63,9 @@ def range_reading(f, i, k, ping, t_echo):
     path = true_range(f, i, t_echo)
     if not math.isfinite(path) or path > setting.max_range_m:
         return math.nan
+    if p[RANGE_LAW] != 0.0:
+        u = -f.history[i, RANGE_RATE, int(t_echo / setting.period_s + ROUNDING)]
+        path += p[RANGE_LAW] * law_product(t_echo, p[STANDOFF] - path, u, 0.0, 0.0, 0.0, path, 0.0, p)
     path = sonar_multipath.reading(path, p[MULTIPATH_P], p[MULTIPATH_EXTRA], f.noise[i, MULTIPATH, ping])
     reading = sonar_offset.reading(sonar_scale.reading(path, p[SCALE]), p[OFFSET]) + f.noise[i, SONAR, ping]
     step = setting.resolution_m

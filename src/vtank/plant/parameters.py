@@ -14,6 +14,7 @@ from ..effects import thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
+from . import law
 
 # Plain parameters: name -> (unit, value where nothing is stated)
 PLAIN: dict[str, tuple[str, float]] = {
@@ -22,6 +23,7 @@ PLAIN: dict[str, tuple[str, float]] = {
     "force_offset": ("N", 0.0),  # what a transducer or amplifier reads where there is no force
     "linear_input": ("-", 0.0),  # share of thrust that goes with the input, not its square: 1 where it is a thrust
     "standoff": ("m", 3.048),  # distance from sonar to wall at x = 0: 10 ft, the paper's section IV (confidence H)
+    **law.SLOTS,  # a law that is data
 }
 
 # What stands for a unit with revolutions in it where the input is no propeller speed

@@ -1,9 +1,10 @@
 """The surge equation of motion, once, for the surge model, the MuJoCo tank and the diagnosis.
 
     (1 + mass g) du/dt = (1 + drag g) alpha (|u_r| + e u_r) u_r + z + gamma |n_e| u_r
-                         - c u_r - f sign(u) - k x - 1.5 mass g/gap u^2 + disturbance  [+ dU_w/dt outside the bracket]
+                         - c u_r - f sign(u) - k x - 1.5 mass g/gap u^2 + law + disturbance
+                         [+ dU_w/dt outside the bracket]
     tau dz/dt          = beta (|n_e| + e n_e) n_e exp(-r t) - z
-    T dwake/dt         = k u - wake
+    T dwake/dt         = k u - wake, or the memory of `law`, a product of factors that is data (law.py)
     u_r                = u - U - U_w - wake
 
 With every effect at its null value this is the paper's Model III, eqs. (4) and (5) with the cross term gamma u|n|:
@@ -35,6 +36,7 @@ from ..effects import (
     wall_proximity,
 )
 from ..effects.catalogue import CATALOGUE
+from . import law
 from .hooks import chained, shifting
 from .parameters import LAG, NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
@@ -53,6 +55,8 @@ DEADBAND, SATURATION = slot("thrust_deadband.n0"), slot("thrust_saturation.n_max
 THRUST_ASYMMETRY = slot("thrust_asymmetry.e")
 GAMMA, TAU = slot("thrust_loss.gamma"), slot("thrust_lag.tau")
 SAG = slot("supply_sag.r")
+LAW, FACTORS, MEMORY = slot("law.force"), slot("law.variable1"), slot("law.memory_kind")
+MEMORY_END = slot("law.memory_b") + 1
 
 
 @term
@@ -90,6 +94,23 @@ def wake_rate(u, wake, p):
 
 
 @term
+def memory_rate(t, x, u, z, wake, n, p):
+    """d/dt of what the state `wake` holds: the hull's wake, or the memory of a law that has one."""
+    if p[MEMORY] != 0.0:
+        return law.memory_rate(t, x, u, z, wake, n, p[MEMORY:MEMORY_END])
+    return wake_rate(u, wake, p)
+
+
+@term
+def law_product(t, x, u, z, wake, n, gap, acceleration, p):
+    """Product of the factors of a law that is data, in SI."""
+    fresh = 0.0 * u
+    if p[MEMORY] != 0.0:
+        fresh = law.driven(t, x, u, z, n, p[MEMORY:MEMORY_END]) - wake
+    return law.product(t, x, u, z, wake, n, gap, acceleration, fresh, p[FACTORS:MEMORY])
+
+
+@term
 def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
     """du/dt [m/s2]; z is the thrust that acts now (`thrust_now`), disturbance an acceleration [m/s2].
 
@@ -116,6 +137,8 @@ def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
         force = force + tether.acceleration(x, p[TETHER])
     if p[WALL_MASS] != 0.0:
         force = force - wall_proximity.inertia_gradient(gap, p[WALL_MASS]) * u * u
+    if p[LAW] != 0.0:
+        force = force + p[LAW] * law_product(t, x, u, z, wake, n, gap, force, p)
     force = force + disturbance
     if p[WALL_MASS] != 0.0:
         force = force / wall_proximity.inertia_factor(gap, p[WALL_MASS])
@@ -135,7 +158,7 @@ def rates(t, s, n, push, p):
     """d/dt of (x, u, z, wake) at present thrust z [m/s2]; the lag itself is solved exactly (`Plant`)."""
     x, u, z, wake = s
     du = surge_acceleration(t, x, u, z, wake, n[0], p[STANDOFF] - x, push[0], p)
-    return u, du, 0.0, wake_rate(u, wake, p)
+    return u, du, 0.0, memory_rate(t, x, u, z, wake, n[0], p)
 
 
 @term

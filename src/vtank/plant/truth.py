@@ -18,13 +18,14 @@ from ..effects.effect import unit_suffix
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
+from .formula import read_law
 from .lumped import Lumped, from_feet, lump, propeller_forces
 from .parameters import LUMPED, unit_of, vector
 from .vehicle import load_vehicle
 
 FEET = ("a_per_ft", "b_ft_per_rev2", "gamma_per_rev", "tau_s")
 SI = ("alpha_per_m", "beta_m_per_rev2", "gamma_per_rev", "tau_s")
-OWN = ("name", "source", "n_limit_rev_s", "moving_mass_kg", "lumped", "derived", "effects")
+OWN = ("name", "source", "n_limit_rev_s", "moving_mass_kg", "lumped", "derived", "effects", "law")
 PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # what a diagnosed model has besides
 
 
@@ -32,7 +33,7 @@ PASSED_OVER = ("schema", "input", "verdict", "noise", "nominal", "refit")  # wha
 class Truth(Lumped):
     """Surge parameters, with a name, the largest propeller speed either way [rev/s] and their origin.
 
-    effects: slot of the parameter vector -> value, of effects that are switched on besides.
+    effects: slot of the parameter vector -> value, of effects that are switched on besides, and of a law that is data.
     moving_mass_kg: of its vehicle, None where neither the file nor what it is derived from says it.
     """
 
@@ -75,7 +76,7 @@ def load_truth(name_or_path: str | Path) -> Truth:
         name=file.text("name"),
         n_limit_rev_s=file.positive("n_limit_rev_s"),
         source=file.text("source"),
-        effects=read_effects(file.table("effects")),
+        effects=read_effects(file.table("effects")) | read_law(file),
         moving_mass_kg=mass_kg,
     )
 

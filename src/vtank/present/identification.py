@@ -72,6 +72,13 @@ def sentences(c: Comparison) -> Iterator[str]:
     rows = [(np.sqrt(noise.variance[kind]), channels(c.runs[0].plant)[kind]) for kind in heard]
     levels = ", ".join(f"{sd:.2g} {row.unit} on {row.words or row.name}" for sd, row in rows)
     yield f"Measurement noise: {levels}."
+    if np.isfinite(noise.freedom):
+        yield f"Its tails are heavy: Student's t of {noise.freedom:.2g} degrees of freedom, of that scale."
+    if noise.colour_sigma > 0.0:
+        yield (
+            f"Beside it the range errs by {noise.colour_sigma:.2g} m for about {noise.colour_time:.2g} s at a time "
+            f"(coloured noise of the sonar)."
+        )
     if noise.sigma > 0.0:
         yield (
             f"Something else moves the hull: a disturbance of {noise.sigma:.2g} m/s2 that lasts about "

@@ -35,7 +35,7 @@ from ..plant.sixdof import (
     to_body,
     to_world,
 )
-from ..plant.surge import surge_acceleration, thrust_now, thrust_rate, thrust_target, wake_rate
+from ..plant.surge import memory_rate, surge_acceleration, thrust_now, thrust_rate, thrust_target
 from .layout import AT, FIELDS, MAGIC, MAX_THRUSTERS, SIZE
 from .offsets import OFFSETS
 
@@ -146,7 +146,7 @@ def surge(
     thrust = thrust_now(lag, target, p)
     force = moving_mass * surge_acceleration(time, position[0], u, thrust, wake, n, gap, user[AT.disturbance_m_s2], p)
     rate[0] = thrust_rate(lag, target, p)
-    rate[1] = wake_rate(u, wake, p)
+    rate[1] = memory_rate(time, position[0], u, thrust, wake, n, p)
     return force, 0.0, 0.0, 0.0, user[AT.propeller_z_m] * moving_mass * thrust, 0.0
 
 
