@@ -183,7 +183,7 @@ def test_functions_are_those_of_a_smooth_process() -> None:
     assert both.shape == (33, PRODUCTS)
     square = np.einsum("ik,jl->ijkl", columns, columns).reshape(33 * 33, -1)
     kept = products_of(np.repeat(columns, 33, axis=0), np.tile(columns, (33, 1)))
-    assert np.sum(kept**2) > 0.96 * np.sum(square**2)
+    assert np.sum(kept**2) > 0.92 * np.sum(square**2)
 
 
 def test_memory_fades_exponentially_at_any_rate() -> None:
