@@ -16,7 +16,7 @@ from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
 KEYS = ["schema", "nominal", "verdict", "probabilities", "budget", "disturbance", "unexplained", "worse", "unnamed",
-        "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
+        "laws", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -90,7 +90,7 @@ def test_nothing_is_found_beside_the_effect_that_was_there() -> None:
     assert free.fit.hypothesis.name == "linear_drag" and free.left < 0.0 and not free.components
 
 
-# --- own parameters that differ by run ---------------------------------------------------------------------------------
+# --- own parameters that differ by run --------------------------------------------------------------------------------
 @pytest.mark.parametrize("about", OWN)
 def test_an_own_parameter_that_differs_by_run_varies(about: str) -> None:
     found = find(own(about), "linear_drag", "thrust_loss")

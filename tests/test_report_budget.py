@@ -154,6 +154,18 @@ def test_shares_in_percent(value: float, text: str) -> None:
     assert words_budget.share(value) == text
 
 
+def test_a_missing_law_is_told_with_its_formula() -> None:
+    law = {"formula": "c * speed^1.5 [m/s2]", "sentence": "A force goes with the power 1.5 of speed.",
+           "gap_closed": 0.93, "probability": 0.62}  # fmt: skip
+    told = " ".join(
+        terminal_text(budgeted("unknown", lines(0.2, {}, 0.7, 0.03, 0.07), component(), laws=[law])).split()
+    )
+    assert (
+        "Law A force goes with the power 1.5 of speed. c * speed^1.5 [m/s2]. It closes 93 % of what refitting" in told
+    )
+    assert "Law " not in terminal_text(budgeted("unknown", lines(0.2, {}, 0.7, 0.03, 0.07), laws=[]))
+
+
 # --- by run, from recordings ---------------------------------------------------------------------------------------
 @pytest.mark.parametrize("lag_s", [0.7074, 0.0])
 def test_a_gain_that_differs_is_measured_in_percent(lag_s: float) -> None:

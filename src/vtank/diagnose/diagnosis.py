@@ -42,6 +42,7 @@ ORDER = (
     "unexplained",
     "worse",
     "unnamed",
+    "laws",
     "where",
     "shrink",
     "estimates",
@@ -142,7 +143,7 @@ class Diagnosis:
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/2."""
         with ThreadPoolExecutor(2) as pool:  # those in a row do not need one another
-            for row in (("where", "left_out", "next_experiment"), ("held_out", "budget")):
+            for row in (("where", "left_out", "next_experiment", "laws"), ("held_out", "budget")):
                 list(pool.map(partial(getattr, self), row))
         left = self.budget.unexplained
         parts = self.summary() | {

@@ -17,7 +17,7 @@ def sections(document: Document, data: WhereData) -> Iterator[Block]:
     """The whole report."""
     for section in (opening, budget, how_far, runs, where, over_time, over_frequency, over_motion):
         yield from section(document, data)
-    for rest in (which, estimates, what_next):
+    for rest in (which, estimates, laws, what_next):
         yield from rest(document)
 
 
@@ -179,6 +179,13 @@ def estimates(document: Document) -> Iterator[Block]:
     yield Table(own[0], tuple(own[1:]))
     if found := tuple(words.in_newton(document)):
         yield Table(("with the diagnosis", "value", "95 % interval", "unit"), found)
+
+
+def laws(document: Document) -> Iterator[Block]:
+    """What a cause without a name may be."""
+    if told := [*words_budget.laws(document)]:
+        yield Heading("The missing law")
+        yield from map(Paragraph, told)
 
 
 def what_next(document: Document) -> Iterator[Block]:

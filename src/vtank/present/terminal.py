@@ -21,6 +21,7 @@ def terminal_text(document: Document, width: int = 100) -> str:
         *([("Budget", paragraphs(*shares))] if (shares := words_budget.budget(document)) else []),
         ("Where", paragraphs(place, words.frequency(document), words.region(document))),
         ("Which", (leading(document), *paragraphs(*sizes(document), *own(document)))),
+        *([("Law", paragraphs(*found))] if (found := [*words_budget.laws(document)]) else []),
         ("How far", (gap_table(document), Paragraph(words.shrinkage(document)))),
         ("Ties", paragraphs(*(words.ties(document) or [words.NO_TIES]))),
         ("Next", paragraphs(words.next_experiment(document))),

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..diagnose.freeform.pursuit import OWN
+from .numbers import percent
 from .words import WORDS, Document, effect_name, foreign, left_out, length, listed, number
 
 TOLD = 0.0005  # share below which a line of the budget is not worth its words; a choice
@@ -160,6 +161,13 @@ def place(c: dict[str, Any], document: Document) -> str:
         case "run":
             return f"it looks {looks}, of another size in every run"
     return ""
+
+
+def laws(document: Document) -> Iterator[str]:
+    """Formulas that would be the missing law, a sentence or two for each."""
+    for law in document.get("laws", ()):
+        closes = f"It closes {share(min(law['gap_closed'], 1.0))} of what refitting leaves on data left out"
+        yield f"{law['sentence']} {law['formula']}. {closes} (probability {percent(law['probability'])})."
 
 
 def by_run(document: Document) -> Iterator[str]:

@@ -9,8 +9,8 @@ import numpy as np
 
 from ...plant.formula import Factor, Memory
 from ...plant.law import KINDS, OPERATIONS, VARIABLES, remember, tabulate
-from ..discrepancy import simulated_tracks
 from ..evidence import Fitted
+from ..freeform import simulated_tracks
 
 
 @dataclass(frozen=True)
