@@ -74,6 +74,7 @@ def test_what_is_not_explained_is_told_with_what_it_goes_with() -> None:
     shares = lines(0.2, {}, 0.7, 0.03, 0.07)
     found = budgeted("unknown", shares, component(), component(about="speed and input"))
     assert words_budget.unexplained(found) == "73 % is not explained; it repeats, and goes with speed and input."
+    assert words_budget.unexplained(budgeted("unknown", shares)) == "73 % is not explained; it repeats."
     found = budgeted("unknown", shares, component(about="drag over time"), component(about="place", force=False))
     assert words_budget.unexplained(found) == (
         "73 % is not explained; it repeats, and is drag that changes with the time since the start of a run and is an "
@@ -120,7 +121,7 @@ def test_parameters_that_differ_from_run_to_run_are_told_in_order() -> None:
     found["verdict"]["varying"] = ["beta", "alpha"]
     assert words.verdict(found).endswith("but its thrust gain and quadratic drag differ from run to run.")
     found["estimates"] = {"seiche": {}}
-    assert words.verdict(found) == "Thrust gain and quadratic drag differ from run to run, beside seiche."
+    assert words.verdict(found) == "Thrust gain and quadratic drag differ from run to run."
 
 
 def test_a_disturbance_that_still_water_does_not_have_is_always_said() -> None:

@@ -75,11 +75,16 @@ class Budget:
 
 
 def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut | None = None) -> Budget:
-    """Share the gap out; verdict: whose effects are named; found: parts left out, where they are known already."""
+    """Share the gap out; verdict: whose effects are named; found: parts left out, where they are known already.
+
+    An effect that is in the verdict's fit but not named there is part of what repeats without a name.
+    """
     found = found or left_out(selection, verdict)
     parts, targets = found.parts, targets_of(found.parts.setting)
     free = next((f for f in selection.free if f.fit is verdict.fit), None)
-    errors = [(*fold.chain, _beside(free, parts, targets[k], k, fold.chain[-1])) for k, fold in enumerate(found.folds)]
+    chain = found.chain if verdict.effects else found.chain[:2]
+    beside = [_beside(free, parts, targets[k], k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
+    errors = [(*fold.chain[: len(chain)], last) for fold, last in zip(found.folds, beside, strict=True)]
     steps = np.hstack([[_blocks(e**2) for e in steps] for steps in errors])
     noise = np.hstack([_blocks((target.variance + target.coloured)[target.scored]) for target in targets])
     if np.sum(steps[-1]) > np.sum(steps[-2]):
@@ -87,15 +92,15 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     drawn = np.random.default_rng(seed).integers(noise.size, size=(DRAWS, noise.size))
     shares = _shares(steps.sum(axis=1), noise.sum())
     low, high = np.quantile(_shares(steps[:, drawn].sum(axis=2), noise[drawn].sum(axis=1)), (0.05, 0.95), axis=1)
-    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(found.chain)), *REST]
+    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(chain)), *REST]
     lines = [
         Line(*name, float(share), (float(a), float(b)))
         for name, share, a, b in zip(names, shares, low, high, strict=True)
     ]
     unit = "m" if any(run.has_position for run in parts.setting.runs) else "m/s"
     nominal = float(np.sqrt(steps[0].sum() / sum(e[0].size for e in errors)))
-    pairs = zip(parts.setting.runs, errors, strict=True)
-    worse = tuple(part.name for part, steps in pairs if np.mean(steps[-2] ** 2) > np.mean(steps[1] ** 2))
+    pairs = zip(parts.setting.runs, found.folds, strict=True)
+    worse = tuple(part.name for part, f in pairs if np.mean(f.chain[-1] ** 2) > np.mean(f.chain[1] ** 2))
     return Budget(tuple(lines[:-1]), lines[-1], unit, nominal, worse)
 
 

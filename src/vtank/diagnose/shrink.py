@@ -138,19 +138,18 @@ class LeftOut:
 
 def left_out(selection: Selection, verdict: Verdict) -> LeftOut:
     """Leave out every part in turn."""
-    parts, chain = parts_of(selection.setting), chain_of(selection, verdict.fit)
+    parts, chain = parts_of(selection.setting), chain_of(selection, verdict)
     with ThreadPoolExecutor(2) as pool:
         folds = pool.map(partial(leave_out, selection, parts, chain=chain), range(len(parts.parent)))
         return LeftOut(parts, chain, tuple(folds))
 
 
-def chain_of(selection: Selection, fit: Fitted) -> tuple[Fitted, ...]:
-    """Nominal, refit, and the fit's effects one after the other, as far as they were fitted alone."""
+def chain_of(selection: Selection, verdict: Verdict) -> tuple[Fitted, ...]:
+    """Nominal, refit, the named effects one after the other as far as they were fitted alone, and the verdict's fit."""
     known = {frozenset(e.name for e in f.hypothesis.effects): f for f in selection.named}
-    effects = [e.name for e in fit.hypothesis.effects]
-    sets = [frozenset(effects[: i + 1]) for i in range(len(effects) - 1)]
+    sets = [frozenset(verdict.effects[: i + 1]) for i in range(len(verdict.effects) - 1)]
     between = [known[names] for names in sets if names in known]
-    return (selection.nominal, selection.refit, *between, *([fit] if effects else []))
+    return (selection.nominal, selection.refit, *between, *([verdict.fit] if verdict.fit.hypothesis.effects else []))
 
 
 def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted] = ()) -> Fold:

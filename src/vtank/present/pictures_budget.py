@@ -14,9 +14,9 @@ from . import words, words_budget
 from .pictures import WIDTH, in_thousandths, shortened
 from .svg import Panel, Scale, around, picture
 
-NAMES, NUMBERS = 200.0, 120.0  # [px] for the lines' names and their sizes
+NAMES, NUMBERS = 200.0, 150.0  # [px] for the lines' names and their sizes
 ROW = 34.0  # [px] of a line
-STYLES = {"parameters": "refit", "effect": "diagnosed", "repeatable": "mark", "disturbance": "nominal"}
+STYLES = {"parameters": "refit", "effect": "diagnosed", "repeatable": "found", "disturbance": "nominal"}
 MEASURED = {RANGE: "range", POSITION: "position", SPEED: "speed"}
 LEFT = 66.0  # [px] for the labels of the vertical axis
 TRACE, ERROR, PITCH = 120.0, 60.0, 262.0  # [px] height of a run's trace and of its error, and from run to run

@@ -104,9 +104,8 @@ def verdict(document: Document) -> str:
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
         case "varying":
             text = f"{varying(document)} from run to run"
-            beside = listed([effect_name(name) for name in document["estimates"]])
             alone = f"The simulator's structure is right, but its {text}."
-            return f"{text.capitalize()}, beside {beside}." if beside else alone
+            return f"{text.capitalize()}." if document["estimates"] else alone
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."

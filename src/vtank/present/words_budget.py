@@ -97,9 +97,9 @@ def unexplained(document: Document) -> str:
         return ""
     text = f"{share(rest['share'])} is not explained"
     functions = [c for c in found if c["kind"] == "function"]
-    if not functions:
-        return f"{text}."
     again = sum(line["share"] for line in document["budget"] if line["kind"] == "repeatable") >= TOLD
+    if not functions:
+        return f"{text}; it repeats." if again else f"{text}."
     lead = "it repeats, and" if again else "it does not come again on data left out, but here"
     return f"{text}; {lead} {listed([*goes(functions, document)])}."
 
