@@ -91,11 +91,11 @@ def _compared(selection: Selection, verdict: Verdict) -> tuple[list[np.ndarray],
     nominal, refit = selection.nominal, selection.refit
     if verdict.kind in ("none", "parameters"):
         return pointwise(selection, nominal), pointwise(selection, refit), ("nominal", "parameters")
-    if verdict.kind == "unknown":
+    if verdict.kind in ("unknown", "varying"):
         free = selection.beyond
         if free.components:
             after = _gaussian(free.fit.problem, with_discrepancy(free))
-            return pointwise(selection, free.fit), after, (free.fit.hypothesis.name, "unknown")
+            return pointwise(selection, free.fit), after, (free.fit.hypothesis.name, verdict.kind)
     return pointwise(selection, refit), pointwise(selection, verdict.fit), ("parameters", verdict.fit.hypothesis.name)
 
 
