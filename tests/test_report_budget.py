@@ -84,6 +84,15 @@ def test_what_is_not_explained_is_told_with_what_it_goes_with() -> None:
     assert "an error of the readings" in words_budget.unexplained(found)
 
 
+def test_what_earns_little_beside_the_most_telling_is_left_out() -> None:
+    own = [{"run": "a", "change": 0.1, "sd": 0.2}]
+    weak = component("run", "thrust", runs=own, gain=3.0), component(about="place", gain=3.5)
+    found = budgeted("unknown", lines(0.2, {}, 0.7, 0.03, 0.07), component(gain=100.0), *weak)
+    assert words_budget.budget(found)[1:] == ["73 % is not explained; it repeats, and goes with speed."]
+    found["verdict"]["kind"] = "varying"
+    assert "Thrust gain differs" in words_budget.budget(found)[-1]
+
+
 def test_what_does_not_come_again_is_said_not_to() -> None:
     found = budgeted("unknown", lines(0.2, {}, 0.0, 0.73, 0.07), component())
     assert words_budget.unexplained(found) == (

@@ -7,7 +7,7 @@ from typing import Any
 
 from ..diagnose.freeform.pursuit import OWN
 from .numbers import percent
-from .words import WORDS, Document, effect_name, foreign, left_out, length, listed, number
+from .words import MINOR, WORDS, Document, effect_name, foreign, left_out, length, listed, number
 
 TOLD = 0.0005  # share below which a line of the budget is not worth its words; a choice
 NOTABLE = 0.05  # share without an explanation from which it is told what it goes with, whatever the verdict; a choice
@@ -96,7 +96,7 @@ def unexplained(document: Document) -> str:
     if not rest or not (doubt or (found and rest["share"] >= NOTABLE)):
         return ""
     text = f"{share(rest['share'])} is not explained"
-    functions = [c for c in found if c["kind"] == "function"]
+    functions = leading([c for c in found if c["kind"] == "function"])
     again = sum(line["share"] for line in document["budget"] if line["kind"] == "repeatable") >= TOLD
     if not functions:
         return f"{text}; it repeats." if again else f"{text}."
@@ -107,6 +107,11 @@ def unexplained(document: Document) -> str:
 def strangers(document: Document) -> list[dict[str, Any]]:
     """What has no name; own parameters that differ from run to run have one."""
     return [c for c in document.get("unnamed", ()) if not c["runs"]]
+
+
+def leading(found: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """What earns little beside the first is left out."""
+    return [c for c in found if c["gain"] > MINOR * found[0]["gain"]]
 
 
 def goes(functions: list[dict[str, Any]], document: Document) -> Iterator[str]:
@@ -172,7 +177,8 @@ def laws(document: Document) -> Iterator[str]:
 
 def by_run(document: Document) -> Iterator[str]:
     """By how much own parameters differ from run to run, a sentence for each."""
-    for c in document.get("unnamed", ()):
+    found = document.get("unnamed", [])
+    for c in found if document["verdict"]["kind"] == "varying" else leading(found):
         if c["runs"]:
             name = WORDS["own"][OWN[c["about"]]]
             sizes = [f"{100.0 * r['change']:+.1f} ± {100.0 * r['sd']:.1f} %" for r in c["runs"]]
