@@ -111,9 +111,10 @@ class Fitted:
 def build(setting: Setting, hypothesis: Hypothesis, start: Start) -> tuple[Problem, np.ndarray]:
     """The least-squares problem of a hypothesis and a first guess of its unknowns."""
     fitted = [(name, parameter) for name, parameter in hypothesis.parameters() if not parameter.counted]
-    free = nuisance(setting.nominal) if hypothesis.refit else ()
+    varying = tuple(name for name, _, _ in hypothesis.varying)
+    free = tuple(name for name in nuisance(setting.nominal) if name not in varying) if hypothesis.refit else ()
     free += tuple(name for name, parameter in fitted if not parameter.per_run)
-    per_run = tuple(name for name, parameter in fitted if parameter.per_run)
+    per_run = (*varying, *(name for name, parameter in fitted if parameter.per_run))
     base = vector({k: float(v) for k, v in start.items() if np.ndim(v) == 0}, setting.nominal)
     problem = Problem(setting.runs, base, free, per_run, setting.noise, setting.weight)
     theta = problem.initial()
@@ -144,7 +145,8 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
         else:
             sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
         rows.append((nominal, sd, low, high))
-    own = [(0.0, _spread(known[name]), -np.inf, np.inf) for name in problem.per_run]
+    varies = {name: (mean, sd, 1e-3 if name == LAG else -np.inf, np.inf) for name, mean, sd in hypothesis.varying}
+    own = [varies.get(name) or (0.0, _spread(known[name]), -np.inf, np.inf) for name in problem.per_run]
     first, count = problem.initial(), len(own)
     for k in range(len(problem.runs)):
         states = zip(first[problem.own_slice(k)][count:], START_SD[list(problem.start_states(k))], strict=True)

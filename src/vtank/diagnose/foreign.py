@@ -73,7 +73,7 @@ def gap(setting: Setting, fit: Fitted) -> float:
 
 def _settled(selection: Selection) -> Selection:
     """Everything weighed again at the noise level of the best hypothesis."""
-    setting = settle(selection.setting, [selection.best])
+    setting, _ = settle(selection.setting, [selection.best])
     fits = selection.fits
     nominal, refit, *named = weigh_all(setting, [f.hypothesis for f in fits], [[f.start()] for f in fits])
     named.sort(key=lambda f: -f.log_evidence)

@@ -24,14 +24,18 @@ class Hypothesis:
     Attributes:
         effects: the effects switched on; empty for the nominal and for the refit.
         refit: False only for the nominal as it is.
+        varying: own parameters that every run has for itself, by slot, with their mean and spread over the runs.
     """
 
     effects: tuple[Effect, ...] = ()
     refit: bool = True
+    varying: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def name(self) -> str:
-        """`none`, `parameters`, the effect's name, or two names joined by `+`."""
+        """`none`, `parameters`, `varying`, the effect's name, or several names joined by `+`."""
+        if self.varying:
+            return "varying"
         if not self.effects:
             return "parameters" if self.refit else "none"
         return "+".join(effect.name for effect in self.effects)

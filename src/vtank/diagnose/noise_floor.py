@@ -23,6 +23,7 @@ from .freeform.pursuit import pursue
 # Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
 # turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
 STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
+STILL_MEMORY_S = 2.0  # [s] memory of the same; a guess
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -70,26 +71,28 @@ def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: boo
     return search.likeliest(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
-def settle(setting: Setting, fits: Sequence[Fitted]) -> Setting:
-    """The setting at the noise level of the contender that, with its own level, is most likely.
+def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> tuple[Setting, float]:
+    """The setting at the noise level of the contender that, with its own level, is most likely; and how likely.
 
     Contenders are the likeliest hypotheses, alone and with what has no name beside them: what repeats, or is there in
-    a window only, is no turbulence, whatever level would swallow it.
+    a window only, is no turbulence, whatever level would swallow it. least: of the setting's own level, which stays
+    where nothing is likelier.
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
     refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
+    base = ranked[0] if len(ranked[0].hypothesis.effects) > 1 else refit
     with ThreadPoolExecutor(2) as pool:
         alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
-        found = still(max(alone, key=lambda pair: pair[0])[1])
-        bases = [ranked[0]] if len(ranked[0].hypothesis.effects) > 1 else [refit]
-        beyond = [_beyond(setting, fit, found) for fit in bases]
-    return setting.with_noise(max([*alone, *beyond], key=lambda pair: pair[0])[1])
+    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1]))
+    likely, noise = max([(least, setting.noise), *alone, beyond], key=lambda pair: pair[0])
+    return setting.with_noise(noise), likely
 
 
 def still(noise: Noise) -> Noise:
     """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
     sigma = min(noise.sigma, STILL_SIGMA)
-    return replace(noise, sigma=sigma, colour_sigma=0.0) if sigma < noise.sigma else noise
+    calm = replace(noise, sigma=sigma, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    return calm if sigma < noise.sigma else noise
 
 
 def plausible(noise: Noise) -> bool:

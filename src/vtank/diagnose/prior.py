@@ -47,6 +47,8 @@ def log_prior(fit: Fitted, singles: int) -> float:
     beside the first.
     """
     prior, count = calibration().prior, len(fit.hypothesis.effects)
+    if fit.hypothesis.varying:
+        return log(prior["varying"])
     if count == 0:
         return log(prior["parameters" if fit.hypothesis.refit else "none"])
     rarer = log(prior["pair"] / prior["effect"])

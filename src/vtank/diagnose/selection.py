@@ -104,7 +104,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
     fits = weigh_all(setting, singles, [_near(setting, refit, h) for h in singles])
     say("noise level")
-    setting = settle(setting, fits)
+    setting, likely = settle(setting, fits)
     fits = again(setting, fits)
     for count in range(2, LARGEST + 1):
         more = _larger(setting, fits, count)
@@ -114,8 +114,8 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
         fits += weigh_all(setting, [h for h, _ in more], [[start] for _, start in more])
     say("what has no name")
     if max(fits, key=lambda f: f.log_evidence).hypothesis.name not in (h.name for h in singles):
-        setting = settle(setting, fits)
-        fits = again(setting, fits)
+        before, (setting, _) = setting, settle(setting, fits, likely)
+        fits = fits if setting.noise == before.noise else again(setting, fits)
     found = Selection(setting, fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence)))
     if found.best.log_evidence == -np.inf:
         listed = ", ".join(run.name for run in setting.runs)
@@ -127,10 +127,16 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
 
 
 def with_nameless(selection: Selection) -> Selection:
-    """The selection, with what has no name laid over the refit and over the best explanation."""
+    """The selection, with what has no name laid over the refit, the best explanation, and parameters that vary."""
     bases = {id(fit): fit for fit in (selection.refit, selection.best)}.values()
     with ThreadPoolExecutor(2) as pool:
-        return replace(selection, free=tuple(pool.map(pursue, bases)))
+        free = tuple(pool.map(pursue, bases))
+    if own := free[0].varying():
+        varying = evaluate(
+            selection.setting, Hypothesis(varying=own), [{**selection.refit.start(), **free[0].by_run()}]
+        )
+        free = (*free, pursue(varying))
+    return replace(selection, free=free)
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from ..plant.parameters import LAG, slot
-from .freeform import Freeform
-from .freeform.pursuit import Component
+from .evidence import Fitted
+from .freeform import OWN, Component
 from .selection import Selection
 from .verdict import Verdict
 
@@ -21,20 +20,23 @@ def unnamed(selection: Selection, verdict: Verdict) -> list[dict[str, Any]]:
     """
     free = next((f for f in selection.free if f.fit is verdict.fit), None)
     components = sorted(free.components if free else (), key=lambda c: -c.gain)
-    return [_told(free, component) for component in components if free]
+    return [_told(selection, component) for component in components]
 
 
-def _told(free: Freeform, c: Component) -> dict[str, Any]:
-    names = [run.name for run in free.fit.problem.runs]
+def _told(selection: Selection, c: Component) -> dict[str, Any]:
+    names = [run.name for run in selection.setting.runs]
     told = {name: getattr(c, name) for name in ("kind", "channel", "about", "force", "gain")}
     windows = [{"run": names[k], "from": start, "to": end} for k, start, end in c.windows]
-    size = _size(free, c.about) if c.own else 0.0
-    pairs = zip(names, c.coefficients, c.sd, strict=True) if size else ()
-    runs = [{"run": name, "change": float(a / size), "sd": float(sd / abs(size))} for name, a, sd in pairs]
+    fit = next((f.fit for f in selection.free if c.own and OWN[c.about] in f.fit.problem.per_run), None)
+    runs = _by_run(fit, OWN[c.about]) if fit else []
     return told | {"windows": windows, "frequency_rad_s": c.frequency, "runs": runs}
 
 
-def _size(free: Freeform, term: str) -> float:
-    """What multiplies an own term in the model itself; thrust is a force as it is, and lag takes its rate off it."""
-    p: np.ndarray = free.fit.problem.model(free.fit.optimum.theta + free.shift, 0)[0]
-    return {"drag": float(p[slot("alpha")]), "thrust": 1.0, "lag": -float(p[slot(LAG)])}[term]
+def _by_run(fit: Fitted, name: str) -> list[dict[str, Any]]:
+    """An own parameter in every run: by how much of the mean over the runs it differs from that, with deviation."""
+    runs, i = fit.problem.runs, fit.problem.per_run.index(name)
+    at = [fit.problem.own_slice(k).start + i for k in range(len(runs))]
+    values, sd = fit.optimum.theta[at], np.sqrt(np.diag(fit.covariance())[at])
+    mean = float(np.mean(values))
+    changes = zip(runs, values / mean - 1.0, sd / abs(mean), strict=True)
+    return [{"run": run.name, "change": float(change), "sd": float(s)} for run, change, s in changes]

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
-from .freeform import OWN
+from .noise_floor import log_prior as log_prior_of_noise
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
 
+IMPERFECT = 0.01  # share of the evidence for an effect that may be due to its form; a guess
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
 
@@ -63,21 +64,23 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
 def nameless_gains(selection: Selection, tempering: float | None = None) -> dict[str, list[float]]:
     """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
 
-    A cause may also leave nothing beside the best explanation, which then mimics it.
+    A cause may also leave nothing beside the best explanation, which then mimics it; and a law of the catalogue is but
+    an approximation, to whose form a hundredth of what it explains may be due.
     """
-    frozen = calibration()
+    frozen, refit = calibration(), selection.refit
     out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
     for free in selection.free:
-        named = bool(free.fit.hypothesis.effects)
-        # effects beside it are paid for; the refit of the own parameters is part of both
-        base = weight(free.fit, selection.singles, tempering)
-        base -= 0.0 if named else log_prior(free.fit, selection.singles)
-        if free.varying > 0.0:
-            out["varying"].append(base + free.varying)
-        rarer = log(frozen.prior["varying"]) if free.varying > 0.0 else 0.0
-        out["unknown"].append(base + free.gain + rarer)
-        if free.fit is selection.best and free.fit is not selection.nominal:
-            out["unknown"].append(base + float(np.log(frozen.mimicry)))
+        fit, base = free.fit, weight(free.fit, selection.singles, tempering)
+        if fit is refit or fit is selection.nominal:
+            base -= log_prior(fit, selection.singles)  # own parameters are part of it in any case
+        if fit.hypothesis.varying:
+            out["varying"].append(base - log(frozen.prior["varying"]))
+        if not free.own:
+            form = IMPERFECT * max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
+            strange = -log_prior_of_noise(selection.setting.noise) - 1.0  # more than water does by itself
+            out["unknown"].append(base + max(free.gain - form, strange))
+        if fit is selection.best and fit is not selection.nominal:
+            out["unknown"].append(base + log(frozen.mimicry))
     return out
 
 
@@ -92,10 +95,13 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
         return Verdict(leader if chances[leader] >= NAMED else "undecided", (), (), None, chances[leader], fit)
     if leader in ("unknown", "varying"):
         free = selection.beyond
-        channel = max(shares := free.channels(), key=lambda name: shares[name])
+        channel = free.channel
         kind = leader if chances[leader] >= NAMED else "undecided"
-        own = tuple(OWN[c.about] for c in free.components if c.own)
-        return Verdict(kind, (), (), channel if channel != "none" else None, chances[leader], free.fit, own)
+        named = selection.refit if free.fit.hypothesis.varying else free.fit
+        own = tuple(name for f in selection.free for name, _, _ in f.fit.hypothesis.varying)
+        if leader == "varying":
+            channel, named = selection.free[0].channel, selection.refit
+        return Verdict(kind, (), (), None if channel == "none" else channel, chances[leader], named, own)
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)

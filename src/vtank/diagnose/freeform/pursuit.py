@@ -18,7 +18,7 @@ import numpy as np
 from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from ...estimate.problem import Problem
-from ...plant.parameters import LAG
+from ...plant.parameters import LAG, slot
 from ..evidence import Fitted
 from ..holdout import held
 from ..score import Linearised, linearise
@@ -107,18 +107,28 @@ class Freeform:
 
     @property
     def gain(self) -> float:
-        """Log evidence, over the model alone, of something missing that has no name."""
-        return self.varying + self.nameless
+        """Log evidence, over the model alone, of something missing; of one more thing where nothing was found."""
+        return sum(c.gain for c in self.components) or self.left
 
     @property
-    def varying(self) -> float:
-        """The part of own parameters that differ from run to run."""
-        return sum(c.gain for c in self.components if c.own)
+    def own(self) -> bool:
+        """Whether all that is missing are own parameters that differ from run to run."""
+        return bool(self.components) and all(c.own for c in self.components)
 
-    @property
-    def nameless(self) -> float:
-        """The part of everything else; of one more thing where nothing else was found."""
-        return sum(c.gain for c in self.components if not c.own) or self.left
+    def by_run(self) -> dict[str, np.ndarray]:
+        """Own parameters that differ from run to run, by slot: their values in every run, shape (R,)."""
+        p, out = self.fit.vector(), {}
+        for c in self.components:
+            if c.own:
+                name = OWN[c.about]
+                factor = {"drag": 1.0, "thrust": p[slot(name)], "lag": -1.0}[c.about]  # a longer lag: less of dz/dt
+                out[name] = p[slot(name)] + factor * c.coefficients
+        return out
+
+    def varying(self) -> tuple[tuple[str, float, float], ...]:
+        """The same as mean and spread over the runs."""
+        found = self.by_run().items()
+        return tuple((name, float(np.mean(v)), float(np.std(v))) for name, v in found)
 
     def channels(self) -> dict[str, float]:
         """Share of each channel in the gain."""
@@ -127,6 +137,12 @@ class Freeform:
         for c in self.components:
             found[c.channel] += c.gain / total
         return found or {"none": 1.0}
+
+    @property
+    def channel(self) -> str:
+        """That of the greatest share."""
+        shares = self.channels()
+        return max(shares, key=lambda name: shares[name])
 
     def forces(self) -> tuple[np.ndarray, ...]:
         """Missing force at every run's input stamps [m/s2], shapes (I,)."""
@@ -323,7 +339,7 @@ class _Pursuit:
                 by_term.setdefault(piece.about, []).append(i)
         count, g = len(self.columns), self.g
         varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
-        own = [members for term, members in by_term.items() if self.wandering and term in OWN]
+        own = [members for term, members in by_term.items() if self.wandering and term == "thrust"]
         return varying + [self._wandering(members, g) for members in own]
 
     def _varying(self, members: list[int], g: np.ndarray) -> _Tried:
