@@ -185,8 +185,7 @@ def test_a_gain_that_differs_is_measured_in_percent(lag_s: float) -> None:
     setting = prepare(differing(own), vector({"thrust_lag.tau": lag_s}, NOMINAL)).with_noise(NOISE)
     nominal, refit = (evaluate(setting, Hypothesis(refit=free)) for free in (False, True))
     selection = with_nameless(Selection(setting, nominal, refit, ()))
-    free = selection.beyond
-    found = unnamed(selection, Verdict("varying", (), (), None, 1.0, free.fit, ("beta",)))
+    found = unnamed(selection, Verdict("varying", (), (), None, 1.0, refit, ("beta",)))
     runs = next(c["runs"] for c in found if c["about"] == "thrust" and c["runs"])
     assert [run["run"] for run in runs] == [run.name for run in selection.setting.runs]
     change, sd = (np.array([run[key] for run in runs]) for key in ("change", "sd"))
