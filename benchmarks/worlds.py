@@ -52,6 +52,7 @@ def diagnosed(folder: Path, item: tuple[str, dict[str, Any]]) -> dict[str, Any]:
     noise = d.selection.setting.noise
     said = d.verdict.document() | {"world": name, "family": case["family"], "truth": case["kind"], "d": case.get("d")}
     said |= {"seconds": time.perf_counter() - began, "sigma": noise.sigma, "causes": case["causes"]}
+    said["probabilities"] = d.probabilities
     return said | {"right": right(said, case), "channel_right": channel_right(said, case)}
 
 

@@ -21,6 +21,7 @@ class Calibration:
         doubt: probability that the comparison itself went wrong and says nothing beyond the prior.
         mimicry: odds that a cause without a name passes for the best explanation and leaves nothing over.
         widening: stretch of the interval of the fraction closed.
+        conformal: probability that a set of causes must reach to hold the true one in 95 % of all cases.
     """
 
     tempering: float
@@ -28,6 +29,7 @@ class Calibration:
     doubt: float
     mimicry: float
     widening: float
+    conformal: float
 
 
 @cache
@@ -36,8 +38,8 @@ def calibration() -> Calibration:
     file = resources.files(__package__).joinpath("calibration.toml")
     data = parse(file.read_text(encoding="utf-8"), file)
     prior = {kind: float(value) for kind, value in data["prior"].items()}
-    tempering, doubt, mimicry = (float(data[name]) for name in ("tempering", "doubt", "mimicry"))
-    return Calibration(tempering, prior, doubt, mimicry, float(data["shrink"]["widening"]))
+    tempering, doubt, mimicry, conformal = (float(data[n]) for n in ("tempering", "doubt", "mimicry", "conformal"))
+    return Calibration(tempering, prior, doubt, mimicry, float(data["shrink"]["widening"]), conformal)
 
 
 def log_prior(fit: Fitted, singles: int) -> float:

@@ -15,6 +15,9 @@ from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
 
 IMPERFECT = 0.01  # share of the evidence for an effect that may be due to its form; a guess
+MIMICKED = (
+    30.0  # [-] deviations up to which a law is easily mimicked; the more an effect shows, the closer it has to fit
+)
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
 
@@ -61,10 +64,26 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
 
+def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
+    """Fewest explanations that hold the true one in at least 95 % of all cases, the most probable first.
+
+    As many as it takes to reach the probability that, on open trials, was enough to hold the true one that often
+    (split conformal prediction: Angelopoulos, Bates, Foundations and Trends in Machine Learning 16 (2023)).
+    """
+    ranked, total, out = sorted(chances, key=lambda name: -chances[name]), 0.0, []
+    for name in ranked:
+        out.append(name)
+        total += chances[name]
+        if total >= calibration().conformal:
+            break
+    return tuple(out)
+
+
 def nameless_gains(selection: Selection, tempering: float | None = None) -> dict[str, list[float]]:
     """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
 
-    A cause may also leave nothing beside the best explanation, which then mimics it; and a law of the catalogue is but
+    A cause may also leave nothing beside the best explanation, which then mimics it, the less easily the more it shows;
+    and a law of the catalogue is but
     an approximation, to whose form a hundredth of what it explains may be due.
     """
     frozen, refit = calibration(), selection.refit
@@ -77,10 +96,12 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             out["varying"].append(base - log(frozen.prior["varying"]))
         if not free.own:
             form = IMPERFECT * max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
-            strange = -log_prior_of_noise(selection.setting.noise) - 1.0  # more than water does by itself
+            beyond_still = log_prior_of_noise(selection.setting.noise)
+            strange = -beyond_still - 1.0 if beyond_still < 0.0 else -np.inf  # more than water does by itself
             out["unknown"].append(base + max(free.gain - form, strange))
         if fit is selection.best and fit is not selection.nominal:
-            out["unknown"].append(base + log(frozen.mimicry))
+            seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
+            out["unknown"].append(base + log(frozen.mimicry) - log(max(seen / MIMICKED, 1.0)))
     return out
 
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 from scipy.linalg import block_diag, cholesky, solve_triangular
@@ -137,6 +138,17 @@ class Freeform:
         for c in self.components:
             found[c.channel] += c.gain / total
         return found or {"none": 1.0}
+
+    def windows(self) -> list[dict[str, Any]]:
+        """Where most of it is local in time, its windows: run, from, to [s], and the log evidence they share."""
+        local, names = [c for c in self.components if c.windows], [run.name for run in self.fit.problem.runs]
+        if sum(c.gain for c in local) < 0.5 * self.gain:
+            return []
+        return [
+            {"run": names[k], "from": start, "to": stop, "log_likelihood_gain": c.gain / len(c.windows)}
+            for c in local
+            for k, start, stop in c.windows
+        ]
 
     @property
     def channel(self) -> str:

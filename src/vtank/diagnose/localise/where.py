@@ -26,6 +26,7 @@ class WhereData:
         channel: force against sensor, and the probability of each channel.
         gaps: per run, simulation error before and after.
         windows: per run, evidence in windows of time.
+        local: windows of a cause without a name that is there in them only.
         spectra: per run, spectrum of what the refit cannot predict.
         profiles: residual force over input, speed and place.
     """
@@ -33,6 +34,7 @@ class WhereData:
     channel: ChannelShares
     gaps: tuple[RunGap, ...]
     windows: tuple[Windows, ...]
+    local: list[dict[str, Any]]
     spectra: tuple[Spectrum, ...]
     profiles: tuple[Profile, ...]
 
@@ -42,7 +44,7 @@ class WhereData:
         return {
             "channel": self.channel.document(),
             "runs": [gap.document() for gap in self.gaps],
-            "time_s": [span for windows in self.windows for span in windows.document()],
+            "time_s": self.local or [span for windows in self.windows for span in windows.document()],
             "frequency_rad_s": [line.document() for spectrum in self.spectra for line in spectrum.lines],
             "region": {profile.name: profile.document(evidence) for profile in self.profiles},
         }
@@ -56,6 +58,7 @@ def locate(selection: Selection, verdict: Verdict, chances: dict[str, float] | N
         channel_shares(selection, chances),
         run_gaps(selection, verdict, shares(windows)),
         windows,
+        selection.beyond.windows() if verdict.kind == "unknown" else [],
         residual_spectra(selection),
         residual_force(selection, verdict),
     )
