@@ -11,6 +11,7 @@ from recorded import NOISE, NOMINAL, differing
 from test_report_words import document
 
 from vtank.diagnose.evidence import evaluate
+from vtank.diagnose.holdout import model_of
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.localise.gap import RunGap
 from vtank.diagnose.selection import Selection, prepare, with_nameless
@@ -191,6 +192,8 @@ def test_a_gain_that_differs_is_measured_in_percent(lag_s: float) -> None:
     change, sd = (np.array([run[key] for run in runs]) for key in ("change", "sd"))
     np.testing.assert_allclose(change, factors / np.mean(factors) - 1.0, atol=0.01)
     assert np.all((sd > 0.0) & (sd < 0.02))
+    model = model_of(selection.free[-1].fit)  # which predicts a run of its own too
+    assert model.per_run == ("beta",) and model.grid.shape[0] == 1
 
 
 # --- pictures ------------------------------------------------------------------------------------------------------
