@@ -15,7 +15,7 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
-KEYS = ["schema", "nominal", "verdict", "probabilities", "budget", "disturbance", "unexplained", "worse", "unnamed",
+KEYS = ["schema", "nominal", "verdict", "probabilities", "cause_set", "budget", "disturbance", "unexplained", "worse", "unnamed",
         "laws", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
 
 
@@ -63,6 +63,7 @@ def test_a_diagnosis_is_printed_and_written(
     assert {"unit", "nominal", "refit", "diagnosed", "floor", "fraction_closed", "interval90"} <= set(
         document["shrink"]
     )
+    assert document["cause_set"][0] == "linear_drag"
     told = {line["kind"]: line for line in document["budget"]}
     assert set(told["effect"]) == {"name", "kind", "share", "interval90"} and told["effect"]["name"] == "linear_drag"
     assert sum(line["share"] for line in document["budget"]) == pytest.approx(1.0)

@@ -28,7 +28,7 @@ from .shrink import LeftOut, left_out, shrink
 from .sizes import estimates, own_parameters
 from .thinning import thinned
 from .unnamed import unnamed
-from .verdict import Verdict, decide, probabilities
+from .verdict import Verdict, cause_set, decide, probabilities
 
 SCHEMA = "vtank.diagnosis/2"
 
@@ -37,6 +37,7 @@ ORDER = (
     "nominal",
     "verdict",
     "probabilities",
+    "cause_set",
     "budget",
     "disturbance",
     "unexplained",
@@ -175,6 +176,7 @@ class Diagnosis:
             "nominal_by_default": self.by_default,
             "verdict": v.document(),
             "probabilities": self.probabilities,
+            "cause_set": list(cause_set(self.probabilities)),
             "disturbance": water,
             "unnamed": unnamed(self.selection, v),
             "estimates": estimates(v, self.mass_kg),
