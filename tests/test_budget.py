@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from recorded import DRIVES, NOISE_M, NOMINAL, record, recordings, select, sine
@@ -53,6 +55,20 @@ def test_a_named_effect_has_most_of_what_the_refit_leaves(dragged: Budget) -> No
     assert dragged.share("effect") > 0.8 * left > 0.0
     assert dragged.share("repeatable") < 0.1 * left and dragged.share("disturbance") < 0.1 * left
     assert dragged.worse == ()
+
+
+def test_an_effect_that_the_verdict_does_not_name_has_no_line() -> None:
+    """It mimics what has no name, and counts as that."""
+    selection = select(recordings({"linear_drag.c": 0.15}), ("linear_drag",))
+    known = decide(selection, probabilities(selection))
+    named, unnamed = (budget(selection, v) for v in (known, replace(known, kind="unknown", effects=())))
+    assert [line.kind for line in unnamed.lines] == ["parameters", "repeatable", "disturbance", "noise"]
+    assert unnamed.share("repeatable") == pytest.approx(named.share("effect") + named.share("repeatable"))
+    assert unnamed.unexplained.share == pytest.approx(named.unexplained.share + named.share("effect"))
+    for found in (named, unnamed):
+        assert found.unexplained.share == pytest.approx(found.share("repeatable") + found.share("disturbance"))
+        low, high = found.unexplained.interval90
+        assert low <= found.unexplained.share <= high
 
 
 def test_the_nominal_s_error_and_its_noise_are_in_metres(dragged: Budget) -> None:

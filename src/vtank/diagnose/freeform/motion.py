@@ -12,7 +12,7 @@ import numpy as np
 
 from ...compiled import law
 from ...estimate.problem import Filtered, Problem
-from ...plant.surge import TAU
+from ...plant.surge import TAU, thrust_target
 from ..evidence import Fitted
 from ..holdout import held
 
@@ -69,12 +69,14 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
     problem = fit.problem
     out = []
     for k, track in enumerate(simulated_tracks(problem, fit.optimum.theta)):
-        run, lag_s = problem.runs[k], float(problem.model(fit.optimum.theta, k)[0][TAU])
+        run, p = problem.runs[k], problem.model(fit.optimum.theta, k)[0]
+        lag_s = float(p[TAU])
         states = [track[:, i] for i in (0, 1, 2)]
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
         held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
-            fed[2], states[2] = run.input * np.abs(run.input), held_input * np.abs(held_input)
+            pairs = (run.input_time_s, run.input), (run.time_s, held_input)
+            fed[2], states[2] = (np.array([thrust_target(*at, p) for at in zip(*pair, strict=True)]) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
         out.append(
             (Motion(run.input_time_s, x, u, z, run.input, lag_s), Motion(run.time_s, xm, um, zm, held_input, lag_s))
