@@ -15,8 +15,8 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
-KEYS = ["schema", "nominal", "verdict", "probabilities", "cause_set", "budget", "disturbance", "unexplained", "worse", "unnamed",
-        "laws", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
+KEYS = ["schema", "nominal", "verdict", "probabilities", "cause_set", "budget", "disturbance", "unexplained", "worse",
+        "unnamed", "laws", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
 
 
 @pytest.fixture(scope="module")
