@@ -133,8 +133,8 @@ class Diagnosis:
     @cached_property
     def laws(self) -> tuple[Law, ...]:
         """For a cause without a name, up to three formulas that would be its law, the most probable first."""
-        if self.verdict.kind != "unknown":
-            return ()
+        if self.verdict.kind != "unknown" or self.selection.beyond.windows():
+            return ()  # what is there for a while only has a time, and no law
         selection = self.selection
         free = next(free for free in selection.free if free.fit is selection.refit)
         with self._stage("the missing law"):

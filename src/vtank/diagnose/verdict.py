@@ -86,7 +86,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
     and a law of the catalogue is but
     an approximation, to whose form a hundredth of what it explains may be due.
     """
-    frozen, refit = calibration(), selection.refit
+    frozen, refit, foreign = calibration(), selection.refit, selection.setting.foreign
     out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
     for free in selection.free:
         fit, base = free.fit, weight(free.fit, selection.singles, tempering)
@@ -94,8 +94,12 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             base -= log_prior(fit, selection.singles)  # own parameters are part of it in any case
         if fit.hypothesis.varying:
             out["varying"].append(base - log(frozen.prior["varying"]))
-        if not free.own:
-            form = IMPERFECT * max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
+        if not free.own and (fit is selection.best or not foreign):
+            form = (
+                (1.0 if foreign else IMPERFECT) * max(fit.log_evidence - refit.log_evidence, 0.0)
+                if fit.hypothesis.effects
+                else 0.0
+            )
             beyond_still = log_prior_of_noise(selection.setting.noise)
             strange = -beyond_still - 1.0 if beyond_still < 0.0 else -np.inf  # more than water does by itself
             out["unknown"].append(base + max(free.gain - form, strange))
