@@ -15,15 +15,10 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
-<<<<<<< HEAD
 KEYS = (
     "schema nominal verdict probabilities cause_set budget disturbance unexplained worse "
     "unnamed laws where shrink estimates absorbed tied next_experiment"
 ).split()
-=======
-KEYS = ["schema", "nominal", "verdict", "probabilities", "cause_set", "budget", "disturbance", "unexplained", "worse",
-        "unnamed", "laws", "where", "shrink", "estimates", "absorbed", "tied", "next_experiment"]  # fmt: skip
->>>>>>> refs/heads/present
 
 
 @pytest.fixture(scope="module")
