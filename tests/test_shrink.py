@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import NOISE, NOMINAL, record, recordings, select, sine
+from recorded import NOISE, NOMINAL, differing, record, recordings, select, sine
 
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.holdout import Model, Prediction, Target, fraction_closed, model_of, rms
@@ -138,6 +138,17 @@ def test_nothing_is_closed_where_the_simulator_is_right() -> None:
     found = shrink(selection, decide(selection, probabilities(selection)))
     assert found["fraction_closed"] is None and found["interval90"] is None
     assert found["refit"] == pytest.approx(found["floor"], rel=0.1)
+
+
+def test_a_vehicle_that_differs_by_run_leaves_noise_where_that_is_known() -> None:
+    """Its own parameters are no effect's, which would be weighed in the window of every new run."""
+    beta = NOMINAL[slot("beta")]
+    runs = differing([{"beta": beta * share} for share in (1.1, 0.9, 1.05, 0.95)])
+    selection = select(runs, ("linear_drag",))
+    verdict = decide(selection, probabilities(selection))
+    assert verdict.kind == "varying"
+    found = shrink(selection, verdict)
+    assert found["floor"] == pytest.approx(0.006, rel=0.15) and found["refit"] > 2.0 * found["floor"]
 
 
 def test_new_runs_scatter_about_what_the_cause_leaves(dragged: tuple[Selection, Verdict]) -> None:

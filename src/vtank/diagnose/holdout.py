@@ -34,7 +34,10 @@ REDUCIBLE = 1.1  # refit over floor from which there is a gap left to close; a c
 
 @dataclass(frozen=True)
 class Model:
-    """A simulator that predicts: parameter vector, shape (P,), and the parameters that every run has for itself."""
+    """A simulator that predicts: parameter vector, shape (P,), and the parameters that every run has for itself.
+
+    Those of effects are weighed anew in every run; own parameters that differ from run to run stay as they are.
+    """
 
     p: np.ndarray
     per_run: tuple[str, ...] = ()
