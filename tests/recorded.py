@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from synthetic import advance
 
-from vtank.diagnose.discrepancy import unnamed
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.localise.where import WhereData, locate
-from vtank.diagnose.selection import Selection, prepare
+from vtank.diagnose.selection import Selection, _near, prepare, with_nameless
 from vtank.diagnose.verdict import Verdict, decide, probabilities
 from vtank.effects.catalogue import BY_NAME
 from vtank.estimate.observed import RANGE, Observed
@@ -47,6 +46,23 @@ def record(name: str, propeller: np.ndarray, p: np.ndarray, noise_m: float, seed
     return Observed(name, "n_rev_s", time, propeller, time, measured, np.full(time.size, RANGE))
 
 
+def turbulent(sigma_m_s2: float, memory_s: float, seed: int) -> Force:
+    """An Ornstein-Uhlenbeck acceleration that begins anew in every run."""
+    rng, state = np.random.default_rng((seed, 1)), [0.0]  # not the numbers of a run's noise
+
+    def force(t: float, u: float, n: float) -> float:
+        keep = np.exp(-TICK_S / memory_s) if t > 0.0 else 0.0
+        state[0] = keep * state[0] + sigma_m_s2 * np.sqrt(1.0 - keep**2) * rng.normal()
+        return float(state[0])
+
+    return force
+
+
+def misread(run: Observed, error_m: Callable[[np.ndarray], np.ndarray]) -> Observed:
+    """The run with an error of its sonar, given over time [s]."""
+    return replace(run, value=run.value + error_m(run.time_s))
+
+
 def sine(frequency_rad_s: float, amplitude_rev_s: float, duration_s: float = 120.0) -> np.ndarray:
     """Propeller speeds of a run driven at one frequency, shape (I,) [rev/s]."""
     return amplitude_rev_s * np.sin(frequency_rad_s * TICK_S * np.arange(round(duration_s / TICK_S)))
@@ -63,17 +79,23 @@ class Found:
 
 def recordings(effect: dict[str, float] | None = None, seed: int = 0, force: Force = calm) -> list[Observed]:
     """Four runs, driven at DRIVES, of a vehicle with the given effect."""
-    p = vector(effect or {}, NOMINAL)
-    return [record(f"run_{k}", sine(*drive), p, NOISE_M, seed + k, force) for k, drive in enumerate(DRIVES)]
+    return differing([effect or {}] * len(DRIVES), seed, force)
+
+
+def differing(effects: Sequence[dict[str, float]], seed: int = 0, force: Force = calm) -> list[Observed]:
+    """The four runs, each of a vehicle with an effect or own parameters of its own."""
+    pairs = zip(DRIVES, effects, strict=True)
+    return [record(f"run_{k}", sine(*drive), vector(own, NOMINAL), NOISE_M, seed + k, force)
+            for k, (drive, own) in enumerate(pairs)]  # fmt: skip
 
 
 def select(runs: list[Observed], names: tuple[str, ...]) -> Selection:
     """A comparison of few hypotheses at the noise level that the recordings were made with."""
     setting = prepare(runs, NOMINAL).with_noise(NOISE)
     nominal, refit = evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis())
-    named = tuple(evaluate(setting, Hypothesis((BY_NAME[name],))) for name in names)
-    best = max((nominal, refit, *named), key=lambda fit: fit.log_evidence)
-    return Selection(setting, nominal, refit, named, tuple(unnamed(setting, best)))
+    singles = [Hypothesis((BY_NAME[name],)) for name in names]
+    named = tuple(evaluate(setting, single, _near(setting, refit, single)) for single in singles)
+    return with_nameless(Selection(setting, nominal, refit, named))
 
 
 def find(runs: list[Observed], *names: str) -> Found:

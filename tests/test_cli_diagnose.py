@@ -15,18 +15,10 @@ from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 from vtank.record import Manifest, Run, write_dataset
 
-KEYS = [
-    "schema",
-    "nominal",
-    "verdict",
-    "probabilities",
-    "where",
-    "shrink",
-    "estimates",
-    "absorbed",
-    "tied",
-    "next_experiment",
-]
+KEYS = (
+    "schema nominal verdict probabilities cause_set budget disturbance unexplained worse "
+    "unnamed laws where shrink estimates absorbed tied next_experiment"
+).split()
 
 
 @pytest.fixture(scope="module")
@@ -59,20 +51,29 @@ def test_a_diagnosis_is_printed_and_written(
         "Compared with paper-ii, the Phoenix of 1996, since no simulator was named. The gap is caused by linear drag."
     )
     assert " ".join(printed.out.split()).startswith(first)
-    assert [h for h in ("Where", "Which", "How far", "Ties", "Next") if f"\n{h} " in printed.out] == [
-        "Where", "Which", "How far", "Ties", "Next",
+    assert [h for h in ("Budget", "Where", "Which", "How far", "Ties", "Next") if f"\n{h} " in printed.out] == [
+        "Budget", "Where", "Which", "How far", "Ties", "Next",
     ]  # fmt: skip
     assert "where the gap lies ...\n" in printed.err and "\x1b" not in printed.err
 
     document = json.loads(files["--json"].read_text())
     assert list(document)[: len(KEYS)] == KEYS
-    assert document["schema"] == "vtank.diagnosis/1"
+    assert document["schema"] == "vtank.diagnosis/2"
     assert document["verdict"]["kind"] == "effect" and document["verdict"]["effects"] == ["linear_drag"]
     assert document["verdict"]["channel"] == "hydrodynamics"
     assert set(document["where"]) == {"channel", "runs", "time_s", "frequency_rad_s", "region"}
     assert {"unit", "nominal", "refit", "diagnosed", "floor", "fraction_closed", "interval90"} <= set(
         document["shrink"]
     )
+    assert document["cause_set"][0] == "linear_drag"
+    told = {line["kind"]: line for line in document["budget"]}
+    assert set(told["effect"]) == {"name", "kind", "share", "interval90"} and told["effect"]["name"] == "linear_drag"
+    assert sum(line["share"] for line in document["budget"]) == pytest.approx(1.0)
+    rest = document["unexplained"]
+    assert rest["share"] == pytest.approx(told["repeatable"]["share"] + told["disturbance"]["share"])
+    assert set(rest) == {"share", "interval90"} and rest["interval90"][0] <= rest["share"] <= rest["interval90"][1]
+    assert set(document["disturbance"]) == {"sigma_m_s2", "memory_s", "plausible"}
+    assert document["disturbance"]["plausible"] is True and document["worse"] == []
     estimate = document["estimates"]["linear_drag"]["c"]
     assert estimate["value"] == pytest.approx(0.15, rel=0.1)
     assert estimate["interval95"][0] < estimate["value"] < estimate["interval95"][1]

@@ -119,6 +119,8 @@ def test_a_diagnosis_tells_what_was_found(diagnosis: vt.Diagnosis) -> None:
     assert {"none", "parameters", best} <= set(diagnosis.log_evidence) and "linear_drag" in best
     assert diagnosis.held_out["fraction_closed"] > 0.9
     assert diagnosis.next_experiment["minutes"] > 0.0
+    assert diagnosis.budget.nominal == pytest.approx(diagnosis.held_out["nominal"])  # on the same parts left out
+    assert diagnosis.left_out is diagnosis.left_out
     assert diagnosis.document["where"] == diagnosis.where.document()
     assert repr(diagnosis).startswith("Diagnosis(effect: linear_drag, 0.") and len(repr(diagnosis)) < 80
 

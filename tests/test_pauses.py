@@ -15,7 +15,7 @@ from vtank.cli import main
 from vtank.diagnose import model_file
 from vtank.diagnose.holdout import Model
 from vtank.diagnose.model_file import ModelFile
-from vtank.diagnose.shrink import blocks
+from vtank.diagnose.shrink import parts_of
 from vtank.errors import InputError
 from vtank.estimate.observed import observe, stretches
 from vtank.plant.parameters import slot
@@ -99,7 +99,7 @@ def test_blocks_in_which_nothing_was_measured_are_passed_over() -> None:
     whole = record("run", sine(0.5, 12.0, 40.0), NOMINAL, 0.004, 0)
     seen = (whole.time_s < 5.0) | (whole.time_s > 25.0)
     run = replace(whole, time_s=whole.time_s[seen], value=whole.value[seen], kind=whole.kind[seen])
-    found = blocks(find([run]).selection.setting)
+    found = parts_of(find([run]).selection.setting).setting
     assert [part.time_s.size > 0 for part in found.runs] == [True, True, True]
     assert found.noise == NOISE and len(found.weight) == 3
 

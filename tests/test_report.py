@@ -23,6 +23,13 @@ from vtank.present.page import report_html
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,
           "interval90": [0.91, 0.99]}  # fmt: skip
+BUDGET = {"budget": [
+    {"name": "own parameters", "kind": "parameters", "share": 0.6, "interval90": [0.5, 0.7]},
+    {"name": "coulomb_friction", "kind": "effect", "share": 0.35, "interval90": [0.3, 0.4]},
+    {"name": "repeatable, unnamed", "kind": "repeatable", "share": 0.0, "interval90": [0.0, 0.0]},
+    {"name": "disturbance", "kind": "disturbance", "share": 0.01, "interval90": [0.0, 0.02]},
+    {"name": "sensor noise", "kind": "noise", "share": 0.04, "interval90": [0.03, 0.05]},
+], "unexplained": {"share": 0.01, "interval90": [0.0, 0.02]}, "worse": []}  # fmt: skip
 NEXT = {"experiment": "a sine", "minutes": 2.0, "per_minute": 0.9, "against_repeat": 6.0, "question": "how large",
         "alternatives": [{"experiment": "a step", "minutes": 1.0, "per_minute": 0.5}]}  # fmt: skip
 
@@ -37,7 +44,7 @@ def friction() -> tuple[Diagnosis, dict[str, Any]]:
 @pytest.fixture(scope="module")
 def page(friction: tuple[Diagnosis, dict[str, Any]]) -> str:
     diagnosis, document = friction
-    return report_html(diagnosis, document | {"shrink": SHRINK, "next_experiment": NEXT})
+    return report_html(diagnosis, document | BUDGET | {"shrink": SHRINK, "next_experiment": NEXT})
 
 
 class Reader(HTMLParser):
@@ -79,8 +86,8 @@ class Reader(HTMLParser):
 def test_the_page_is_well_formed(page: str) -> None:
     reader = Reader(page)
     assert len(set(reader.ids)) == len(reader.ids)
-    assert reader.tags.count("svg") == 5
-    assert reader.tags.count("figcaption") == reader.tags.count("figure") == 5
+    assert reader.tags.count("svg") == 7
+    assert reader.tags.count("figcaption") == reader.tags.count("figure") == 7
 
 
 def test_the_page_loads_nothing(page: str) -> None:
@@ -93,7 +100,9 @@ def test_the_page_loads_nothing(page: str) -> None:
 def test_the_verdict_comes_first_and_the_sections_follow(page: str) -> None:
     assert Reader(page).headings == [
         "Compared with given parameters. The gap is caused by coulomb friction.",
+        "What the gap is made of",
         "How far the gap shrinks",
+        "Every run, before and after",
         "Where the gap lies",
         "Over time",
         "Over frequency",
@@ -110,7 +119,7 @@ def test_every_picture_says_what_it_shows(page: str) -> None:
     titles = re.findall(
         r'<svg id="(\w+)"[^>]*role="img" aria-labelledby="\1-alt"[^>]*><title id="\1-alt">([^<]+)', page
     )
-    assert [name for name, _ in titles] == ["gap", "shrink", "time", "spectrum", "force"]
+    assert [name for name, _ in titles] == ["budget", "gap", "shrink", "runs", "time", "spectrum", "force"]
     assert all(len(text) > 40 for _, text in titles)
 
 
@@ -127,22 +136,23 @@ def test_names_of_runs_cannot_become_markup(friction: tuple[Diagnosis, dict[str,
 
 def test_what_was_not_worked_out_is_said(friction: tuple[Diagnosis, dict[str, Any]]) -> None:
     text = report_html(*friction)
-    assert "was not worked out" in text and "No next experiment" in text
-    assert Reader(text).tags.count("svg") == 4
+    assert "This was not worked out" in text and "left out was not worked out" in text and "No next experiment" in text
+    assert Reader(text).tags.count("svg") == 5
 
 
-@pytest.mark.parametrize("kind", ["none", "parameters", "unknown", "undecided", "open"])
+@pytest.mark.parametrize("kind", ["none", "parameters", "varying", "unknown", "undecided", "open"])
 def test_every_kind_of_verdict_makes_a_page(friction: tuple[Diagnosis, dict[str, Any]], kind: str) -> None:
     diagnosis, document = friction
     fit = {"none": diagnosis.selection.nominal, "parameters": diagnosis.selection.refit}.get(
         kind, diagnosis.verdict.fit
     )
     names = ("coulomb_friction",) if kind == "undecided" else ()
+    own = ("beta",) if kind == "varying" else ()
     channel = None if kind in ("none", "parameters", "open") else "sensor"
     kind = "undecided" if kind == "open" else kind  # between no effect and others
-    verdict = Verdict(kind, names, names, channel, 0.6, fit)
+    verdict = Verdict(kind, names, names, channel, 0.6, fit, own)
     other = replace(diagnosis, verdict=verdict)
-    Reader(report_html(other, other.summary() | {"where": document["where"], "shrink": SHRINK}))
+    Reader(report_html(other, other.summary() | BUDGET | {"where": document["where"], "shrink": SHRINK}))
 
 
 def luminance(colour: str) -> float:
@@ -186,7 +196,7 @@ def test_dark_by_preference_and_dark_by_choice_are_the_same() -> None:
 def file(tmp_path_factory: pytest.TempPathFactory, friction: tuple[Diagnosis, dict[str, Any]]) -> Path:
     path = tmp_path_factory.mktemp("report") / "report.html"
     path.write_text(
-        report_html(friction[0], friction[1] | {"shrink": SHRINK, "next_experiment": NEXT}), encoding="utf-8"
+        report_html(friction[0], friction[1] | BUDGET | {"shrink": SHRINK, "next_experiment": NEXT}), encoding="utf-8"
     )
     return path
 

@@ -12,11 +12,11 @@ from vtank.present.terminal import terminal_text
 
 
 def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), **changes: Any) -> dict[str, Any]:
-    """A small document of schema vtank.diagnosis/1."""
+    """A small document of schema vtank.diagnosis/2."""
     chance = 0.0 if kind in ("none", "parameters") else 0.95
     acting = None if kind in ("none", "parameters") else "hydrodynamics"
     return {
-        "schema": "vtank.diagnosis/1",
+        "schema": "vtank.diagnosis/2",
         "verdict": {"kind": kind, "effects": list(effects), "class": list(effects), "channel": acting,
                     "probability": 0.95},
         "probabilities": {"none": 0.01, "parameters": 0.02, "linear_drag": 0.95, "unknown": 0.02},

@@ -12,7 +12,7 @@ from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.holdout import Model, Prediction, Target, fraction_closed, model_of, rms
 from vtank.diagnose.new_data import NewData, remembered
 from vtank.diagnose.selection import Selection
-from vtank.diagnose.shrink import again, blocks, leave_out, shrink, without
+from vtank.diagnose.shrink import again, leave_out, parts_of, shrink, without
 from vtank.diagnose.verdict import Verdict, decide, probabilities
 from vtank.estimate.problem import Noise
 from vtank.plant.parameters import slot, vector
@@ -107,7 +107,7 @@ def test_a_run_left_out_has_no_say(dragged: tuple[Selection, Verdict]) -> None:
     selection, verdict = dragged
     rest = without(selection.setting, 2)
     assert [run.name for run in rest.runs] == ["run_0", "run_1", "run_3"]
-    fold, fresh = again(rest, verdict.fit, 2), evaluate(rest, verdict.fit.hypothesis)
+    fold, fresh = again(rest, verdict.fit, parts_of(selection.setting), 2), evaluate(rest, verdict.fit.hypothesis)
     scale = np.sqrt(np.diag(fresh.covariance()))
     np.testing.assert_allclose(fold.optimum.theta / scale, fresh.optimum.theta / scale, atol=0.2)
     assert model_of(fold).p[slot("linear_drag.c")] != model_of(verdict.fit).p[slot("linear_drag.c")]
@@ -127,9 +127,10 @@ def test_the_gap_by_linear_drag_closes(dragged: tuple[Selection, Verdict]) -> No
 
 def test_each_fold_chooses_for_itself(dragged: tuple[Selection, Verdict]) -> None:
     selection, _ = dragged
+    parts = parts_of(selection.setting)
     blind = replace(selection, named=tuple(f for f in selection.named if f.hypothesis.name != "linear_drag"))
-    assert leave_out(selection, selection.setting, 0).chosen == "linear_drag"
-    assert leave_out(blind, selection.setting, 0).chosen != "linear_drag"
+    assert leave_out(selection, parts, 0).chosen == "linear_drag"
+    assert leave_out(blind, parts, 0).chosen != "linear_drag"
 
 
 def test_nothing_is_closed_where_the_simulator_is_right() -> None:
@@ -148,7 +149,7 @@ def test_new_runs_scatter_about_what_the_cause_leaves(dragged: tuple[Selection, 
 
 def test_a_single_run_is_cut_into_blocks() -> None:
     selection = select(recordings(DRAG)[:1], ("linear_drag",))
-    parts = blocks(selection.setting)
+    parts = parts_of(selection.setting).setting
     whole = selection.setting.runs[0]
     np.testing.assert_array_equal(np.concatenate([part.time_s for part in parts.runs]), whole.time_s)
     assert all(part.input_time_s[0] <= part.time_s[0] for part in parts.runs)

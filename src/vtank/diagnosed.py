@@ -44,7 +44,7 @@ class Diagnosis(diagnosis.Diagnosis):
         write_text(path, model_text(self, self.laws[law - 1] if law else None))
 
     def write_json(self, path: Path | str) -> None:
-        """Write `document` as JSON, schema vtank.diagnosis/1; InputError as `report`."""
+        """Write `document` as JSON, schema vtank.diagnosis/2; InputError as `report`."""
         write_text(path, json_text(self.document))
 
     def _page(self) -> str:

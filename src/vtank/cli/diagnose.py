@@ -20,7 +20,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "vehicle, whose own refit is the simulator",
     )  # fmt: skip
     parser.add_argument(
-        "--json", type=Path, metavar="OUT", help="write the findings as JSON (schema vtank.diagnosis/1)"
+        "--json", type=Path, metavar="OUT", help="write the findings as JSON (schema vtank.diagnosis/2)"
     )
     parser.add_argument("--report", type=Path, metavar="OUT.html", help="write the report, one HTML file")
     parser.add_argument("--model", type=Path, metavar="OUT.toml", help="write the diagnosed model, for vtank predict")

@@ -8,20 +8,25 @@ the part it has not seen. What then is left is sensor noise and what does not re
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from .evidence import Fitted
 from .freeform import Freeform
-from .holdout import Model, Prediction, Target, model_of, targets_of
+from .holdout import Model, Prediction, Target, targets_of
 from .selection import Selection
-from .shrink import Parts, again, parts_of, without
+from .shrink import LeftOut, Parts, left_out
 from .verdict import Verdict
 
 DRAWS = 400  # resampled sets of blocks behind an interval
+REST = (
+    ("repeatable, unnamed", "repeatable"),
+    ("disturbance", "disturbance"),
+    ("sensor noise", "noise"),
+    ("not explained", "unexplained"),
+)
 BLOCKS = 4  # blocks of a part, which are drawn together; errors of a simulation stay alike for long
 
 
@@ -52,92 +57,64 @@ class Budget:
 
     Attributes:
         lines: the shares.
+        unexplained: what neither own parameters nor a named effect nor sensor noise accounts for.
         unit: of the errors, "m" or "m/s".
         nominal: root mean square error of the nominal on data left out ["unit"].
         worse: parts that the last named model predicts worse than the refit does.
     """
 
     lines: tuple[Line, ...]
+    unexplained: Line
     unit: str
     nominal: float
     worse: tuple[str, ...]
-
-    @property
-    def unexplained(self) -> Line:
-        """What neither own parameters nor a named effect nor sensor noise accounts for."""
-        last = self.lines[-1]
-        return replace(last, name="not explained", kind="unexplained")
 
     def share(self, kind: str) -> float:
         """Share of all lines of a kind."""
         return sum(line.share for line in self.lines if line.kind == kind)
 
 
-def budget(selection: Selection, verdict: Verdict, seed: int = 0) -> Budget:
-    """Share the gap out; verdict: whose effects are named."""
-    parts, chain = parts_of(selection.setting), _chain(selection, verdict.fit)
+def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut | None = None) -> Budget:
+    """Share the gap out; verdict: whose effects are named; found: parts left out, where they are known already.
+
+    An effect that is in the verdict's fit but not named there is part of what repeats without a name.
+    """
+    found = found or left_out(selection, verdict)
+    parts, targets = found.parts, targets_of(found.parts.setting)
     free = next((f for f in selection.free if f.fit is verdict.fit), None)
-    targets = targets_of(parts.setting)
-    with ThreadPoolExecutor(2) as pool:
-        errors = list(pool.map(lambda k: _errors(selection, chain, free, parts, targets, k), range(len(targets))))
-    noise = [(target.variance + target.coloured)[target.scored] for target in targets]
-    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(chain))]
-    squares = [[np.add.reduceat(e**2, _starts(e.size)) for e in steps] for steps in errors]
-    steps = np.array([np.concatenate([part[i] for part in squares]) for i in range(len(squares[0]))])
-    known = np.concatenate([np.add.reduceat(v, _starts(v.size)) for v in noise])
+    chain = found.chain if verdict.effects else found.chain[:2]
+    beside = [_beside(free, parts, targets[k], k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
+    errors = [(*fold.chain[: len(chain)], last) for fold, last in zip(found.folds, beside, strict=True)]
+    steps = np.hstack([[_blocks(e**2) for e in steps] for steps in errors])
+    noise = np.hstack([_blocks((target.variance + target.coloured)[target.scored]) for target in targets])
     if np.sum(steps[-1]) > np.sum(steps[-2]):
         steps[-1] = steps[-2]  # what does not come again in data it has not seen is not repeatable
-    rng = np.random.default_rng(seed)
-    drawn = rng.integers(known.size, size=(DRAWS, known.size))
-    found, draws = (
-        _shares(steps.sum(axis=1), known.sum()),
-        _shares(steps[:, drawn].sum(axis=2), known[drawn].sum(axis=1)),
-    )
-    names += [("repeatable, unnamed", "repeatable"), ("disturbance", "disturbance"), ("sensor noise", "noise")]
-    low, high = np.quantile(draws, (0.05, 0.95), axis=1)
-    lines = tuple(
+    drawn = np.random.default_rng(seed).integers(noise.size, size=(DRAWS, noise.size))
+    shares = _shares(steps.sum(axis=1), noise.sum())
+    low, high = np.quantile(_shares(steps[:, drawn].sum(axis=2), noise[drawn].sum(axis=1)), (0.05, 0.95), axis=1)
+    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(chain)), *REST]
+    lines = [
         Line(*name, float(share), (float(a), float(b)))
-        for name, share, a, b in zip(names, found, low, high, strict=True)
-    )
-    worse = [part.name for part, steps in zip(parts.setting.runs, errors, strict=True)
-             if np.mean(steps[-2] ** 2) > np.mean(steps[1] ** 2)]  # fmt: skip
+        for name, share, a, b in zip(names, shares, low, high, strict=True)
+    ]
     unit = "m" if any(run.has_position for run in parts.setting.runs) else "m/s"
     nominal = float(np.sqrt(steps[0].sum() / sum(e[0].size for e in errors)))
-    return Budget(lines, unit, nominal, tuple(worse))
-
-
-def _chain(selection: Selection, fit: Fitted) -> list[Fitted]:
-    """Nominal, refit, and the fit's effects one after the other, as far as they were fitted alone."""
-    known = {frozenset(e.name for e in f.hypothesis.effects): f for f in selection.named}
-    effects, chain = [e.name for e in fit.hypothesis.effects], [selection.nominal, selection.refit]
-    sets = [frozenset(effects[: i + 1]) for i in range(len(effects))]
-    return [*chain, *(known[names] for names in sets[:-1] if names in known), *([fit] if effects else [])]
+    pairs = zip(parts.setting.runs, found.folds, strict=True)
+    worse = tuple(part.name for part, f in pairs if np.mean(f.chain[-1] ** 2) > np.mean(f.chain[1] ** 2))
+    return Budget(tuple(lines[:-1]), lines[-1], unit, nominal, worse)
 
 
 def _added(chain: Sequence[Fitted]) -> list[str]:
-    """Effects that each step of the chain adds, in words."""
+    """Effects that each step of the chain adds, joined by `+`."""
     sets = [[e.name for e in f.hypothesis.effects] for f in chain[1:]]
-    return [" and ".join(n for n in b if n not in a) for a, b in zip(sets, sets[1:], strict=False)]
+    return ["+".join(n for n in b if n not in a) for a, b in zip(sets, sets[1:], strict=False)]
 
 
-def _errors(
-    selection: Selection,
-    chain: Sequence[Fitted],
-    free: Freeform | None,
-    parts: Parts,
-    targets: Sequence[Target],
-    k: int,
-) -> list[np.ndarray]:
-    """Errors on part k of all models of the chain, fitted without it, and with what repeats beside the last."""
-    setting, target = without(parts.setting, k), targets[k]
-    models = [model_of(again(setting, fit, parts, k)) for fit in chain]
-    errors = [Prediction(model, target).errors() for model in models]
-    found = free.without(~parts.rows[k]) if free else None
-    return [*errors, _beside(found, parts, target, k) if found and found.components else errors[-1]]
-
-
-def _beside(free: Freeform, parts: Parts, target: Target, k: int) -> np.ndarray:
-    """Errors on part k of a model with what it lacks beside it."""
+def _beside(free: Freeform | None, parts: Parts, target: Target, k: int, alone: np.ndarray) -> np.ndarray:
+    """Errors on part k of a model with what it lacks and what comes again beside it; alone: its own errors."""
+    free = free.without(~parts.rows[k]) if free else None
+    if not free or not free.components:
+        return alone
     fit, run = free.fit, parts.parent[k]
     problem, whole = fit.problem, fit.problem.runs[run]
     model = Model(problem.model(fit.optimum.theta + free.shift, run)[0], problem.per_run)
@@ -148,13 +125,16 @@ def _beside(free: Freeform, parts: Parts, target: Target, k: int) -> np.ndarray:
     return Prediction(model, target).errors(target.run.value - error, forcing=force)
 
 
-def _starts(size: int) -> np.ndarray:
-    """First measurement of each block."""
-    return np.unique(np.linspace(0, size, BLOCKS + 1).astype(int)[:-1])
+def _blocks(squares: np.ndarray) -> np.ndarray:
+    """Sums over the blocks of a part, shape (B,)."""
+    return np.asarray(np.add.reduceat(squares, np.unique(np.linspace(0, squares.size, BLOCKS + 1).astype(int)[:-1])))
 
 
 def _shares(steps: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise."""
-    left = steps[-1]
-    noise = np.minimum(noise, left)
-    return np.asarray(np.concatenate([-np.diff(steps, axis=0), [left - noise, noise]]) / steps[0])
+    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise; last, what is unexplained.
+
+    Shape (S + 2, ...).
+    """
+    left, noise = steps[-1], np.minimum(noise, steps[-1])
+    found = [*-np.diff(steps, axis=0), left - noise, noise, steps[-2] - noise]
+    return np.array(found) / steps[0]

@@ -1,4 +1,4 @@
-"""The diagnosis as a whole: from runs and a nominal simulator to the document of schema vtank.diagnosis/1."""
+"""The diagnosis as a whole: from runs and a nominal simulator to the document of schema vtank.diagnosis/2."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -17,24 +17,33 @@ from ..estimate.maximum_likelihood import told_apart
 from ..estimate.observed import Observed
 from ..plant.parameters import vector
 from .baselines import baselines
+from .budget import Budget, budget
 from .foreign import explained
 from .laws.found import Law, laws
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
+from .noise_floor import plausible
 from .selection import Selection, prepare, select
-from .shrink import shrink
+from .shrink import LeftOut, left_out, shrink
 from .sizes import estimates, own_parameters
 from .thinning import thinned
-from .verdict import Verdict, decide, probabilities
+from .unnamed import unnamed
+from .verdict import Verdict, cause_set, decide, probabilities
 
-SCHEMA = "vtank.diagnosis/1"
-
+SCHEMA = "vtank.diagnosis/2"
 
 ORDER = (
     "schema",
     "nominal",
     "verdict",
     "probabilities",
+    "cause_set",
+    "budget",
+    "disturbance",
+    "unexplained",
+    "worse",
+    "unnamed",
+    "laws",
     "where",
     "shrink",
     "estimates",
@@ -94,6 +103,18 @@ class Diagnosis:
             return locate(self.selection, self.verdict, self.probabilities)
 
     @cached_property
+    def left_out(self) -> LeftOut:
+        """Runs, or blocks of time of few runs, left out in turn and predicted by models fitted without them."""
+        with self._stage("runs left out one after the other"):
+            return left_out(self.selection, self.verdict)
+
+    @cached_property
+    def budget(self) -> Budget:
+        """What the nominal's mean-square error on data left out is made of: lines that add to one, and intervals."""
+        with self._stage("the gap budget"):
+            return budget(self.selection, self.verdict, self.seed, self.left_out)
+
+    @cached_property
     def held_out(self) -> dict[str, Any]:
         """How far the gap shrinks on runs left out of selection and fit.
 
@@ -101,7 +122,7 @@ class Diagnosis:
         `fraction_closed` of what lies between refit and floor, with `interval90`.
         """
         with self._stage("how far it shrinks on runs left out"):
-            return shrink(self.selection, self.verdict, self.seed)
+            return shrink(self.selection, self.verdict, self.seed, self.left_out)
 
     @cached_property
     def next_experiment(self) -> dict[str, Any]:
@@ -121,10 +142,15 @@ class Diagnosis:
 
     @cached_property
     def document(self) -> dict[str, Any]:
-        """The whole diagnosis as plain data, schema vtank.diagnosis/1."""
-        with ThreadPoolExecutor(2) as pool:  # they do not need one another
-            list(pool.map(lambda part: getattr(self, part), ("where", "held_out", "next_experiment")))
+        """The whole diagnosis as plain data, schema vtank.diagnosis/2."""
+        with ThreadPoolExecutor(2) as pool:  # those in a row do not need one another
+            for row in (("where", "left_out", "next_experiment", "laws"), ("held_out", "budget")):
+                list(pool.map(partial(getattr, self), row))
+        left = self.budget.unexplained
         parts = self.summary() | {
+            "budget": [line.document() for line in self.budget.lines],
+            "unexplained": {"share": left.share, "interval90": list(left.interval90)},
+            "worse": list(self.budget.worse),
             "where": self.where.document(),
             "shrink": self.held_out,
             "next_experiment": self.next_experiment,
@@ -142,13 +168,17 @@ class Diagnosis:
 
     def summary(self) -> dict[str, Any]:
         """The parts of the document that take no time."""
-        v = self.verdict
+        v, noise = self.verdict, self.selection.setting.noise
+        water = {"sigma_m_s2": noise.sigma, "memory_s": noise.correlation_time, "plausible": plausible(noise)}
         return {
             "schema": SCHEMA,
             "nominal": self.nominal,
             "nominal_by_default": self.by_default,
             "verdict": v.document(),
             "probabilities": self.probabilities,
+            "cause_set": list(cause_set(self.probabilities)),
+            "disturbance": water,
+            "unnamed": unnamed(self.selection, v),
             "estimates": estimates(v, self.mass_kg),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
             "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],

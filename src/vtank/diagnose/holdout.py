@@ -40,19 +40,24 @@ class Model:
     per_run: tuple[str, ...] = ()
 
     @cached_property
+    def weighed(self) -> tuple[str, ...]:
+        """Those that a run's start tells; a simulator's own that differ by run stay as they are."""
+        return tuple(name for name in self.per_run if name in PARAMETERS)
+
+    @cached_property
     def grid(self) -> np.ndarray:
         """Parameter vectors over the values of the run's own parameters, shape (G, P); one where it has none."""
-        ranges = [(-np.pi, np.pi) if PARAMETERS[s].angle else PARAMETERS[s].bounds for s in self.per_run]
+        ranges = [(-np.pi, np.pi) if PARAMETERS[s].angle else PARAMETERS[s].bounds for s in self.weighed]
         values = [low + (high - low) * (np.arange(GRID) + 0.5) / GRID for low, high in ranges]
         points = np.array(list(product(*values)))
         grid = np.tile(self.p, (len(points), 1))
-        grid[:, [slot(name) for name in self.per_run]] = points
+        grid[:, [slot(name) for name in self.weighed]] = points
         return grid
 
     def mean(self, weight: np.ndarray) -> np.ndarray:
         """Parameter vector at the mean of the grid, shape (P,); of a wave, the mean of its two quadratures."""
         p, size_of = self.p.copy(), {wave[2]: wave[0] for effect in CATALOGUE if (wave := effect.wave)}
-        for name in self.per_run:
+        for name in self.weighed:
             values = self.grid[:, slot(name)]
             if name in size_of:
                 mean = complex(weight @ np.exp(1j * values))

@@ -32,12 +32,12 @@ FEWEST_PARTS = 4  # runs, or blocks of time where there are fewer runs, that are
 FEWEST = 40  # sets with a gap to close that an interval needs
 
 
-def shrink(selection: Selection, verdict: Verdict, seed: int = 0) -> dict[str, Any]:
-    """The gap before and after on data that were not used, in the form of schema vtank.diagnosis/1."""
-    new, parts = NewData(selection, verdict), parts_of(selection.setting)
+def shrink(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut | None = None) -> dict[str, Any]:
+    """The gap before and after on data that were not used; found: parts left out, where they are known already."""
+    new, found = NewData(selection, verdict), found or left_out(selection, verdict)
+    folds, parts = found.folds, found.parts
+    nominal, refit, diagnosed = (rms([fold.errors[i] for fold in folds]) for i in range(3))
     with ThreadPoolExecutor(2) as pool:
-        folds = list(pool.map(partial(leave_out, selection, parts), range(len(parts.parent))))
-        nominal, refit, diagnosed = (rms([fold.errors[i] for fold in folds]) for i in range(3))
         floor = new.floor()
         closed = fraction_closed(refit, diagnosed, floor) if verdict.kind not in ("none", "parameters") else None
         sets: list[Gaps] = []
@@ -114,25 +114,62 @@ def _cut(run: Observed, k: int, count: int) -> Iterator[tuple[int, np.ndarray, O
 
 @dataclass(frozen=True)
 class Fold:
-    """Errors of nominal, refit and chosen model on the part left out, and the name of what was chosen."""
+    """A part that was left out, and predicted by models fitted without it.
+
+    Attributes:
+        errors: of nominal, refit and chosen model, shapes (K,) [m or m/s].
+        chosen: name of what was chosen without the part.
+        chain: errors of the models that lead from the nominal to the verdict's, shapes (K,).
+    """
 
     errors: tuple[np.ndarray, ...]
     chosen: str
+    chain: tuple[np.ndarray, ...] = ()
 
 
-def leave_out(selection: Selection, parts: Parts, k: int) -> Fold:
-    """Choose and fit without part k, then predict it."""
+@dataclass(frozen=True)
+class LeftOut:
+    """All parts, left out in turn; chain: the models that lead from the nominal to the verdict's."""
+
+    parts: Parts
+    chain: tuple[Fitted, ...]
+    folds: tuple[Fold, ...]
+
+
+def left_out(selection: Selection, verdict: Verdict) -> LeftOut:
+    """Leave out every part in turn."""
+    parts, chain = parts_of(selection.setting), chain_of(selection, verdict)
+    with ThreadPoolExecutor(2) as pool:
+        folds = pool.map(partial(leave_out, selection, parts, chain=chain), range(len(parts.parent)))
+        return LeftOut(parts, chain, tuple(folds))
+
+
+def chain_of(selection: Selection, verdict: Verdict) -> tuple[Fitted, ...]:
+    """Nominal, refit, the named effects one after the other as far as they were fitted alone, and the verdict's fit."""
+    known = {frozenset(e.name for e in f.hypothesis.effects): f for f in selection.named}
+    sets = [frozenset(verdict.effects[: i + 1]) for i in range(len(verdict.effects) - 1)]
+    between = [known[names] for names in sets if names in known]
+    return (selection.nominal, selection.refit, *between, *([verdict.fit] if verdict.fit.hypothesis.effects else []))
+
+
+def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted] = ()) -> Fold:
+    """Choose and fit without part k, then predict it; chain: models that predict it besides."""
     setting = without(parts.setting, k)
     rest = {f.hypothesis.name: f.log_evidence - log_likelihood(f, parts, k) for f in selection.named}
     ranked = sorted(selection.named, key=lambda f: -rest[f.hypothesis.name])
     leaders = [f for f in ranked[:MOST] if rest[f.hypothesis.name] > rest[ranked[0].hypothesis.name] - WITHIN]
-    nominal, refit, *found = (again(setting, f, parts, k) for f in (selection.nominal, selection.refit, *leaders))
+    tried = (selection.nominal, selection.refit, *leaders)
+    nominal, refit, *found = fits = [again(setting, f, parts, k) for f in tried]
     hopeless = [replace(f, log_evidence=-np.inf) for f in selection.named if f not in leaders]
     chances = probabilities(Selection(setting, nominal, refit, (*found, *hopeless)))
     best = max((nominal, refit, *found), key=lambda f: chances[f.hypothesis.name])
     target = targets_of(parts.setting)[k]
-    errors = tuple(Prediction(model_of(f), target).errors() for f in (nominal, refit, best))
-    return Fold(errors, best.hypothesis.name)
+    fitted = {f.hypothesis.name: f for f in fits}
+    fitted |= {f.hypothesis.name: again(setting, f, parts, k) for f in chain if f.hypothesis.name not in fitted}
+    wanted = {f.hypothesis.name: fitted[f.hypothesis.name] for f in (nominal, refit, best, *chain)}
+    errors = {name: Prediction(model_of(f), target).errors() for name, f in wanted.items()}
+    three, steps = (tuple(errors[f.hypothesis.name] for f in some) for some in ((nominal, refit, best), chain))
+    return Fold(three, best.hypothesis.name, steps)
 
 
 def without(setting: Setting, k: int) -> Setting:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..diagnose.localise.where import WhereData
-from . import pictures, pictures_where, words
+from . import pictures, pictures_budget, pictures_where, words, words_budget
 from .blocks import Bars, Block, Drawing, Heading, Paragraph, Table, Terms
 from .words import WORDS, Document
 
@@ -15,9 +15,9 @@ MOST_BARS = 8  # hypotheses listed by name; the rest are summed up
 
 def sections(document: Document, data: WhereData) -> Iterator[Block]:
     """The whole report."""
-    for section in (opening, how_far, where, over_time, over_frequency, over_motion):
+    for section in (opening, budget, how_far, runs, where, over_time, over_frequency, over_motion):
         yield from section(document, data)
-    for rest in (which, estimates, what_next):
+    for rest in (which, estimates, laws, what_next):
         yield from rest(document)
 
 
@@ -58,6 +58,10 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     s = document.get("shrink") or {}
     if s.get("fraction_closed") is not None:
         return f"{words.closed(s)} closed", f"of what refitting leaves, on {words.left_out(document)}"
+    if rest := document.get("unexplained"):
+        named = sum(line["share"] for line in document["budget"] if line["kind"] in ("parameters", "effect"))
+        size = words_budget.share(rest["share"])
+        return f"{words_budget.share(max(named, 0.0))} accounted for", f"of the gap; {size} is not sensor noise either"
     before, after = pictures_where.pair_of(document)
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]
@@ -69,6 +73,24 @@ def drawing(name: str, svg: str, **values: object) -> Drawing:
     """A picture with the caption and the legend of that name in words.toml, the values in their places."""
     legend = tuple((style.format(**values), text.format(**values)) for style, text in WORDS[name].get("legend", ()))
     return Drawing(svg, " ".join(WORDS[name]["caption"].format(**values).split()), legend)
+
+
+def budget(document: Document, data: WhereData) -> Iterator[Block]:
+    """What the gap is made of."""
+    yield Heading("What the gap is made of")
+    yield from map(Paragraph, words_budget.budget(document) or ["This was not worked out."])
+    if lines := document.get("budget"):
+        before = "drag and thrust alone" if words.foreign(document) else "the simulator as it is"
+        svg = pictures_budget.budget_picture(lines, document)
+        yield drawing("budget", svg, before=before, left_out=words.left_out(document))
+
+
+def runs(document: Document, data: WhereData) -> Iterator[Block]:
+    """Measured and simulated, before and after."""
+    before = words.simulators(document)[0]
+    yield Heading("Every run, before and after", 3)
+    svg = pictures_budget.runs_picture(data.gaps, before)
+    yield drawing("runs", svg, before_style=before, before=WORDS["called"][before])
 
 
 def how_far(document: Document, data: WhereData) -> Iterator[Block]:
@@ -157,6 +179,13 @@ def estimates(document: Document) -> Iterator[Block]:
     yield Table(own[0], tuple(own[1:]))
     if found := tuple(words.in_newton(document)):
         yield Table(("with the diagnosis", "value", "95 % interval", "unit"), found)
+
+
+def laws(document: Document) -> Iterator[Block]:
+    """What a cause without a name may be."""
+    if told := [*words_budget.laws(document)]:
+        yield Heading("The missing law")
+        yield from map(Paragraph, told)
 
 
 def what_next(document: Document) -> Iterator[Block]:

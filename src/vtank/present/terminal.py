@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from . import words
+from . import words, words_budget
 from .blocks import Bars, Heading, Paragraph, Table, Terms
 from .document import plain
 from .words import Document
@@ -18,8 +18,10 @@ def terminal_text(document: Document, width: int = 100) -> str:
     verdict = plain(Heading(words.headline(document), 1), Paragraph(" ".join(words.explanation(document))), width=width)
     place = f"{words.channel(document)} {words.runs(document)} {words.time(document)}"
     told = Terms((
+        *([("Budget", paragraphs(*shares))] if (shares := words_budget.budget(document)) else []),
         ("Where", paragraphs(place, words.frequency(document), words.region(document))),
         ("Which", (leading(document), *paragraphs(*sizes(document), *own(document)))),
+        *([("Law", paragraphs(*found))] if (found := [*words_budget.laws(document)]) else []),
         ("How far", (gap_table(document), Paragraph(words.shrinkage(document)))),
         ("Ties", paragraphs(*(words.ties(document) or [words.NO_TIES]))),
         ("Next", paragraphs(words.next_experiment(document))),

@@ -1,4 +1,4 @@
-"""A diagnosis in plain words, from its document (schema vtank.diagnosis/1): for the terminal and for the report."""
+"""A diagnosis in plain words, from its document (schema vtank.diagnosis/2): for the terminal and for the report."""
 
 from __future__ import annotations
 
@@ -102,6 +102,10 @@ def verdict(document: Document) -> str:
             return f"The gap is caused by {effects[0]}."
         case "effects":
             return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
+        case "varying":
+            text = f"{varying(document)} from run to run"
+            alone = f"The simulator's structure is right, but its {text}."
+            return f"{text.capitalize()}." if document["estimates"] else alone
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."
@@ -159,7 +163,7 @@ def explanation(document: Document) -> list[str]:
     for name in v["effects"]:
         lines.append(BY_NAME[name].sentence)
     if v["kind"] == "none":
-        lines.append("What is missed is no larger than the noise of the recordings.")
+        lines.append(f"What is missed is no larger than sensor noise{still_water(document)}.")
     if v["kind"] == "parameters" and not foreign(document):
         lines.append("Refitting drag and thrust explains the recordings; no further effect is needed.")
     if v["kind"] == "unknown":
@@ -175,6 +179,21 @@ def explanation(document: Document) -> list[str]:
         lines.append(f"Possible as well: {listed(possible)}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
     return lines
+
+
+def still_water(document: Document) -> str:
+    """The disturbance beside the noise, where it was worked out."""
+    water = document.get("disturbance")
+    if not water:
+        return ""
+    size = length(water["sigma_m_s2"], "m/s2")
+    return f" and a disturbance of {size}" + ", as still water has" * water["plausible"]
+
+
+def varying(document: Document) -> str:
+    """Which own parameters differ."""
+    names = [WORDS["own"].get(name, name) for name in document["verdict"]["varying"]]
+    return f"{listed(names)} differ{'s' * (len(names) == 1)}"
 
 
 # --- where ---------------------------------------------------------------------------------------------------------
@@ -281,8 +300,10 @@ def shrinkage(document: Document) -> str:
 
 
 def left_out(document: Document) -> str:
-    """What was left out in turn: runs, or parts of the only one."""
-    return "runs left out" if len(document["where"]["runs"]) > 1 else "stretches of time left out"
+    """What was left out in turn: runs, or stretches of few runs."""
+    names = {run["run"] for run in document["where"]["runs"]}
+    parts = (document.get("shrink") or {}).get("left_out", names)
+    return "runs left out" if len(names) > 1 and set(parts) <= names else "stretches of time left out"
 
 
 def closed(shrink: Document) -> str:

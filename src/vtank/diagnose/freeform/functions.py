@@ -12,7 +12,7 @@ import numpy as np
 
 KNOTS = 33  # of the range, between which functions are straight
 LENGTH = 0.3  # [-] over which a function changes, as a share of the range; a choice
-FUNCTIONS, PRODUCTS = 8, 16  # columns kept of one variable and of two; the rest carries under 1 and 4 % of the variance
+FUNCTIONS, PRODUCTS = 8, 16  # columns kept of one variable and of two; the rest carries under 1 and 8 % of the variance
 
 
 @cache

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...compiled import law
 from ...estimate.problem import Filtered, Problem
+from ...plant.surge import TAU, thrust_target
 from ..evidence import Fitted
 from ..holdout import held
 
@@ -30,13 +31,17 @@ def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
 
 @dataclass(frozen=True)
 class Motion:
-    """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,)."""
+    """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,).
+
+    lag_s: of the thrust behind the input.
+    """
 
     t: np.ndarray
     x: np.ndarray
     u: np.ndarray
     z: np.ndarray
     n: np.ndarray
+    lag_s: float
 
     @cached_property
     def variables(self) -> dict[str, np.ndarray]:
@@ -50,22 +55,32 @@ class Motion:
 
     @cached_property
     def terms(self) -> dict[str, np.ndarray]:
-        """The simulator's own terms, up to a factor: what each own parameter multiplies."""
-        return {"drag": self.u * np.abs(self.u), "thrust": self.z, "lag": _rate(self.t, self.z)}
+        """The simulator's own terms, up to a factor: how the force changes with each own parameter.
+
+        A longer lag holds back what the thrust changes by, which itself comes through the lag.
+        """
+        rate = _rate(self.t, self.z)
+        late = faded(self.t, rate, self.lag_s) if self.lag_s > 0.0 else rate
+        return {"drag": self.u * np.abs(self.u), "thrust": self.z, "lag": late}
 
 
 def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
     """Per run, the motion at the input's stamps and at the measurements."""
     problem = fit.problem
     out = []
-    for run, track in zip(problem.runs, simulated_tracks(problem, fit.optimum.theta), strict=True):
+    for k, track in enumerate(simulated_tracks(problem, fit.optimum.theta)):
+        run, p = problem.runs[k], problem.model(fit.optimum.theta, k)[0]
+        lag_s = float(p[TAU])
         states = [track[:, i] for i in (0, 1, 2)]
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
         held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
-            fed[2], states[2] = run.input * np.abs(run.input), held_input * np.abs(held_input)
+            pairs = (run.input_time_s, run.input), (run.time_s, held_input)
+            fed[2], states[2] = (np.array([thrust_target(*at, p) for at in zip(*pair, strict=True)]) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
-        out.append((Motion(run.input_time_s, x, u, z, run.input), Motion(run.time_s, xm, um, zm, held_input)))
+        out.append(
+            (Motion(run.input_time_s, x, u, z, run.input, lag_s), Motion(run.time_s, xm, um, zm, held_input, lag_s))
+        )
     return out
 
 

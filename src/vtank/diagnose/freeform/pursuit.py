@@ -10,6 +10,7 @@ C 70 (2010), on looking elsewhere.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from typing import Any
@@ -229,6 +230,7 @@ class _Pursuit:
         self.taken = [C.T @ self._row(self.W, k) for k, C in enumerate(self.columns)]
         self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
         self.found: list[tuple[_Group, float, float, np.ndarray]] = []
+        self.wandering = True
 
     def _row(self, a: np.ndarray, k: int) -> np.ndarray:
         return a[self.rows[k] : self.rows[k + 1]]
@@ -280,6 +282,16 @@ class _Pursuit:
             flat = split.transpose(1, 0, 2, 3).reshape(G, R * K, P)
             return S - flat @ flat.transpose(0, 2, 1), b.transpose(1, 0, 2).reshape(G, R * K)
         return self.squares[i][0] - split[0] @ split[0].transpose(0, 2, 1), b[0]
+
+    def followed(self, wandering: bool) -> Freeform:
+        """What is found from here on, one after the other; wandering: with terms that come and go without a rule."""
+        path = copy(self)
+        path.found, path.wandering = [], wandering
+        while True:
+            gain, size, group, together = path.best()
+            if gain < WORTHWHILE or len(path.found) == MOST:
+                return path.solved(together)
+            path.add(group, gain, size)
 
     def best(self) -> tuple[float, float, _Group, float]:
         """The group with the largest gain: gain, its coefficients' deviation, itself; and all groups' gain together."""
@@ -339,7 +351,8 @@ class _Pursuit:
                 by_term.setdefault(piece.about, []).append(i)
         count, g = len(self.columns), self.g
         varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
-        return varying + [self._wandering(members, g) for term, members in by_term.items() if term == "thrust"]
+        wandering = [self._wandering(by_term["thrust"], g)] if self.wandering else []
+        return varying + wandering
 
     def _varying(self, members: list[int], g: np.ndarray) -> _Tried:
         E = np.array([self.taken[k][self.where[i][k]].sum(axis=0) for k, i in enumerate(members)])
@@ -483,10 +496,13 @@ def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
 
 
 def pursue(fit: Fitted) -> Freeform:
-    """Everything that a fitted model lacks."""
-    pursuit = _Pursuit(fit)
-    while True:
-        gain, size, group, together = pursuit.best()
-        if gain < WORTHWHILE or len(pursuit.found) == MOST:
-            return pursuit.solved(together)
-        pursuit.add(group, gain, size)
+    """Everything that a fitted model lacks.
+
+    A term that wanders can pass for nearly anything, and what is found one by one cannot undo it: the pursuit is made
+    without such terms as well, and the one with more evidence is kept.
+    """
+    start = _Pursuit(fit)
+    free = start.followed(wandering=True)
+    if all(c.kind != "wander" for c in free.components):
+        return free
+    return max(free, start.followed(wandering=False), key=lambda found: found.gain)

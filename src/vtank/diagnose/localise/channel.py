@@ -48,8 +48,8 @@ def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, f
         channels: list[str] = [effect.channel for effect in fit.hypothesis.effects] or ["none"]
         for channel in channels:
             total[channel] += chances[fit.hypothesis.name] / len(channels)
-    for name in ("unknown", "varying"):
-        for channel, share in selection.beyond.channels().items():
+    for name, free in (("unknown", selection.beyond), ("varying", selection.free[0])):  # the refit's
+        for channel, share in free.channels().items():
             total[channel] += chances[name] * share
     return total
 

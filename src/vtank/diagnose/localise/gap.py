@@ -33,6 +33,7 @@ class RunGap:
         run: the run's name.
         kind: channel it is judged by.
         time_s: stamps of the measurements, shape (M,).
+        value: what was measured, shape (M,) [m or m/s].
         error: measured less simulated, by simulator ("nominal", "refit", "diagnosed"), shape (M,) [m or m/s].
         counts: by simulator, which measurements it has to explain, shape (M,) of bool.
         floor: what a perfect simulator would still miss, root mean square [m or m/s].
@@ -42,6 +43,7 @@ class RunGap:
     run: str
     kind: int
     time_s: np.ndarray
+    value: np.ndarray
     error: dict[str, np.ndarray]
     counts: dict[str, np.ndarray]
     floor: float
@@ -74,7 +76,8 @@ def run_gaps(selection: Selection, verdict: Verdict, shares: Sequence[float]) ->
         chosen = run.kind == kind
         error = {name: parts[k].innovation[chosen] for name, parts in errors.items()}
         counts = {name: _judged(~selection.setting.flags[k][chosen], verdict.fit, name) for name in fits}
-        gap = RunGap(run.name, kind, run.time_s[chosen], error, counts, rms([floors[k][chosen]]), shares[k])
+        seen, floor = (run.time_s[chosen], run.value[chosen]), rms([floors[k][chosen]])
+        gap = RunGap(run.name, kind, *seen, error, counts, floor, shares[k])
         gaps.append(replace(gap, floor=min(gap.floor, gap.rms("diagnosed"))))
     return tuple(gaps)
 

@@ -91,6 +91,9 @@ def _compared(selection: Selection, verdict: Verdict) -> tuple[list[np.ndarray],
     nominal, refit = selection.nominal, selection.refit
     if verdict.kind in ("none", "parameters"):
         return pointwise(selection, nominal), pointwise(selection, refit), ("nominal", "parameters")
+    by_run = [free.fit for free in selection.free if free.fit.hypothesis.varying]
+    if verdict.kind == "varying" and by_run:
+        return pointwise(selection, refit), pointwise(selection, by_run[0]), ("parameters", "varying")
     if verdict.kind == "unknown":
         free = selection.beyond
         if free.components:

@@ -39,7 +39,7 @@ class WhereData:
     profiles: tuple[Profile, ...]
 
     def document(self) -> dict[str, Any]:
-        """The "where" part of a document of schema vtank.diagnosis/1."""
+        """The "where" part of a document of schema vtank.diagnosis/2."""
         evidence = max(sum(float(windows.gain.sum()) for windows in self.windows), self.windows[0].needed)
         return {
             "channel": self.channel.document(),

@@ -1,0 +1,247 @@
+"""Causes without a name: each is found as what it is, by its channel, run and window, and nothing where nothing is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from recorded import (
+    DRIVES,
+    NOISE,
+    NOISE_M,
+    NOMINAL,
+    differing,
+    find,
+    misread,
+    record,
+    recordings,
+    select,
+    sine,
+    turbulent,
+)
+
+from vtank.diagnose.evidence import evaluate
+from vtank.diagnose.freeform import Component, Freeform, pursue
+from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.lone_speeds import with_lone_speeds
+from vtank.diagnose.selection import prepare
+from vtank.estimate.observed import Observed
+from vtank.estimate.problem import Noise
+from vtank.plant.parameters import slot
+
+OWN = {name: float(NOMINAL[slot(name)]) for name in ("alpha", "beta", "thrust_lag.tau")}
+SPREAD = np.array([0.06, -0.06, 0.03, -0.03])  # of a parameter that differs by run, over itself
+SEEN = 5.0  # log evidence
+PHASES = (0.3, 1.7, 4.0, 5.1)  # [rad] of a line in the four runs
+
+
+def beside(runs: list[Observed], noise: Noise = NOISE) -> Freeform:
+    """What the refit lacks, at a known noise level."""
+    return pursue(evaluate(prepare(runs, NOMINAL).with_noise(noise), Hypothesis()))
+
+
+def first(runs: list[Observed]) -> Component:
+    """What is found first: it has most of the gain."""
+    found = beside(runs)
+    assert found.components[0].gain > max(SEEN, 0.8 * found.gain)
+    return found.components[0]
+
+
+def own(about: str, spread: np.ndarray = SPREAD) -> list[Observed]:
+    """Four runs whose own parameter differs."""
+    return differing([{about: OWN[about] * (1.0 + share)} for share in spread])
+
+
+# --- nothing ---------------------------------------------------------------------------------------------------------
+def coloured(seed: int) -> Callable[[np.ndarray], np.ndarray]:
+    """A coloured error of the sonar, 6 mm with a memory of 0.5 s, anew for every run."""
+    rng, keep = np.random.default_rng((seed, 2)), np.exp(-0.1 / 0.5)
+
+    def error(t: np.ndarray) -> np.ndarray:
+        out = NOISE_M * rng.normal(size=t.size)
+        for k in range(1, t.size):
+            out[k] = keep * out[k - 1] + np.sqrt(1.0 - keep**2) * out[k]
+        return out
+
+    return error
+
+
+@pytest.mark.parametrize("water", ["still", "turbulent", "coloured"])
+@pytest.mark.parametrize("seed", [110, 120, 130])
+def test_nothing_is_found_where_nothing_is_missing(water: str, seed: int) -> None:
+    if water == "turbulent":
+        found = beside(
+            recordings(seed=seed, force=turbulent(2e-3, 2.0, seed)), replace(NOISE, sigma=2e-3, correlation_time=2.0)
+        )
+    elif water == "coloured":
+        runs = [misread(run, coloured(seed + k)) for k, run in enumerate(recordings(seed=seed))]
+        found = beside(runs, replace(NOISE, colour_sigma=NOISE_M, colour_time=0.5))
+    else:
+        found = beside(recordings(seed=seed))
+    assert found.components == () and found.left < 0.0 and found.gain == found.left
+    assert found.channels() == {"none": 1.0}
+
+
+def test_nothing_is_found_beside_the_effect_that_was_there() -> None:
+    selection = select(recordings({"linear_drag.c": 0.1}), ("linear_drag",))
+    (free,) = (free for free in selection.free if free.fit is selection.best)
+    assert free.fit.hypothesis.name == "linear_drag" and free.left < 0.0 and not free.components
+
+
+# --- own parameters that differ by run -------------------------------------------------------------------------------
+@pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("about", OWN)
+def test_an_own_parameter_that_differs_by_run_varies_and_no_other(about: str, share: float) -> None:
+    found = find(own(about, share * SPREAD), "linear_drag", "thrust_loss")
+    assert found.verdict.kind == "varying" and found.verdict.varying == (about,)
+    assert found.verdict.probability > 0.7
+    assert found.verdict.channel == ("hydrodynamics" if about == "alpha" else "actuator")
+
+
+def test_the_spread_of_the_thrust_is_measured() -> None:
+    component = first(own("beta"))
+    assert (component.kind, component.about, component.own, component.repeats) == ("run", "thrust", True, False)
+    spread = component.coefficients - np.mean(component.coefficients)
+    np.testing.assert_allclose(spread, SPREAD, atol=0.01)
+
+
+def test_an_own_parameter_that_is_off_in_all_runs_alike_does_not_vary() -> None:
+    found = beside(own("beta", np.full(4, 0.06)))
+    assert not found.components and found.varying() == ()
+
+
+def test_what_varies_and_a_force_are_not_called_varying_alone() -> None:
+    """The gain of a force beside it belongs to what has no name."""
+
+    def push(t: float, u: float, n: float) -> float:
+        return 0.003 * float(np.exp(-((u / 0.03) ** 2)))
+
+    found = beside(differing([{"beta": OWN["beta"] * (1.0 + share)} for share in SPREAD], force=push))
+    assert {c.kind for c in found.components[:2]} == {"run", "function"}
+    assert all(c.gain > SEEN for c in found.components[:2]) and not found.own
+    ((name, mean, spread),) = found.varying()
+    assert (name, mean) == ("beta", pytest.approx(OWN["beta"], rel=0.05))
+    assert spread == pytest.approx(OWN["beta"] * np.std(SPREAD), rel=0.2)
+
+
+# --- functions of the motion -----------------------------------------------------------------------------------------
+def placed(force: Callable[[float], float]) -> Callable[[float, float, float], float]:
+    """A force over the place [m]."""
+    place = [0.0]
+
+    def push(t: float, u: float, n: float) -> float:
+        place[0] = place[0] + 0.1 * u if t > 0.0 else 0.0
+        return force(place[0])
+
+    return push
+
+
+def test_a_force_over_place_is_a_function_of_it() -> None:
+    component = first(recordings(force=placed(lambda x: 0.002 * float(np.sin(2.0 * np.pi * x / 0.8)))))
+    assert (component.kind, component.channel, component.force) == ("function", "hydrodynamics", True)
+    assert "place" in component.about and component.repeats
+
+
+@pytest.mark.parametrize("size", [0.001, 0.003])
+def test_a_force_over_speed_is_a_function_of_it_and_has_its_shape(size: float) -> None:
+    def law(u: np.ndarray) -> np.ndarray:
+        return size * np.exp(-((u / 0.04) ** 2))
+
+    found = beside(recordings(force=lambda t, u, n: float(law(np.asarray(u)))))
+    component = found.components[0]
+    assert (component.kind, component.channel, component.about) == ("function", "hydrodynamics", "speed")
+    runs, p = found.fit.problem.runs, found.fit.vector()
+    assert len(runs) == 4 and p.size == NOMINAL.size
+    force = np.concatenate(found.forces())
+    assert np.max(force) == pytest.approx(size, rel=0.35)
+
+
+def test_a_force_of_any_size_is_not_taken_for_thrust_that_wanders() -> None:
+    """Whatever acts at speed could be called a thrust that comes and goes; what repeats is more probable."""
+    for size in (0.003, 0.02):
+        kinds = [c.kind for c in beside(recordings(force=lambda t, u, n, s=size: s * np.tanh(u / 0.05))).components]
+        assert kinds[0] == "function" and "wander" not in kinds
+
+
+def test_inertia_that_grows_with_speed_is_a_force() -> None:
+    last = [0.0]
+
+    def force(t: float, u: float, n: float) -> float:
+        rate, last[0] = (u - last[0]) / 0.1 if t > 0.0 else 0.0, u
+        return -16.0 * u * u * rate
+
+    component = first(recordings(force=force))
+    assert component.kind == "function" and component.force
+
+
+# --- what comes and goes ---------------------------------------------------------------------------------------------
+def test_a_thrust_gain_that_wanders_is_found_as_one() -> None:
+    component = first(recordings(force=lambda t, u, n: 0.15 * OWN["beta"] * n * abs(n) * np.sin(0.31 * t)))
+    assert (component.kind, component.channel, component.about) == ("wander", "actuator", "thrust")
+    assert component.windows and not component.own
+
+
+def test_drag_in_a_window_of_one_run_is_found_there() -> None:
+    runs = recordings()
+    runs[2] = record(
+        "run_2", sine(*DRIVES[2]), NOMINAL, NOISE_M, 2, lambda t, u, n: -1.0 * u * abs(u) * (42.0 <= t < 75.0)
+    )
+    found = beside(runs)
+    assert {(c.kind, c.channel, c.about) for c in found.components} == {("window", "hydrodynamics", "drag")}
+    windows = [window for c in found.components for window in c.windows]
+    assert {run for run, _, _ in windows} == {2}
+    start, stop = min(w[1] for w in windows), max(w[2] for w in windows)
+    assert (start, stop) == pytest.approx((42.0, 75.0), abs=3.1)  # a bin
+    assert all(c.coefficients[0] == pytest.approx(-1.0, abs=0.3) for c in found.components)
+    assert [np.any(force != 0.0) for force in found.forces()] == [False, False, True, False]
+
+
+def lined(rad_s: float, sizes_m: tuple[float, ...] = (0.006,) * 4) -> list[Observed]:
+    """Four runs whose sonar errs at one frequency, in phases of their own."""
+    parts = zip(recordings(), PHASES, sizes_m, strict=True)
+    return [misread(run, partial(_wave, rad_s, phase, size)) for run, phase, size in parts]
+
+
+def _wave(rad_s: float, phase: float, size_m: float, t: np.ndarray) -> np.ndarray:
+    return np.asarray(size_m * np.sin(rad_s * t + phase))
+
+
+@pytest.mark.parametrize("rad_s", [0.9, 2.0, 3.1])
+def test_an_error_of_the_sonar_at_one_frequency_is_a_line_of_the_sensor(rad_s: float) -> None:
+    found = beside(lined(rad_s))
+    lines = [c for c in found.components if (c.kind, c.channel, c.force) == ("line", "sensor", False)]
+    assert lines[0] is found.components[0] and lines[0].frequency == pytest.approx(rad_s, abs=0.03)
+    assert sum(c.gain for c in lines) > 0.95 * found.gain > SEEN
+
+
+@pytest.mark.parametrize(("rad_s", "sizes_m"), [(3.1, (0.006,) * 4), (0.9, (0.012, 0.002, 0.008, 0.004))])
+def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, sizes_m: tuple[float, ...]) -> None:
+    """Faster than any standing wave of a tank, or of another size in every run; else the two are one motion."""
+    found = find(lined(rad_s, sizes_m), "seiche", "linear_drag")
+    assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
+
+
+def test_a_seiche_is_no_line_of_the_sensor() -> None:
+    found = find(recordings({"seiche.amplitude": 0.01, "seiche.frequency": 0.9}), "seiche", "linear_drag")
+    assert found.verdict.effects == ("seiche",) and found.verdict.channel == "hydrodynamics"
+
+
+# --- what is found in the input --------------------------------------------------------------------------------------
+@pytest.mark.parametrize("spiked", [True, False])
+def test_readings_that_the_hull_did_not_follow_are_noticed(spiked: bool) -> None:
+    """The same jumps on record: in the tachometer alone, or of the propeller itself."""
+    rng = np.random.default_rng(12)
+    runs = recordings()
+    jumps = [5.0 * rng.choice([-1.0, 0.0, 1.0], run.input.size, p=[0.02, 0.96, 0.02]) for run in runs]
+    if spiked:
+        found = beside([replace(run, input=run.input + jump) for run, jump in zip(runs, jumps, strict=True)])
+    else:
+        drives = [sine(*drive) + jump for drive, jump in zip(DRIVES, jumps, strict=True)]
+        true = [record(f"run_{k}", drive, NOMINAL, NOISE_M, k) for k, drive in enumerate(drives)]
+        assert all(np.mean(run.lone != 0.0) > 0.02 for run in with_lone_speeds(true))
+        found = beside(true)
+    assert (found.gain > SEEN) == spiked
+    assert not spiked or found.components[0].channel == "actuator"

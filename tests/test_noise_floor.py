@@ -1,0 +1,61 @@
+"""The noise level of all hypotheses: near what was simulated, though a gap is there that it could swallow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from recorded import NOISE_M, NOMINAL, differing, recordings, turbulent
+
+from vtank.diagnose.evidence import Fitted, Setting, evaluate
+from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.noise_floor import SEVERAL, STILL_SIGMA, log_prior, noise_at, plausible, settle, still
+from vtank.diagnose.selection import prepare
+from vtank.estimate.observed import Observed
+from vtank.estimate.problem import Noise
+from vtank.plant.parameters import slot
+
+SIGMA, MEMORY_S = 1e-3, 2.0  # m/s2 and s of the turbulence simulated
+BETA = NOMINAL[slot("beta")]
+
+
+def refitted(runs: list[Observed]) -> tuple[Setting, Fitted, Fitted]:
+    """Setting, nominal and refit at the noise level that the refit, left to itself, prefers."""
+    setting = prepare(runs, NOMINAL)
+    refit = evaluate(setting, Hypothesis())
+    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
+    return setting, evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis(), [refit.start()])
+
+
+def test_the_disturbance_is_found_where_nothing_is_missing() -> None:
+    setting, *fits = refitted(recordings(seed=30, force=turbulent(SIGMA, MEMORY_S, 30)))
+    noise = settle(setting, fits)[0].noise
+    assert SIGMA / 2.0 < noise.sigma < 2.0 * SIGMA
+    assert noise.variance[0] == pytest.approx(NOISE_M**2, rel=0.1)
+    assert plausible(noise)
+
+
+@pytest.mark.parametrize("gap", ["gain by run", "force over speed"])
+def test_the_disturbance_is_found_beside_a_gap_that_it_could_swallow(gap: str) -> None:
+    water = turbulent(SIGMA, MEMORY_S, 31)
+    if gap == "gain by run":
+        runs = differing([{"beta": BETA * (1.0 + g)} for g in (0.08, -0.08, 0.04, -0.04)], 31, water)
+    else:
+        runs = recordings(seed=31, force=lambda t, u, n: water(t, u, n) + 0.02 * np.exp(-((u / 0.03) ** 2)))
+    setting, *fits = refitted(runs)
+    assert setting.noise.sigma > 2.0 * SIGMA  # left to itself, the refit calls the gap a disturbance
+    noise = settle(setting, fits)[0].noise
+    assert SIGMA / 2.0 < noise.sigma < 2.0 * SIGMA
+    assert noise.variance[0] == pytest.approx(NOISE_M**2, rel=0.15)
+
+
+def test_a_disturbance_beyond_still_water_s_has_to_be_paid_for() -> None:
+    levels = [log_prior(Noise(sigma=s)) for s in (0.0, 1e-5, STILL_SIGMA, 2.0 * STILL_SIGMA, 10.0 * STILL_SIGMA)]
+    assert levels[:3] == [0.0, 0.0, 0.0] and 0.0 > levels[3] > levels[4]
+    assert levels[4] < -4.0
+    assert plausible(Noise(sigma=SEVERAL * STILL_SIGMA)) and not plausible(Noise(sigma=1.01 * SEVERAL * STILL_SIGMA))
+
+
+def test_still_water_has_no_more_than_that_and_no_coloured_error() -> None:
+    rough, calm = Noise(sigma=0.02, colour_sigma=0.01), Noise(sigma=1e-4, colour_sigma=0.01)
+    assert still(rough).sigma == STILL_SIGMA and still(rough).colour_sigma == 0.0
+    assert still(calm) is calm
