@@ -105,7 +105,8 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             out["unknown"].append(base + max(free.gain - form, strange))
         if fit is selection.best and fit is not selection.nominal:
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
-            out["unknown"].append(base + log(frozen.mimicry) - log(max(seen / MIMICKED, 1.0)))
+            odds = frozen.mimicry / frozen.prior["unknown"] / max(seen / MIMICKED, 1.0)
+            out["unknown"].append(base + log(odds))
     return out
 
 
@@ -123,7 +124,8 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
         channel = free.channel
         kind = leader if chances[leader] >= NAMED else "undecided"
         named = selection.refit if free.fit.hypothesis.varying else free.fit
-        own = tuple(name for f in selection.free for name, _, _ in f.fit.hypothesis.varying)
+        varying = (f.fit.hypothesis.varying for f in selection.free if leader == "varying")
+        own = tuple(name for names in varying for name, _, _ in names)
         if leader == "varying":
             channel, named = selection.free[0].channel, selection.refit
         return Verdict(kind, (), (), None if channel == "none" else channel, chances[leader], named, own)
