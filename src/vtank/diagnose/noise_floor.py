@@ -75,14 +75,18 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     """The setting at the noise level of the contender that, with its own level, is most likely; and how likely.
 
     Contenders are the likeliest hypotheses, alone and with what has no name beside them: what repeats, or is there in
-    a window only, is no turbulence, whatever level would swallow it. least: of the setting's own level, which stays
-    where nothing is likelier.
+    a window only, is no turbulence, whatever level would swallow it. Of a foreign vehicle, whose model is not complete
+    before its effects are found one by one, the hypotheses alone are asked, whatever its waters are. least: of the
+    setting's own level, which stays where nothing is likelier.
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
     refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
     base = ranked[0] if len(ranked[0].hypothesis.effects) > 1 else refit
     with ThreadPoolExecutor(2) as pool:
         alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
+    if setting.foreign:
+        likely, noise = max(alone, key=lambda pair: pair[0])
+        return setting.with_noise(noise), likely
     beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1]))
     likely, noise = max([(least, setting.noise), *alone, beyond], key=lambda pair: pair[0])
     return setting.with_noise(noise), likely
@@ -128,4 +132,4 @@ def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break
-    return fit.log_evidence + log_prior(noise), noise
+    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise)), noise

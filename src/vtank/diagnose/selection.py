@@ -106,7 +106,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     say("noise level")
     setting, likely = settle(setting, fits)
     fits = again(setting, fits)
-    for count in range(2, LARGEST + 1):
+    for count in range(2, LARGEST + 1 - setting.foreign):  # there, more are added one by one
         more = _larger(setting, fits, count)
         if not more:
             break

@@ -149,7 +149,8 @@ def chain_of(selection: Selection, verdict: Verdict) -> tuple[Fitted, ...]:
     known = {frozenset(e.name for e in f.hypothesis.effects): f for f in selection.named}
     sets = [frozenset(verdict.effects[: i + 1]) for i in range(len(verdict.effects) - 1)]
     between = [known[names] for names in sets if names in known]
-    return (selection.nominal, selection.refit, *between, *([verdict.fit] if verdict.fit.hypothesis.effects else []))
+    before = selection.refit if selection.setting.foreign else selection.nominal  # its own refit is all there is
+    return (before, selection.refit, *between, *([verdict.fit] if verdict.fit.hypothesis.effects else []))
 
 
 def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted] = ()) -> Fold:

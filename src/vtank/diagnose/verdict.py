@@ -101,7 +101,9 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
                 else 0.0
             )
             beyond_still = log_prior_of_noise(selection.setting.noise)
-            strange = -beyond_still - 1.0 if beyond_still < 0.0 else -np.inf  # more than water does by itself
+            strange = (
+                -beyond_still - 1.0 if beyond_still < 0.0 and not foreign else -np.inf
+            )  # more than water does by itself
             out["unknown"].append(base + max(free.gain - form, strange))
         if fit is selection.best and fit is not selection.nominal:
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
