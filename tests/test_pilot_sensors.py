@@ -175,7 +175,7 @@ def test_switching_one_source_on_leaves_the_others_alone() -> None:
 def test_an_effect_at_its_null_value_changes_no_bit(effect: str) -> None:
     (found,) = (e for e in CATALOGUE if e.name == effect)
     plan = plan_run(load_scenario("paper-ds1"))
-    base = dict(zip([f"{e.name}.{q.name}" for e in CATALOGUE for q in e.parameters], plan.p[4:], strict=True))
+    base = plan.parameters
     settings = tuple(
         f"effects.{effect}.{q.key}={q.scale if q.shape else base[f'{effect}.{q.name}']}" for q in found.parameters
     )

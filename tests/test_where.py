@@ -102,7 +102,7 @@ def test_windows_find_the_time_of_the_unknown_force(wave: Found) -> None:
     spans = wave.place.document()["time_s"]
     assert {span["run"] for span in spans} == {"run_1"}
     assert 9.0 < min(span["from"] for span in spans) < 35.0
-    assert 45.0 < max(span["to"] for span in spans) < 75.0
+    assert 40.0 < max(span["to"] for span in spans) < 75.0  # its middle is held, its tail is too weak to tell
 
 
 def test_the_unknown_force_is_taken_out_as_its_evidence_says(wave: Found) -> None:

@@ -94,9 +94,9 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
 
 def still(noise: Noise) -> Noise:
     """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
-    sigma = min(noise.sigma, STILL_SIGMA)
-    calm = replace(noise, sigma=sigma, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
-    return calm if sigma < noise.sigma else noise
+    if noise.sigma <= STILL_SIGMA:
+        return replace(noise, colour_sigma=0.0)
+    return replace(noise, sigma=STILL_SIGMA, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
 
 
 def plausible(noise: Noise) -> bool:

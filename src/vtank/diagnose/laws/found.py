@@ -62,6 +62,7 @@ class Law:
         return told | {"gap_closed": self.gap_closed, "probability": self.probability, "tied": list(self.tied)}
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of candidates that run away, which gain nothing
 def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarray]) -> tuple[Law, ...]:
     """Up to three laws for what a fit leaves over, in a channel: "hydrodynamics", "actuator" or "sensor".
 

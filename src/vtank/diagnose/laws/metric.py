@@ -74,7 +74,7 @@ class Metric:
         A = total - np.sum(taken * (self.solve @ taken), axis=0)
         kept = A > 1e-4 * total
         size = np.where(kept, -pull / np.where(kept, A, 1.0), 0.0)
-        return -0.5 * pull * size, size
+        return _finite(-0.5 * pull * size), size
 
     def double(self, one: Sequence[np.ndarray], two: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Gain and sizes, shapes (K,) and (2, K), of pairs of columns with free sizes."""
@@ -86,7 +86,12 @@ class Metric:
         A, D = A + 1e-4 * n1 + 1e-30, D + 1e-4 * n2 + 1e-30  # a ridge: what hardly survives the refit is not believed
         det = np.maximum(A * D - B * B, 1e-4 * A * D)
         c1, c2 = -(D * p1 - B * p2) / det, -(A * p2 - B * p1) / det
-        return -0.5 * (p1 * c1 + p2 * c2), np.array([c1, c2])
+        return _finite(-0.5 * (p1 * c1 + p2 * c2)), np.array([c1, c2])
+
+
+def _finite(gain: np.ndarray) -> np.ndarray:
+    """Gains, none where a candidate is beyond all numbers."""
+    return np.where(np.isfinite(gain), gain, -np.inf)
 
 
 def metric(fit: Fitted, acts: str) -> Metric:
