@@ -245,3 +245,12 @@ def test_readings_that_the_hull_did_not_follow_are_noticed(spiked: bool) -> None
         found = beside(true)
     assert (found.gain > SEEN) == spiked
     assert not spiked or found.components[0].channel == "actuator"
+
+
+def test_a_quick_error_of_the_sonar_is_a_line_and_no_noise() -> None:
+    """Well above what a hull can do, where only the loudest frequencies of the innovations are looked at."""
+    runs = [replace(r, value=r.value + 0.01 * np.sin(7.3 * r.time_s + k)) for k, r in enumerate(recordings())]
+    found = find(runs, "linear_drag", "seiche")
+    assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
+    lines = [c for c in found.selection.beyond.components if c.kind == "line"]
+    assert lines and abs(lines[0].frequency - 7.3) < 0.06

@@ -24,7 +24,8 @@ MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # w
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
 SCANNED_RAD_S = np.arange(0.08, 3.2, 0.045)  # frequencies of lines; 120 s resolve about 0.05 rad/s
-PERIODS = np.geomspace(0.7, 16.0, 20)  # periods over the whole range, of an error periodic in place; a choice
+PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
+QUICK = 12  # frequencies above those at which an error of the readings is loudest, that are looked at besides; a choice
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 
 
@@ -63,7 +64,7 @@ def pieces(fit: Fitted) -> list[Piece]:
         *_errors(read, positions),
         *(piece for k in range(len(moved)) for piece in _windows(k, moved, positions)),
         _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
-        _lines("error", SENSOR, False, SCANNED_RAD_S, [m.t for m in read]),
+        _lines("error", SENSOR, False, np.concatenate([SCANNED_RAD_S, _loudest(fit)]), [m.t for m in read]),
     ]
 
 
@@ -127,6 +128,24 @@ def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: lis
     phases = [np.outer(t - t[0], rad_s) for t in stamps]
     waves = [np.stack([np.sin(p), np.cos(p)], axis=2).reshape(p.shape[0], -1) for p in phases]
     return Piece("line", channel, about, force, tuple(waves), 2, frequencies=rad_s)
+
+
+def _loudest(fit: Fitted) -> np.ndarray:
+    """Frequencies above the scanned at which the innovations of all runs are loudest [rad/s], shape (QUICK,) or less."""
+    pairs = zip(fit.problem.runs, fit.filtered, strict=True)
+    runs = [(run.time_s, f.innovation / np.sqrt(f.variance)) for run, f in pairs]
+    step = max(float(np.median(np.diff(t))) for t, _ in runs)
+    longest = max(float(np.ptp(t)) for t, _ in runs)
+    size = 2 * int(2 ** np.ceil(np.log2(max(longest / step, 2.0))))
+    power = np.zeros(size // 2 + 1)
+    for t, e in runs:
+        even = np.interp(np.arange(t[0], t[-1], step), t, e)
+        power += np.abs(np.fft.rfft(even, size)) ** 2
+    rad_s = 2.0 * np.pi * np.fft.rfftfreq(size, step)
+    inner = power[1:-1]
+    peak = (inner >= power[:-2]) & (inner > power[2:]) & (rad_s[1:-1] > SCANNED_RAD_S[-1])
+    peaks = 1 + np.flatnonzero(peak)
+    return rad_s[peaks[np.argsort(-power[peaks])][:QUICK]]
 
 
 def _shares(values: list[np.ndarray]) -> list[np.ndarray]:
