@@ -131,7 +131,7 @@ def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: lis
 
 
 def _loudest(fit: Fitted) -> np.ndarray:
-    """Frequencies above the scanned at which the innovations of all runs are loudest [rad/s], shape (QUICK,) or less."""
+    """Frequencies above the scanned at which all innovations are loudest [rad/s], shape (QUICK,) or less."""
     pairs = zip(fit.problem.runs, fit.filtered, strict=True)
     runs = [(run.time_s, f.innovation / np.sqrt(f.variance)) for run, f in pairs]
     step = max(float(np.median(np.diff(t))) for t, _ in runs)
