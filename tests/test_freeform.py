@@ -28,7 +28,7 @@ from vtank.diagnose.freeform import Component, Freeform, pursue
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.selection import prepare
-from vtank.estimate.observed import Observed
+from vtank.estimate.observed import SPEED, Observed
 from vtank.estimate.problem import Noise
 from vtank.plant.parameters import slot
 
@@ -254,3 +254,14 @@ def test_a_quick_error_of_the_sonar_is_a_line_and_no_noise() -> None:
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
     lines = [c for c in found.selection.beyond.components if c.kind == "line"]
     assert lines and abs(lines[0].frequency - 7.3) < 0.06
+
+
+def test_readings_of_two_sensors_at_the_same_instants_are_pursued() -> None:
+    """Their stamps come in pairs, so that half of the steps between readings are none."""
+    runs = []
+    for run in recordings()[:2]:
+        both, order = np.concatenate([run.time_s, run.time_s]), np.argsort([*run.time_s, *run.time_s], kind="stable")
+        speed = np.gradient(-run.value, run.time_s)
+        value, kind = np.concatenate([run.value, speed]), np.concatenate([run.kind, np.full(run.kind.size, SPEED)])
+        runs.append(replace(run, time_s=both[order], value=value[order], kind=kind[order]))
+    assert np.isfinite(find(runs, "linear_drag").selection.beyond.left)

@@ -132,8 +132,10 @@ def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: lis
 
 def _loudest(fit: Fitted) -> np.ndarray:
     """Frequencies above the scanned at which all innovations are loudest [rad/s], shape (QUICK,) or less."""
-    pairs = zip(fit.problem.runs, fit.filtered, strict=True)
-    runs = [(run.time_s, f.innovation / np.sqrt(f.variance)) for run, f in pairs]
+    runs = []
+    for run, f in zip(fit.problem.runs, fit.filtered, strict=True):
+        own = run.kind == np.min(run.kind)  # judged by range before position before speed
+        runs.append((run.time_s[own], (f.innovation / np.sqrt(f.variance))[own]))
     step = max(float(np.median(np.diff(t))) for t, _ in runs)
     longest = max(float(np.ptp(t)) for t, _ in runs)
     size = 2 * int(2 ** np.ceil(np.log2(max(longest / step, 2.0))))
