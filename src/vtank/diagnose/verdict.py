@@ -95,21 +95,21 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
         if fit.hypothesis.varying:
             out["varying"].append(base - log(frozen.prior["varying"]))
         if not free.own and (fit is selection.best or not foreign):
-            form = (
-                (1.0 if foreign else IMPERFECT) * max(fit.log_evidence - refit.log_evidence, 0.0)
-                if fit.hypothesis.effects
-                else 0.0
-            )
-            beyond_still = log_prior_of_noise(selection.setting.noise)
-            strange = (
-                -beyond_still - 1.0 if beyond_still < 0.0 and not foreign else -np.inf
-            )  # more than water does by itself
-            out["unknown"].append(base + max(free.gain - form, strange))
+            explained = max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
+            form = explained if foreign else IMPERFECT * explained
+            out["unknown"].append(base + max(free.gain - form, _strange(selection)))
         if fit is selection.best and fit is not selection.nominal:
-            seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
-            odds = frozen.mimicry / frozen.prior["unknown"] / max(seen / MIMICKED, 1.0)
-            out["unknown"].append(base + log(odds))
+            before = refit if fit.hypothesis.effects else selection.nominal
+            seen = float(np.sqrt(2.0 * max(fit.log_evidence - before.log_evidence, 0.0)))
+            odds = log(frozen.mimicry / frozen.prior["unknown"]) - log(max(seen / MIMICKED, 1.0))
+            out["unknown"].append(weight(fit, selection.singles, tempering) + odds)
     return out
+
+
+def _strange(selection: Selection) -> float:
+    """Log evidence that a disturbance beyond what water does by itself is a cause; there is none within."""
+    rare = log_prior_of_noise(selection.setting.noise)
+    return -rare - 1.0 if rare < 0.0 and not selection.setting.foreign else -np.inf
 
 
 def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
