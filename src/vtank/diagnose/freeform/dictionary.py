@@ -58,11 +58,10 @@ def pieces(fit: Fitted) -> list[Piece]:
     """All that could be missing from a fitted model."""
     moved = motions(fit)
     fed, read = [pair[0] for pair in moved], [pair[1] for pair in moved]
-    positions = [run.kind != SPEED for run in fit.problem.runs]
     return [
         *_forces(fed),
-        *_errors(read, positions),
-        *(piece for k in range(len(moved)) for piece in _windows(k, moved, positions)),
+        *_errors(read),
+        *(piece for k in range(len(moved)) for piece in _windows(k, moved)),
         _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
         _lines("error", SENSOR, False, np.concatenate([SCANNED_RAD_S, _loudest(fit)]), [m.t for m in read]),
     ]
@@ -89,7 +88,7 @@ def _piece(channel: str, about: str, found: list[np.ndarray]) -> Piece:
     return Piece("function", channel, about, True, tuple(found), found[0].shape[1])
 
 
-def _errors(read: list[Motion], positions: list[np.ndarray]) -> Iterator[Piece]:
+def _errors(read: list[Motion]) -> Iterator[Piece]:
     """Smooth errors of the readings; of speeds ten times those of positions [m/s against m]."""
     names = ("place", "speed", "time", "acceleration")
     single = {name: _functions([m.variables[name] for m in read]) for name in names}
@@ -97,12 +96,11 @@ def _errors(read: list[Motion], positions: list[np.ndarray]) -> Iterator[Piece]:
     for name, found in single.items():
         yield Piece("function", SENSOR, name, False, tuple(found), found[0].shape[1])
     share = _shares([m.x for m in read])
-    phase = [2.0 * np.pi * np.outer(s, PERIODS) for s in share]
-    waves = [np.stack([np.sin(p), np.cos(p)], axis=2).reshape(p.shape[0], -1) for p in phase]
-    yield Piece("function", SENSOR, "place, periodic", False, tuple(waves), 2)
+    waves = tuple(_waves(2.0 * np.pi * np.outer(s, PERIODS)) for s in share)
+    yield Piece("function", SENSOR, "place, periodic", False, waves, 2)
 
 
-def _windows(k: int, moved: list[tuple[Motion, Motion]], positions: list[np.ndarray]) -> Iterator[Piece]:
+def _windows(k: int, moved: list[tuple[Motion, Motion]]) -> Iterator[Piece]:
     """Bins of time of one run, in which a force, an own term or a reading is off."""
     fed, read = moved[k]
     length = fed.t[-1] - fed.t[0]
@@ -125,9 +123,13 @@ def _windows(k: int, moved: list[tuple[Motion, Motion]], positions: list[np.ndar
 
 def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: list[np.ndarray]) -> Piece:
     """Sines and cosines of time, of a phase of its own in every run."""
-    phases = [np.outer(t - t[0], rad_s) for t in stamps]
-    waves = [np.stack([np.sin(p), np.cos(p)], axis=2).reshape(p.shape[0], -1) for p in phases]
-    return Piece("line", channel, about, force, tuple(waves), 2, frequencies=rad_s)
+    waves = tuple(_waves(np.outer(t - t[0], rad_s)) for t in stamps)
+    return Piece("line", channel, about, force, waves, 2, frequencies=rad_s)
+
+
+def _waves(phase: np.ndarray) -> np.ndarray:
+    """Sine and cosine of every column of phases, side by side, shape (I, 2 K)."""
+    return np.stack([np.sin(phase), np.cos(phase)], axis=2).reshape(phase.shape[0], -1)
 
 
 def _loudest(fit: Fitted) -> np.ndarray:

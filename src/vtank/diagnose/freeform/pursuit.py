@@ -158,15 +158,16 @@ class Freeform:
 
     def forces(self) -> tuple[np.ndarray, ...]:
         """Missing force at every run's input stamps [m/s2], shapes (I,)."""
-        runs = self.fit.problem.runs
-        parts = [c.fitted for c in self.components if c.force]
-        return tuple(sum((p[k] for p in parts), np.zeros(run.input_time_s.size)) for k, run in enumerate(runs))
+        return self._summed(True, [run.input_time_s.size for run in self.fit.problem.runs])
 
     def errors(self) -> tuple[np.ndarray, ...]:
         """Error of every run's readings [m or m/s], shapes (M,)."""
-        runs = self.fit.problem.runs
-        parts = [c.fitted for c in self.components if not c.force]
-        return tuple(sum((p[k] for p in parts), np.zeros(run.time_s.size)) for k, run in enumerate(runs))
+        return self._summed(False, [run.time_s.size for run in self.fit.problem.runs])
+
+    def _summed(self, force: bool, sizes: Sequence[int]) -> tuple[np.ndarray, ...]:
+        """Sum of the components of one sort in every run, shapes (sizes[k],)."""
+        parts = [c.fitted for c in self.components if c.force is force]
+        return tuple(sum((part[k] for part in parts), np.zeros(size)) for k, size in enumerate(sizes))
 
     def without(self, rows: np.ndarray) -> Freeform:
         """What would have been found from the measurements `rows` alone, shape (sum M,) of bool, to first order.
