@@ -131,11 +131,16 @@ def accelerations(
 def step(link: Link, base, q: Array, dq: Array, own: slice):
     """Rotation, velocity, derivative and rest of a link from those of its parent."""
     turn_p, nu_p, jacobian_p, rest_p = base
-    turning = {"hinge": lambda: Rotation.from_rotvec(link.axis * q[0]), "ball": lambda: Rotation.from_quat(q[[1, 2, 3, 0]])}
+    turning = {
+        "hinge": lambda: Rotation.from_rotvec(link.axis * q[0]),
+        "ball": lambda: Rotation.from_quat(q[[1, 2, 3, 0]]),
+    }
     relative = link.turn @ turning[link.kind]().as_matrix() if link.kind in turning else link.turn
     e, place = relative.T, link.place
     spin, sliding = np.zeros(3), np.zeros(3)
-    axes = {"hinge": link.axis[:, None], "ball": np.eye(3), "slide": link.axis[:, None]}.get(link.kind, np.zeros((3, 0)))
+    axes = {"hinge": link.axis[:, None], "ball": np.eye(3), "slide": link.axis[:, None]}.get(
+        link.kind, np.zeros((3, 0))
+    )
     if link.kind == "slide":
         place, sliding = place + link.turn @ link.axis * q[0], axes @ dq
     else:
@@ -143,7 +148,7 @@ def step(link: Link, base, q: Array, dq: Array, own: slice):
     carry = np.block([[e, -e @ skew(place)], [np.zeros((3, 3)), e]])
     carried = carry @ nu_p
     jacobian = carry @ jacobian_p
-    jacobian[:3 if link.kind == "slide" else 6, own][-3:] += axes
+    jacobian[: 3 if link.kind == "slide" else 6, own][-3:] += axes
     nu = carried + np.concatenate([sliding, spin])
     rest = carry @ rest_p + np.concatenate(
         [np.cross(carried[:3], spin) + np.cross(e @ nu_p[3:], sliding), np.cross(carried[3:], spin)]

@@ -30,6 +30,7 @@ LAYERS = (
     "plant",
     "channels",
     "waves",
+    "water",
     "tank",
     "experiment",
     "estimate",
@@ -44,7 +45,7 @@ LAYERS = (
 
 # Heavy package -> the only modules that import it.
 ALLOWED = {
-    "mujoco": {"vtank.tank"},
+    "mujoco": {"vtank.water", "vtank.tank"},
     "filterpy": {"vtank.estimate"},
     "matplotlib": {
         "vtank.tank.drawing",

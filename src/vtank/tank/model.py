@@ -6,20 +6,18 @@ import mujoco
 import numpy as np
 
 from ..errors import InputError
-from .layout import SIZE
+from .layout import PROPULSION, SIZE
 
-STATES = ("vtank/thrust_lag", "vtank/wake")  # actuators that push nothing and carry the surge equation's extra states
 TANK_GROUP = 3  # geom group of walls and floor: what a sonar hears
 HEARD = (np.arange(mujoco.mjNGROUP) == TANK_GROUP).astype(np.uint8)  # for MuJoCo's rays
-INTEGRATORS = (mujoco.mjtIntegrator.mjINT_RK4, mujoco.mjtIntegrator.mjINT_EULER)
 
 
-def check_model(model: mujoco.MjModel) -> None:
-    """Raise InputError unless the callback can drive this model."""
-    if model.nuserdata < SIZE or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, STATES[0]) < 0:
+def check_model(model: mujoco.MjModel, thrusters: int) -> None:
+    """Raise InputError unless the callbacks can drive this model of a vehicle with so many thrusters."""
+    if model.nuser_actuator < SIZE or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, PROPULSION) < 0:
         raise InputError("this model was not made for the tank; expected one that load_world or submerge made")
-    if model.opt.integrator not in INTEGRATORS:
-        raise InputError("expected the integrator RK4 or Euler: the others bend the added mass")
+    if model.nu != 2 + thrusters:
+        raise InputError(f"the model has {model.nu - 2} thrusters; expected the vehicle's {thrusters}")
 
 
 def vehicle_body(model: mujoco.MjModel) -> int:
@@ -31,9 +29,12 @@ def vehicle_body(model: mujoco.MjModel) -> int:
     freedoms = model.body_rootid[model.dof_bodyid] == body
     if np.count_nonzero(freedoms) != 6:
         raise InputError(f"the vehicle '{model.body(body).name}' must be one rigid body, without further joints")
-    if model.dof_armature[freedoms].any() or model.dof_frictionloss[freedoms].any():
-        raise InputError("the free joint must have armature and frictionloss 0: the vehicle file brings the water's")
     return body
+
+
+def mass_kg(model: mujoco.MjModel) -> float:
+    """Mass of the vehicle with all that is fixed to it."""
+    return float(model.body_subtreemass[vehicle_body(model)])
 
 
 def at_origin(model: mujoco.MjModel) -> mujoco.MjData:

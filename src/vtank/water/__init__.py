@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from .add import add, set_const
+    from .add import add
     from .body import Body
+    from .constants import set_const
     from .installation import forces
     from .shapes import ellipsoid
 

@@ -14,8 +14,8 @@ from ..plant.vehicle import Vehicle
 from ..waves import Waves, wave_number
 from ..waves.sea import surface
 from .body import Array, Body, of_vehicle, row
+from .constants import set_const
 from .record import MAGIC, SEA, SIZE, WAVE_AT, field
-from .wet import set_const
 
 HALF_TURN = (0.0, 1.0, 0.0, 0.0)  # about x: leaves a diagonal inertia what it is
 FREE = mujoco.mjtJoint.mjJNT_FREE

@@ -32,14 +32,6 @@ def plus(a: Vector, b: Vector) -> Vector:
 
 
 @term
-def stream(user: np.ndarray, time: float) -> tuple[Vector, Vector]:
-    """Velocity [m/s] and acceleration [m/s2] of the water without its waves, world axes."""
-    since = time - user[AT.water_since_s]
-    u, a = triple(user, AT.water_m_s), triple(user, AT.water_m_s2)
-    return (u[0] + a[0] * since, u[1] + a[1] * since, u[2] + a[2] * since), a
-
-
-@term
 def waves(sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
     """Velocity and acceleration of the water by the waves alone at a place below the still surface, world axes."""
     x, y, z = 0.0, 0.0, 0.0
@@ -61,12 +53,17 @@ def waves(sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
 
 
 @term
-def water(user: np.ndarray, sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
-    """Velocity [m/s] and acceleration [m/s2] of the water at a place, world axes; `sea`: the world's row."""
-    u, a = stream(user, time)
+def flow(
+    user: np.ndarray, sea: np.ndarray, time: float, position: np.ndarray, rotation: np.ndarray
+) -> tuple[Vector, Vector]:
+    """Velocity [m/s] and acceleration [m/s2] of the water at a body, world axes; arguments as of `water_force`."""
+    since = time - user[AT.water_since_s]
+    u, a = triple(user, AT.water_m_s), triple(user, AT.water_m_s2)
+    u = (u[0] + a[0] * since, u[1] + a[1] * since, u[2] + a[2] * since)
     if sea[0] == SEA:
-        by_waves, turning = waves(sea, time, place)
-        u, a = plus(u, by_waves), plus(a, turning)
+        place = plus(triple(position, 0), to_world(rotation, triple(user, AT.centre_of_buoyancy_m)))
+        orbital, turning = waves(sea, time, place)
+        u, a = plus(u, orbital), plus(a, turning)
     return u, a
 
 
@@ -123,11 +120,10 @@ def water_force(
     in the world; nu: velocity in body axes; turning: b above.
     """
     centre = triple(user, AT.centre_of_buoyancy_m)
-    place = plus(triple(position, 0), to_body(rotation.T, centre))
-    u, a = water(user, sea, time, place)
-    flow, rate = to_body(rotation, u), to_body(rotation, a)
-    nu_r = subtract(nu, (*flow, 0.0, 0.0, 0.0))
-    force = added_mass_forces(matrix(user, AT.added_mass), nu, flow, rate, turning)
+    u, a = flow(user, sea, time, position, rotation)
+    stream, rate = to_body(rotation, u), to_body(rotation, a)
+    nu_r = subtract(nu, (*stream, 0.0, 0.0, 0.0))
+    force = added_mass_forces(matrix(user, AT.added_mass), nu, stream, rate, turning)
     mass = user[AT.displaced_kg]
     lift = to_body(rotation, (a[0] - gravity[0], a[1] - gravity[1], a[2] - gravity[2]))
     force = add(force, at((mass * lift[0], mass * lift[1], mass * lift[2]), centre))

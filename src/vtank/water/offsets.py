@@ -74,6 +74,12 @@ def _refusal(what: str) -> InputError:
     )
 
 
+def check_series(version: str) -> None:
+    """Raise InputError unless MuJoCo calls mjcb_control between making the mass matrix and using it."""
+    if not version.startswith(SERIES):
+        raise _refusal(f"expected the series {SERIES}x")
+
+
 def _c_type(node: Any) -> type:
     if isinstance(node, ast_nodes.PointerType):
         return ctypes.c_void_p
@@ -129,10 +135,9 @@ def verify(offsets: dict[str, int], model: mujoco.MjModel, data: mujoco.MjData) 
             raise _refusal(f"{type(struct).__name__}.{name} is not where its headers say")
 
 
-if not mujoco.mj_versionString().startswith(SERIES):
-    raise _refusal(f"expected the series {SERIES}x")
+check_series(mujoco.mj_versionString())
 OFFSETS = derive()
 for _size in (2, 5):
     verify(OFFSETS, *probe(_size))
-Offsets: Any = namedtuple("Offsets", OFFSETS)  # type: ignore[misc]
-AT = Offsets(**OFFSETS)
+Offsets = namedtuple("Offsets", OFFSETS)  # type: ignore[misc]  # names that are not written out
+AT: Any = Offsets(**OFFSETS)
