@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import mujoco
@@ -37,6 +39,18 @@ def test_one_and_two_threads_agree_to_the_byte() -> None:
                 tank.step(25)
         states.append(tank.batch.state.tobytes())
     assert states[0] == states[1]
+
+
+def test_tanks_may_begin_in_several_threads_at_once() -> None:
+    """In a process of their own, where nothing is compiled yet: all find the same callbacks."""
+    code = (
+        "import sys; sys.path.insert(0, 'tests'); from concurrent.futures import ThreadPoolExecutor as Pool\n"
+        "from bodies import awkward_model, awkward_vehicle, without_drag; from vtank.tank import Tank\n"
+        "def fly(_):\n"
+        "    with Tank(awkward_model(), awkward_vehicle(), without_drag()) as tank: tank.step(300)\n"
+        "with Pool(4) as pool: list(pool.map(fly, range(8)))"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[1], check=True)
 
 
 def test_simulations_do_not_disturb_each_other() -> None:

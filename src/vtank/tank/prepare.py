@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,7 +15,7 @@ from ..errors import InputError
 from ..plant import parameters
 from ..plant.surge import TAU
 from ..plant.vehicle import AXES, Vehicle
-from ..water.installation import install, uninstall
+from ..water.installation import installed
 from .callbacks import callbacks
 from .layout import DRAGGED, FIELDS, HULL, PROPELLED, PROPULSION, field
 from .model import check_model, mass_kg, site, sonar_and_wall, vehicle_body
@@ -83,12 +83,6 @@ def check_parameters(model: mujoco.MjModel, p: np.ndarray) -> None:
         raise InputError(f"thrust lag tau = {tau:g} s is shorter than the time step of {step:g} s; 0 means no lag")
 
 
-@contextmanager
-def forces() -> Iterator[None]:
-    """While this context lasts, every simulation that was prepared feels the water; nests, and leaves others alone."""
-    ours = callbacks()
-    install(ours)
-    try:
-        yield
-    finally:
-        uninstall(ours)
+def forces() -> Any:
+    """A context in which every model that was prepared feels the water; nests, and leaves others alone."""
+    return installed(callbacks)

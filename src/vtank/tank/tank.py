@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
 import mujoco
 import mujoco.batch
@@ -11,12 +11,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
-from ..water.installation import install, present, uninstall
+from ..water.installation import present
 from ..water.record import field as wet_field
 from .callbacks import callbacks
 from .layout import PROPULSION, field
 from .model import HEARD, rigid_mass, vehicle_body
-from .prepare import check_parameters, prepare
+from .prepare import check_parameters, forces, prepare
 
 
 class Tank:
@@ -70,14 +70,16 @@ class Tank:
         self.wrenches = model.actuator_gear[first + 2 :].copy()
         self._warnings = self.batch.warning[:, :, 1]  # how often MuJoCo has warned of each kind
         self._warnings[:] = 1  # it writes the first of each to a log file
+        self._context: list[Any] = []
         self._start = self.batch.state.copy()
 
     def __enter__(self) -> Self:
-        install(callbacks())
+        self._context.append(forces())
+        self._context[-1].__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
-        uninstall(callbacks())
+        self._context.pop().__exit__(*error)
 
     def step(self, nstep: int = 1) -> None:
         """Advance every simulation by nstep time steps; InputError when one of them diverges."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Lock
 from typing import Any
@@ -13,12 +13,14 @@ import mujoco
 from ..errors import InputError
 from .control import callback
 
+Make = Callable[[], dict[str, Any]]  # the callbacks by kind, such as "control" for mjcb_control; the same at every call
+
 _lock = Lock()
 _users: Counter[str] = Counter()
 
 
 def present(kind: str) -> Any:
-    """MuJoCo's callback of a kind, such as "control" for mjcb_control; None where there is none."""
+    """MuJoCo's callback of a kind; None where there is none."""
     return getattr(mujoco, f"get_mjcb_{kind}")()
 
 
@@ -26,9 +28,15 @@ def _put(kind: str, function: Any) -> None:
     getattr(mujoco, f"set_mjcb_{kind}")(function)
 
 
-def install(callbacks: dict[str, Any]) -> None:
-    """Install callbacks by kind, or count one more user of them; InputError where another program's is there."""
-    with _lock:
+@contextmanager
+def installed(make: Make) -> Iterator[None]:
+    """While this context lasts, MuJoCo calls these callbacks; InputError where another program's is there.
+
+    Contexts may be nested, and end in any order and thread: the last one removes the callbacks, unless somebody else
+    has put his there.
+    """
+    with _lock:  # compiles, and keeps what was compiled, only once
+        callbacks = make()
         for kind, ours in callbacks.items():
             if (found := present(kind)) is not None and found is not ours:
                 raise InputError(
@@ -38,26 +46,23 @@ def install(callbacks: dict[str, Any]) -> None:
         for kind, ours in callbacks.items():
             _put(kind, ours)
             _users[kind] += 1
-
-
-def uninstall(callbacks: dict[str, Any]) -> None:
-    """Count one user less, and remove the callbacks with the last; those that somebody else has put there stay."""
-    with _lock:
-        for kind, ours in callbacks.items():
-            _users[kind] -= 1
-            if _users[kind] == 0 and present(kind) is ours:
-                _put(kind, None)
-
-
-@contextmanager
-def forces() -> Iterator[None]:
-    """While this context lasts, every model with wet bodies feels the water, however it is stepped.
-
-    Contexts may be nested; other models step as ever. Raises InputError where MuJoCo's control callback is taken.
-    """
-    ours = {"control": callback()}
-    install(ours)
     try:
         yield
     finally:
-        uninstall(ours)
+        with _lock:
+            for kind, ours in callbacks.items():
+                _users[kind] -= 1
+                if _users[kind] == 0 and present(kind) is ours:
+                    _put(kind, None)
+
+
+def _water() -> dict[str, Any]:
+    return {"control": callback()}
+
+
+def forces() -> Any:
+    """A context in which every model with wet bodies feels the water, however it is stepped; others step as ever.
+
+    Contexts may be nested. Raises InputError where MuJoCo's control callback is taken.
+    """
+    return installed(_water)
