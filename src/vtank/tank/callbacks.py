@@ -74,8 +74,9 @@ def compiled() -> dict[str, Any]:
         lag, wake, n = states(model, data, actuator)
         x, u, _ = along(model, data, user)
         rate = numbers(data + o.act_dot, whole(model + o.actuator_actadr, actuator + 1)[actuator], 2)
-        rate[0] = thrust_rate(lag, thrust_target(time, n, p), p)
-        rate[1] = memory_rate(time, x, u, thrust(user, time, lag, n), wake, n, p)
+        target = thrust_target(time, n, p)
+        rate[0] = thrust_rate(lag, target, p)
+        rate[1] = memory_rate(time, x, u, thrust_now(lag, target, p), wake, n, p)
         return 0.0
 
     def mjcb_act_bias(model, data, actuator):  # type: ignore[no-untyped-def]

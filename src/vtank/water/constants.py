@@ -9,8 +9,8 @@ from ..errors import InputError
 from .installation import forces
 from .record import MAGIC, SIZE, field
 
-ENABLE, DISABLE = mujoco.mjtEnableBit, mujoco.mjtDisableBit
-BALL, FREE = mujoco.mjtJoint.mjJNT_BALL, mujoco.mjtJoint.mjJNT_FREE
+ENABLE = mujoco.mjtEnableBit
+STARTS = {int(mujoco.mjtJoint.mjJNT_BALL): (0,), int(mujoco.mjtJoint.mjJNT_FREE): (0, 3)}  # of each three alike
 
 
 def set_const(model: mujoco.MjModel) -> None:
@@ -24,6 +24,7 @@ def set_const(model: mujoco.MjModel) -> None:
     _check_settings(model)
     for i in wet:
         _check_mass(model, i)
+        _check_room(model, i)
     data = mujoco.MjData(model)
     with forces():
         mujoco.mj_forward(model, data)
@@ -66,6 +67,16 @@ def _check_mass(model: mujoco.MjModel, body: int) -> None:
         raise InputError(f"body '{model.body(body).name}': mass plus added mass is not positive definite")
 
 
+def _check_room(model: mujoco.MjModel, body: int) -> None:
+    """MuJoCo keeps only the diagonal of the mass matrix where a body's inertia lies along its own axes."""
+    carrier = int(model.body_weldid[body])
+    if model.body_simple[carrier]:
+        raise InputError(
+            f"body '{model.body(body).name}': no room for added mass in MuJoCo's mass matrix; expected the model's "
+            "MjSpec, and 'auto' for the compiler's inertiafromgeom"
+        )
+
+
 def _set_bodies(model: mujoco.MjModel, data: mujoco.MjData, inverse: np.ndarray) -> None:
     moving, turning = np.zeros((2, 3, model.nv))
     for i in np.flatnonzero(model.body_weldid > 0).tolist():
@@ -79,7 +90,8 @@ def _set_joints(model: mujoco.MjModel, inverse: np.ndarray) -> None:
     weights = np.diagonal(inverse).copy()
     for joint in range(model.njnt):
         start = model.jnt_dofadr[joint]
-        for at in {BALL: (start,), FREE: (start, start + 3)}.get(model.jnt_type[joint], ()):
+        for at in STARTS.get(int(model.jnt_type[joint]), ()):
+            at += start
             weights[at : at + 3] = weights[at : at + 3].mean()
     model.dof_invweight0[:] = weights
 

@@ -21,7 +21,7 @@ import numba
 import numpy as np
 from numba import types
 
-from ..compiled import cache_folder, term
+from ..compiled import cache_folder, law, term
 from ..plant.sixdof import Vector, Wrench, add, cross, multiply, to_body, to_world
 from . import offsets
 from .forces import plus, water_force
@@ -112,7 +112,7 @@ def wet_free_body(model: int, data: int, user: np.ndarray, sea: np.ndarray, body
     fluid[3] += force[3]
     fluid[4] += force[4]
     fluid[5] += force[5]
-    if not fresh:
+    if not fresh or whole(model + OFFSETS.M_rownnz, dof + 6)[dof + 5] != 6:  # set_const refuses what has no room
         return False
     start, nv = whole(model + OFFSETS.M_rowadr, dof + 1)[dof], word_at(model + OFFSETS.nv)
     mass = numbers(data + OFFSETS.M, start, 21)
@@ -123,7 +123,7 @@ def wet_free_body(model: int, data: int, user: np.ndarray, sea: np.ndarray, body
     return False
 
 
-@term
+@law
 def wet_jointed_body(
     model: int, data: int, user: np.ndarray, sea: np.ndarray, body: int, last: int, fresh: bool
 ) -> None:
@@ -161,7 +161,7 @@ def wet_jointed_body(
             columns[i, k] = column[k]
         fluid[dof] += dot(columns[i], force)
         dof = parent[dof]
-    if fresh:
+    if fresh and whole(model + OFFSETS.M_rownnz, nv)[last] == depth:
         added = matrix(user, AT.added_mass)
         dof = last
         for i in range(depth):

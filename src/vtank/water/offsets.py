@@ -29,6 +29,7 @@ INDICES = (  # of mjModel, int32
     "body_jntnum",
     "dof_parentid",
     "M_rowadr",
+    "M_rownnz",
     "actuator_actadr",
 )
 SETTINGS = ("body_user", "actuator_user")  # of mjModel, float64
