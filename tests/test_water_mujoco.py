@@ -1,4 +1,4 @@
-"""Everything in MuJoCo sees the added mass: actuators, sensors, contacts, solvers, integrators, derivatives, threads."""
+"""All of MuJoCo sees the added mass: actuators, sensors, contacts, solvers, integrators, derivatives, threads."""
 
 from __future__ import annotations
 
