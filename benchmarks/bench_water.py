@@ -1,4 +1,4 @@
-"""What the water costs, and what a second thread gains; ratios of sides that are timed in turns, as in bench_tank.py."""
+"""What the water costs, and what a second thread gains: ratios of sides that are timed in turns, as the tank's."""
 
 from __future__ import annotations
 

@@ -33,6 +33,7 @@ LAYERS = (
     "water",
     "tank",
     "experiment",
+    "gym",
     "estimate",
     "diagnose",
     "present",
@@ -45,7 +46,7 @@ LAYERS = (
 
 # Heavy package -> the only modules that import it.
 ALLOWED = {
-    "mujoco": {"vtank.water", "vtank.tank"},
+    "mujoco": {"vtank.water", "vtank.tank", "vtank.gym"},
     "filterpy": {"vtank.estimate"},
     "matplotlib": {
         "vtank.tank.drawing",

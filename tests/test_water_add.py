@@ -17,8 +17,7 @@ from vtank import water
 from vtank.errors import InputError
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
-from vtank.water import Body, ellipsoid
-from vtank.water.shapes import ellipsoids
+from vtank.water import Body, ellipsoid, ellipsoids
 from vtank.waves import Waves
 
 FULL = np.diag([3.0, 4.0, 5.0, 0.1, 0.2, 0.3]) + 0.01
@@ -229,9 +228,10 @@ def test_a_body_that_is_moved_keeps_its_energy_and_its_forces() -> None:
 
 
 def test_any_model_can_be_begun_with_the_ellipsoids_of_its_inertia() -> None:
-    dry = spec().compile()
-    bodies = ellipsoids(dry)
-    assert set(bodies) == {"hull", "arm", "crate"}
+    bodies = ellipsoids(spec())
+    assert {name: body.displaced_kg for name, body in bodies.items()} == pytest.approx(
+        {name: spec().compile().body(name).mass[0] / 1.5 for name in ("hull", "arm", "crate")}
+    )
     model = water.add(spec(), bodies)
     data = mujoco.MjData(model)
     with water.forces():

@@ -11,6 +11,6 @@ if TYPE_CHECKING:
     from .body import Body
     from .constants import set_const
     from .installation import forces
-    from .shapes import ellipsoid
+    from .shapes import ellipsoid, ellipsoids
 
 __all__ = facade(__name__)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,8 +15,8 @@ from ..waves.sea import surface
 from .body import Array, Body, of_vehicle, row
 from .constants import set_const
 from .record import MAGIC, SEA, SIZE, WAVE_AT, field
+from .specification import compiled, make_room
 
-HALF_TURN = (0.0, 1.0, 0.0, 0.0)  # about x: leaves a diagonal inertia what it is
 FREE = mujoco.mjtJoint.mjJNT_FREE
 Wet = Vehicle | Body | Mapping[str, Vehicle | Body]
 
@@ -96,27 +95,12 @@ def _into_spec(spec: mujoco.MjSpec, rows: dict[str, Array], sea: Array) -> mujoc
         body.userdata, body.gravcomp = numbers, 0.0
     if sea.size:
         spec.worldbody.userdata = sea
-    model = _compiled(spec)
+    model = compiled(spec)
     if crowded := [i for i in range(1, model.nbody) if model.body_simple[i] and model.body_user[i, 0] == MAGIC]:
-        _make_room(spec, model, crowded)
-        model = _compiled(spec)
+        make_room(spec, model, crowded)
+        model = compiled(spec)
     set_const(model)
     return model
-
-
-def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
-    try:
-        return spec.compile()
-    except ValueError as reason:
-        raise InputError(f"MuJoCo cannot compile the model: {' '.join(str(reason).split())}") from None
-
-
-def _make_room(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[int]) -> None:
-    """Let M have room beside its diagonal: MuJoCo leaves it out for bodies whose inertia is along their own axes."""
-    for i in bodies:
-        body: Any = next(body for body in spec.bodies if body.id == i)
-        body.explicitinertial, body.mass, body.ipos = True, model.body_mass[i], model.body_ipos[i]
-        body.iquat, body.inertia, body.fullinertia = HALF_TURN, model.body_inertia[i], np.full(6, np.nan)
 
 
 def _into_model(model: mujoco.MjModel, rows: dict[str, Array], sea: Array) -> mujoco.MjModel:

@@ -9,8 +9,10 @@ import numpy as np
 from scipy.special import elliprd
 
 from .body import Body
+from .specification import compiled
 
 WATER_KG_M3 = 1000.0  # fresh water; a choice
+ROBOT_KG_M3 = 1500.0  # mean density of metal, plastic and the air between; a guess: such robots sink
 BLUFF = 1.0  # drag coefficient of a blunt body on its area across the flow; a guess
 
 
@@ -41,19 +43,22 @@ def ellipsoid(
     return Body(added, mass, quadratic_drag=drag)
 
 
-def ellipsoids(model: mujoco.MjModel, density_kg_m3: float = WATER_KG_M3) -> dict[str, Body]:
-    """Every body of a model that has mass and a name, as the uniform ellipsoid of its inertia: a first guess.
+def ellipsoids(
+    spec: mujoco.MjSpec, body_kg_m3: float = ROBOT_KG_M3, density_kg_m3: float = WATER_KG_M3
+) -> dict[str, Body]:
+    """Every body of a model that moves, has mass and a name, as an ellipsoid: a first guess from mass and inertia.
 
-    density_kg_m3: of the water. The ellipsoid has mass, inertia and centre of gravity of the body; hollow bodies come
-    out larger, and float better, than they are.
+    Its proportions and axes are those of the uniform ellipsoid with the body's inertia, its volume is the body's mass
+    over body_kg_m3; density_kg_m3 is the water's. InputError where the specification cannot be compiled.
     """
-    bodies = {}
+    bodies, model = {}, compiled(spec.copy())
     for i in np.flatnonzero((model.body_mass > 0.0) & (model.body_weldid > 0)).tolist():
         inertia, mass = model.body_inertia[i], model.body_mass[i]
         square = 2.5 / mass * (inertia.sum() - 2.0 * inertia)
-        a, b, c = np.sqrt(np.maximum(square, 1e-4 * square.max()))  # a plate or rod without thickness gets some
+        axes_m = np.sqrt(np.maximum(square, 1e-4 * square.max()))  # a plate or rod without thickness gets some
+        a, b, c = axes_m * np.cbrt(mass / body_kg_m3 / (4.0 / 3.0 * math.pi * axes_m.prod()))
         axes = np.zeros(9)
         mujoco.mju_quat2Mat(axes, model.body_iquat[i])
         whole = ellipsoid((float(a), float(b), float(c)), density_kg_m3)
         bodies[model.body(i).name] = whole.moved(model.body_ipos[i], axes.reshape(3, 3))
-    return bodies
+    return {name: body for name, body in bodies.items() if name}
