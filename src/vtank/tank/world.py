@@ -30,7 +30,7 @@ LEVEL = (0.0, 1.0, 0.0, 0.0)  # quaternion of a body with axes x forward, z down
 SHORTEST_S = 1e-5  # [s] time step below which a run would not end in a day; a choice
 FREE = mujoco.mjtJoint.mjJNT_FREE
 SWITCHED_OFF = (
-    mujoco.mjtDisableBit.mjDSBL_CONTACT
+    mujoco.mjtDisableBit.mjDSBL_CONTACT  # a run that strikes a wall is refused instead
     | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     | mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what diverges must be seen, not started anew
 )
@@ -88,8 +88,8 @@ def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None 
         raise InputError("gravity must act along the world's z axis")
     for bond in _bonds(hull):
         raise InputError(
-            f"{bond} acts on the vehicle '{model.body(body).name}' past its added mass; expected none: the thrusters "
-            "stand in the vehicle file"
+            f"{bond} acts on the vehicle '{model.body(body).name}', and nobody here would command it; expected none: "
+            "the thrusters stand in the vehicle file"
         )
     for kind in ("cameras", "geoms", "lights", "sites"):
         taken = {element.name for element in getattr(hull, kind)} - {""}
