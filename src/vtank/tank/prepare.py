@@ -20,7 +20,7 @@ from .callbacks import callbacks
 from .layout import DRAGGED, FIELDS, HULL, PROPELLED, PROPULSION, field
 from .model import check_model, mass_kg, site, sonar_and_wall, vehicle_body
 
-HELD = 1e30  # [kg, kg m2] inertia of what is held: no force moves it by a rounding error within a day
+HELD = np.inf  # [kg, kg m2] armature of what is held: no force moves it, by no rounding error
 
 
 def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> mujoco.MjModel:
