@@ -120,7 +120,7 @@ def test_stand_off_and_depth_are_the_papers(model: mujoco.MjModel, data: mujoco.
 def test_the_surge_equation_exerts_no_force_before_it_has_parameters(model: mujoco.MjModel) -> None:
     data = mujoco.MjData(model)
     data.act[:] = (3.0, -2.0)
-    data.ctrl[:2] = (1.0, 1.0)
+    data.ctrl[0] = 1.0
     with forces():
         mujoco.mj_forward(model, data)
     assert not data.qfrc_actuator.any() and not data.act_dot.any()

@@ -72,7 +72,7 @@ def test_surge_from_rest_is_force_over_mass_less_x_udot() -> None:
 def test_thrusters_and_propellers_push_with_their_levers() -> None:
     data, vehicle = afloat_data(beta=0.002), awkward_vehicle()
     turned(data)
-    data.ctrl[:] = (5.0, 0.0, 3.0, -4.0)
+    data.ctrl[:3] = (5.0, 3.0, -4.0)
     thrust = TOTAL[0, 0] * 0.002 * 25.0
     side, oblique = np.array([0.0, 3.0, 0.0]), -4.0 * np.array(vehicle.thrusters[1].direction)
     force = side + oblique + [thrust, 0.0, 0.0]

@@ -14,7 +14,7 @@ from bodies import awkward_model, awkward_vehicle, phoenix, set_velocity, withou
 from vtank.errors import InputError
 from vtank.plant.truth import load_truth, truth_names
 from vtank.tank import Tank, forces, prepare
-from vtank.tank.layout import PROPULSION, field
+from vtank.tank.layout import SURGE, field
 from vtank.units import FOOT_M
 
 TRUTHS = np.array([load_truth(name).vector() for name in truth_names()] * 3)
@@ -71,8 +71,8 @@ def test_mj_step_by_hand_is_the_same_simulation() -> None:
         model = prepare(phoenix()[0], tank.vehicle, TRUTHS[1])
         data = mujoco.MjData(model)
         data.qvel[:] = tank.qvel[1]
-        data.ctrl[:] = (tank.propeller_rev_s[1], 0.0, *tank.tunnel_N[1])
-        field(model.actuator_user[model.actuator(PROPULSION).id], "disturbance_m_s2")[...] = tank.disturbance_m_s2[1]
+        data.ctrl[:] = (tank.propeller_rev_s[1], *tank.tunnel_N[1])
+        field(model.actuator_user[model.actuator(SURGE).id], "disturbance_m_s2")[...] = tank.disturbance_m_s2[1]
         tank.step(200)
     with forces():
         mujoco.mj_step(model, data, 200)

@@ -44,8 +44,15 @@ def test_the_mass_is_that_of_the_compiled_model() -> None:
 def test_gear_holds_force_and_moment_of_each_thruster() -> None:
     gear = prepare(awkward_model(), awkward_vehicle(), without_drag()).actuator_gear
     direction = np.array([0.36, -0.48, 0.8])
-    assert gear[3] == pytest.approx(np.concatenate([direction, np.cross([-0.3, 0.2, 0.1], direction)]))
-    assert gear[0] == pytest.approx([1.0, 0.0, 0.0, 0.0, 0.1, 0.0])
+    assert gear[2] == pytest.approx(np.concatenate([direction, np.cross([-0.3, 0.2, 0.1], direction)]))
+    assert gear[[0, 3]] == pytest.approx(np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.1, 0.0]]))
+
+
+def test_the_thrusts_moment_needs_an_actuator_only_off_the_axis() -> None:
+    model, vehicle = phoenix()
+    assert model.nu == 1 + len(vehicle.thrusters)
+    with pytest.raises(InputError, match="made for propellers on the vehicle's axis; the vehicle's are off it"):
+        prepare(model, replace(vehicle, propeller_sites=("sonar_st1000",)), without_drag())
 
 
 def test_preparing_leaves_the_model_as_it_was() -> None:

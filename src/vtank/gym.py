@@ -49,7 +49,7 @@ class Tank(gymnasium.Env[Array, Array]):
         self.data = mujoco.MjData(self.model)
         self.body = vehicle_body(self.model)
         self.steps = round(PERIOD_S / self.model.opt.timestep)
-        self.full = np.array([FULL_REV_S, 0.0, *(thruster.limit_N for thruster in self.vehicle.thrusters)])
+        self.full = np.array([FULL_REV_S, *(thruster.limit_N for thruster in self.vehicle.thrusters)])
         self.goal = np.zeros(3)
         self.action_space = spaces.Box(-1.0, 1.0, (1 + len(self.vehicle.thrusters),), np.float64)
         self.observation_space = spaces.Box(-LIMITS, LIMITS, dtype=np.float64)
@@ -66,7 +66,7 @@ class Tank(gymnasium.Env[Array, Array]):
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """One period of 0.1 s under a held action."""
         asked = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
-        self.data.ctrl[:] = self.full * np.insert(asked, 1, 0.0)
+        self.data.ctrl[: self.full.size] = self.full * asked
         with forces():
             mujoco.mj_step(self.model, self.data, self.steps)
             mujoco.mj_forward(self.model, self.data)

@@ -1,8 +1,8 @@
-"""The surge equation as two MuJoCo actuators: compiled callbacks of their dynamics and forces.
+"""The surge equation as a MuJoCo actuator: compiled callbacks of its dynamics and its force.
 
 MuJoCo calls mjcb_act_dyn and mjcb_act_bias, in every Runge-Kutta stage, for actuators with user dynamics and user bias.
-The first finds the rates of the two states, lagged thrust and wake; the second the forces along the hull, times the
-moving mass m - X_udot: the thrust, and all the rest of the equation (plant/surge.py). Propeller speed is the control.
+The first finds the rates of the two states, lagged thrust and wake; the second the force along the hull, the equation's
+acceleration (plant/surge.py) times the moving mass m - X_udot. Propeller speed is the control.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..water import offsets
 from ..water.control import callback
 from ..water.forces import flow
 from ..water.pointers import array_at, numbers, triple, whole, word_at
-from .layout import AT, DRAGGED, FIELDS, PROPELLED, SIZE
+from .layout import AT, FIELDS, SIZE, SURGING, TRIMMING
 
 OFFSETS = offsets.AT
 PARAMETERS = FIELDS["parameters"][0]
@@ -54,20 +54,13 @@ def along(model: int, data: int, user: np.ndarray) -> tuple[float, float, float]
     return position[0], u, user[AT.wall_m] - position[0] - to_world(rotation, triple(user, AT.sonar_m))[0]
 
 
-@term
-def thrust(user: np.ndarray, time: float, lag: float, n: float) -> float:
-    """Thrust that acts now, per unit of moving mass [m/s2]."""
-    p = user[AT.parameters : AT.parameters + PARAMETERS]
-    return thrust_now(lag, thrust_target(time, n, p), p)
-
-
 @functools.cache
 def compiled() -> dict[str, Any]:
     """The two callbacks, compiled at the first call (seconds) and cached on disk by offsets, among others."""
     o = OFFSETS
 
     def mjcb_act_dyn(model, data, actuator):  # type: ignore[no-untyped-def]
-        if word_at(model + o.nuser_actuator) < SIZE or row(model, actuator)[0] != PROPELLED:
+        if word_at(model + o.nuser_actuator) < SIZE or row(model, actuator)[0] != SURGING:
             return 0.0
         user, time = row(model, actuator), array_at(data + o.time, 1)[0]
         p = user[AT.parameters : AT.parameters + PARAMETERS]
@@ -83,19 +76,18 @@ def compiled() -> dict[str, Any]:
         if word_at(model + o.nuser_actuator) < SIZE:
             return 0.0
         kind, time = row(model, actuator)[0], array_at(data + o.time, 1)[0]
-        if kind == PROPELLED:
-            user = row(model, actuator)
-            lag, _, n = states(model, data, actuator)
-            return user[AT.moving_mass_kg] * thrust(user, time, lag, n)
-        if kind == DRAGGED:
-            user = row(model, actuator - 1)
-            p = user[AT.parameters : AT.parameters + PARAMETERS]
-            lag, wake, n = states(model, data, actuator - 1)
-            z = thrust(user, time, lag, n)
-            x, u, gap = along(model, data, user)
-            rest = surge_acceleration(time, x, u, z, wake, n, gap, user[AT.disturbance_m_s2], p) - z
-            return user[AT.moving_mass_kg] * rest
-        return 0.0
+        if kind != SURGING and kind != TRIMMING:
+            return 0.0
+        surge = actuator if kind == SURGING else int(row(model, actuator)[1])
+        user = row(model, surge)
+        p = user[AT.parameters : AT.parameters + PARAMETERS]
+        lag, wake, n = states(model, data, surge)
+        z = thrust_now(lag, thrust_target(time, n, p), p)
+        if kind == TRIMMING:
+            return user[AT.moving_mass_kg] * z
+        x, u, gap = along(model, data, user)
+        force = surge_acceleration(time, x, u, z, wake, n, gap, user[AT.disturbance_m_s2], p)
+        return user[AT.moving_mass_kg] * force
 
     signature = types.float64(types.intp, types.intp, types.int32)
     with cache_folder():

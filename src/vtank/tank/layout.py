@@ -1,7 +1,7 @@
-"""What stands where in mjModel.actuator_user of the two actuators that carry the surge equation.
+"""What stands where in mjModel.actuator_user of the actuators that carry the surge equation.
 
-PROPULSION has its two states and makes the thrust; HULL, next to it, makes all the rest of the equation. The numbers
-stand in the row of the first, and may differ between the simulations of a batch. All are SI, in body axes.
+SURGE has its two states and makes its force, at the body's origin. TRIM, where the propellers are off the axis, makes
+the thrust's pitching moment. The numbers may differ between the simulations of a batch. All are SI, in body axes.
 """
 
 from __future__ import annotations
@@ -13,11 +13,8 @@ import numpy as np
 from ..plant import parameters
 from ..water.record import starts
 
-PROPULSION, HULL = "vtank/propulsion", "vtank/hull"  # names of the actuators
-PROPELLED, DRAGGED = (
-    6.283185e-139,
-    6.283185e-140,
-)  # first number of their rows; any values nobody else would write there
+SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
+SURGING, TRIMMING = 6.283185e-139, 6.283185e-140  # first number of their rows, which nobody else would write there
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),

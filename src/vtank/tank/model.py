@@ -6,18 +6,22 @@ import mujoco
 import numpy as np
 
 from ..errors import InputError
-from .layout import PROPULSION, SIZE
+from ..plant.vehicle import Vehicle
+from .layout import SIZE, SURGE, TRIM
 
 TANK_GROUP = 3  # geom group of walls and floor: what a sonar hears
 HEARD = (np.arange(mujoco.mjNGROUP) == TANK_GROUP).astype(np.uint8)  # for MuJoCo's rays
 
 
-def check_model(model: mujoco.MjModel, thrusters: int) -> None:
-    """Raise InputError unless the callbacks can drive this model of a vehicle with so many thrusters."""
-    if model.nuser_actuator < SIZE or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, PROPULSION) < 0:
+def check_model(model: mujoco.MjModel, vehicle: Vehicle) -> None:
+    """Raise InputError unless the callbacks can drive this model of the vehicle."""
+    names = {model.actuator(i).name for i in range(model.nu)}
+    if model.nuser_actuator < SIZE or SURGE not in names:
         raise InputError("this model was not made for the tank; expected one that load_world or submerge made")
-    if model.nu != 2 + thrusters:
-        raise InputError(f"the model has {model.nu - 2} thrusters; expected the vehicle's {thrusters}")
+    if (found := len(names - {SURGE, TRIM})) != (wanted := len(vehicle.thrusters)):
+        raise InputError(f"the model has {found} thrusters; expected the vehicle's {wanted}")
+    if propeller_height(model, vehicle) and TRIM not in names:
+        raise InputError("the model was made for propellers on the vehicle's axis; the vehicle's are off it")
 
 
 def vehicle_body(model: mujoco.MjModel) -> int:
@@ -63,9 +67,14 @@ def site(model: mujoco.MjModel, name: str) -> np.ndarray:
     """Position of a site of the vehicle in body axes, shape (3,) [m]."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
     if index < 0:
-        names = ", ".join(model.site(i).name for i in range(model.nsite))
+        names = ", ".join(model.site(i).name for i in range(model.nsite) if not model.site(i).name.startswith("vtank/"))
         raise InputError(f"the MJCF has no site '{name}'; there are: {names or 'none'}")
     return at_origin(model).site_xpos[index].copy()
+
+
+def propeller_height(model: mujoco.MjModel, vehicle: Vehicle) -> float:
+    """Mean z of the propellers' axes, body axes [m]."""
+    return float(np.mean([site(model, name)[2] for name in vehicle.propeller_sites]))
 
 
 def sonars(model: mujoco.MjModel) -> list[str]:

@@ -17,9 +17,10 @@ from ..plant.surge import TAU
 from ..plant.vehicle import AXES, Vehicle
 from ..water.installation import installed
 from .callbacks import callbacks
-from .layout import DRAGGED, FIELDS, HULL, PROPELLED, PROPULSION, field
-from .model import check_model, mass_kg, site, sonar_and_wall, vehicle_body
+from .layout import FIELDS, SURGE, SURGING, TRIM, TRIMMING, field
+from .model import check_model, mass_kg, propeller_height, site, sonar_and_wall, vehicle_body
 
+FORWARD = (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # gear of a force along the hull
 HELD = np.inf  # [kg, kg m2] armature of what is held: no force moves it, by no rounding error
 
 
@@ -28,7 +29,7 @@ def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequen
 
     Args:
         model: one that load_world or submerge made for a vehicle with as many thrusters; its mass and inertia count,
-            edits included. Controls: propeller speed [rev/s], one that does nothing, then the thrusters' forces [N].
+            edits included. Controls: propeller speed [rev/s], then the thrusters' forces [N].
         vehicle: hydrodynamics. Entry 0 of both drags is not used: surge drag is the surge equation's.
         p: parameter vector of the surge equation, shape (parameters.SIZE,).
         held: names of the AXES along which the body keeps its speed whatever the forces; the level vehicle's in surge,
@@ -36,19 +37,19 @@ def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequen
 
     Raises InputError when model, vehicle, p and held do not fit together.
     """
-    check_model(model, len(vehicle.thrusters))
+    check_model(model, vehicle)
     check_parameters(model, p)
     if unknown := [axis for axis in held if axis not in AXES]:
         raise InputError(f"no axis '{unknown[0]}' to hold; there are: {', '.join(AXES)}")
     model = copy.copy(model)
-    body, first = vehicle_body(model), model.actuator(PROPULSION).id
+    body, first = vehicle_body(model), model.actuator(SURGE).id
     try:
         water.add(model, {model.body(body).name: without_surge(vehicle)})
     except InputError as reason:
         raise InputError(f"vehicle '{vehicle.name}': {reason}") from None
     sonar, wall = sonar_and_wall(model, body)
     values = {
-        "magic": PROPELLED,
+        "magic": SURGING,
         "body": body,
         "moving_mass_kg": mass_kg(model) + vehicle.added_mass[0, 0],
         "sonar_m": sonar,
@@ -57,10 +58,11 @@ def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequen
     }
     for name, value in values.items():
         field(model.actuator_user[first], name)[...] = value
-    model.actuator_user[model.actuator(HULL).id, 0] = DRAGGED
-    height = np.mean([site(model, name)[2] for name in vehicle.propeller_sites])
-    model.actuator_gear[first] = 1.0, 0.0, 0.0, 0.0, height, 0.0
-    for gear, thruster in zip(model.actuator_gear[first + 2 :], vehicle.thrusters, strict=True):
+    model.actuator_gear[first] = FORWARD
+    if height := propeller_height(model, vehicle):
+        trim = model.actuator(TRIM).id
+        model.actuator_user[trim, :2], model.actuator_gear[trim] = (TRIMMING, first), (0.0, 0.0, 0.0, 0.0, height, 0.0)
+    for gear, thruster in zip(model.actuator_gear[first + 1 :], vehicle.thrusters, strict=False):
         gear[:] = *thruster.direction, *np.cross(site(model, thruster.site), thruster.direction)
     model.dof_armature[model.body_dofadr[body] + np.array([AXES.index(axis) for axis in held], dtype=int)] = HELD
     return model

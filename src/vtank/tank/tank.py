@@ -14,7 +14,7 @@ from ..plant.vehicle import Vehicle
 from ..water.installation import present
 from ..water.record import field as wet_field
 from .callbacks import callbacks
-from .layout import PROPULSION, field
+from .layout import SURGE, field
 from .model import HEARD, rigid_mass, vehicle_body
 from .prepare import check_parameters, forces, prepare
 
@@ -52,7 +52,7 @@ class Tank:
         self.mass = rigid_mass(model, vehicle_body(model)) + vehicle.added_mass
         self.model, self.vehicle = (model := prepare(model, vehicle, truths[0], held)), vehicle
         self.batch = mujoco.batch.Batch(model, len(truths), nthread=nthread)
-        body, first = vehicle_body(model), model.actuator(PROPULSION).id
+        body, first = vehicle_body(model), model.actuator(SURGE).id
         law, self._wet = self.batch.expand("actuator_user")[:, first], self.batch.expand("body_user")[:, body]
         self.parameters, self.disturbance_m_s2 = field(law, "parameters"), field(law, "disturbance_m_s2")
         self.sonar_m, self.wall_m = field(law, "sonar_m"), field(law, "wall_m")
@@ -65,9 +65,9 @@ class Tank:
         self.qvel = self.batch.bind("qvel")[:, dof : dof + 6]
         self.lag = self.batch.bind("act")[:, lag : lag + 2]
         self.time = self.batch.bind("time")
-        control = self.batch.bind("ctrl")
-        self.propeller_rev_s, self.tunnel_N = control[:, first], control[:, first + 2 :]
-        self.wrenches = model.actuator_gear[first + 2 :].copy()
+        control, thrusters = self.batch.bind("ctrl"), slice(first + 1, first + 1 + len(vehicle.thrusters))
+        self.propeller_rev_s, self.tunnel_N = control[:, first], control[:, thrusters]
+        self.wrenches = model.actuator_gear[thrusters].copy()
         self._warnings = self.batch.warning[:, :, 1]  # how often MuJoCo has warned of each kind
         self._warnings[:] = 1  # it writes the first of each to a log file
         self._context: list[Any] = []

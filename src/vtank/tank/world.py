@@ -20,12 +20,13 @@ from .. import water
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..resources import models_dir
-from .layout import HULL, PROPULSION, SIZE
+from .layout import SIZE, SURGE, TRIM
 from .mjcf import mujoco_says, named, read
-from .model import TANK_GROUP, mass_kg, vehicle_body
+from .model import TANK_GROUP, mass_kg, propeller_height, vehicle_body
 from .prepare import without_surge
 
 ORIGIN = "vtank/origin"  # site at the vehicle's origin
+LAW: dict[str, Any] = {"gainprm": np.zeros(mujoco.mjNGAIN), "biastype": mujoco.mjtBias.mjBIAS_USER}  # of a callback
 LEVEL = (0.0, 1.0, 0.0, 0.0)  # quaternion of a body with axes x forward, z down that heads along the world's x
 SHORTEST_S = 1e-5  # [s] time step below which a run would not end in a day; a choice
 FREE = mujoco.mjtJoint.mjJNT_FREE
@@ -98,7 +99,8 @@ def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None 
     _set_afloat(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
     _inject(world, hull.option, vehicle)
     with mujoco_says("cannot put it between the walls"):
-        world.compile()
+        if propeller_height(world.compile(), vehicle):
+            _actuator(world, TRIM, **LAW)
         model = water.add(world, {_free_joint(world).parent.name: without_surge(vehicle)})
     _mark_walls(model)
     return model
@@ -153,9 +155,7 @@ def _inject(world: mujoco.MjSpec, own: mujoco.MjOption, vehicle: Vehicle) -> Non
     option.disableflags, option.enableflags = int(SWITCHED_OFF), 0
     world.nuser_actuator = max(world.nuser_actuator, SIZE)
     body.add_site(name=ORIGIN)
-    law = {"gainprm": np.zeros(mujoco.mjNGAIN), "biastype": mujoco.mjtBias.mjBIAS_USER}
-    _actuator(world, PROPULSION, dyntype=mujoco.mjtDyn.mjDYN_USER, actdim=2, **law)
-    _actuator(world, HULL, **law)
+    _actuator(world, SURGE, dyntype=mujoco.mjtDyn.mjDYN_USER, actdim=2, **LAW)
     for number in range(len(vehicle.thrusters)):
         _actuator(world, f"vtank/thruster {number}")
 

@@ -21,7 +21,7 @@ import numba
 import numpy as np
 from numba import types
 
-from ..compiled import cache_folder, law, term
+from ..compiled import cache_folder, term
 from ..plant.sixdof import Vector, Wrench, add, cross, multiply, to_body, to_world
 from . import offsets
 from .forces import plus, water_force
@@ -123,7 +123,7 @@ def wet_free_body(model: int, data: int, user: np.ndarray, sea: np.ndarray, body
     return False
 
 
-@law
+@term
 def wet_jointed_body(
     model: int, data: int, user: np.ndarray, sea: np.ndarray, body: int, last: int, fresh: bool
 ) -> None:

@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from ..compiled import law, term
+from ..compiled import term
 from ..plant.sixdof import Vector, Wrench, add, added_mass_forces, at, cross, drag, subtract, to_body, to_world
 from .pointers import block, matrix, triple
 from .record import AT, COMPONENT, SEA, WAVE_AT
@@ -31,7 +31,7 @@ def plus(a: Vector, b: Vector) -> Vector:
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@law
+@term
 def waves(sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
     """Velocity and acceleration of the water by the waves alone at a place below the still surface, world axes."""
     x, y, z = 0.0, 0.0, 0.0
@@ -67,7 +67,7 @@ def flow(
     return u, a
 
 
-@law
+@term
 def cross_flow(user: np.ndarray, nu: Wrench) -> Wrench:
     """Drag of the flow across the hull, strip by strip from tail to nose, each along the flow that it meets."""
     tail, nose, sway, heave = (
@@ -93,7 +93,7 @@ def all_drag(user: np.ndarray, nu: Wrench) -> Wrench:
     return add(force, cross_flow(user, nu)) if user[AT.cross_flow] != user[AT.cross_flow + 1] else force
 
 
-@law
+@term
 def moved_drag(user: np.ndarray, nu: Wrench) -> Wrench:
     """The same where drag has a centre and axes of its own."""
     centre, axes = triple(user, AT.centre_of_drag_m), block(user, AT.drag_axes)
