@@ -8,6 +8,7 @@ from ..facade import facade
 
 if TYPE_CHECKING:
     from .atomic import write_bytes, write_text
+    from .columns import FIXED, MOTION, NAMED, Column, column
     from .dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, DataSet, read_dataset, read_truth, write_dataset
     from .documents import json_text, jsonable, parse_json, read_json
     from .files import read_bytes, read_text
