@@ -95,7 +95,7 @@ def test_sites_stand_where_the_vehicle_file_says(model: mujoco.MjModel) -> None:
     for key, entry in NUMBERS["sites"].items():
         assert model.site(key.removesuffix("_m")).pos == pytest.approx(entry["value"], abs=1e-12), key
     vehicle = load_vehicle()
-    used = {thruster.site for thruster in vehicle.thrusters} | set(vehicle.propeller_sites)
+    used = {thruster.site for thruster in vehicle.steering} | set(vehicle.propeller_sites)
     assert {f"{site}_m" for site in used} <= set(NUMBERS["sites"])
     assert model.site("centre_of_buoyancy").pos == pytest.approx(vehicle.centre_of_buoyancy_m, abs=1e-12)
 

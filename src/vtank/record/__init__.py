@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .folder import Kind, new_folder, refuse_loss, results_folder
     from .manifest import FILE, DataSetWarning, Manifest, current_versions, manifest_text, sha256
     from .reader import read_run
-    from .rules import content_fault
+    from .rules import PAUSE_S, content_fault
     from .run import INPUTS, OUTPUTS, TIME, Run
     from .table import GREATEST, Table, open_table
     from .toml import find_file, line_of, meant, parse
