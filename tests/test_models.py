@@ -33,14 +33,12 @@ UNITS = {
 }
 
 
-def entries() -> dict[str, dict]:
+def entries(content: object = NUMBERS, name: str = "phoenix") -> dict[str, dict]:
     """Every number of phoenix.toml that states an origin, by table and key."""
-    found = {}
-    for table, content in NUMBERS.items():
-        tables = content if isinstance(content, list) else [content] if isinstance(content, dict) else []
-        for index, keys in enumerate(tables):
-            found |= {f"{table}.{index}.{key}": entry for key, entry in keys.items() if isinstance(entry, dict)}
-    return found
+    if isinstance(content, dict) and "value" in content:
+        return {name: content}
+    parts = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    return {key: entry for part, inside in parts for key, entry in entries(inside, f"{name}.{part}").items()}
 
 
 @pytest.fixture(scope="module")

@@ -116,10 +116,14 @@ def read_thruster(table: Table) -> Thruster:
 
 def _check_input(table: Table, kind: str) -> None:
     """Refuse keys of another input, and a thruster without gain or curve."""
+    if not {"input", "limit_N"} & set(table.entries):
+        message = "missing: 'command' or 'rev_s' with a gain or a curve, or 'N' with limit_N; a thruster makes no force"
+        raise table.error("input", f"{message} without")
     fitting = {DEAD_BAND[kind]} | ({GAIN[kind], "curve"} if kind in GAIN else set())
     for key in (*GAIN.values(), *DEAD_BAND.values(), "curve"):
         if key in table.entries and key not in fitting:
-            raise table.error(key, f"does not go with input = '{kind}'; expected {' or '.join(sorted(fitting))}")
+            found = f"input = '{kind}'" if "input" in table.entries else "no input, which is then 'N'"
+            raise table.error(key, f"does not go with {found}; expected {' or '.join(sorted(fitting))}")
     if kind in GAIN and not {GAIN[kind], "curve"} & set(table.entries):
         wanted = f"{GAIN[kind]}, or a curve (CSV with the columns {kind}, force_N)"
         raise table.error("input", f"'{kind}' makes no force without {wanted}; found neither")
@@ -130,7 +134,7 @@ def _steady(table: Table, kind: str) -> tuple[float, Curve, float | None]:
     if kind == "N":
         return 1.0, (), None
     if table.either(GAIN[kind], "curve") == "curve":
-        curve = read_curve(Path(table.file("curve", ending=".csv")), kind)
+        curve = read_curve(Path(table.file("curve", ending="")), kind)
         return 1.0, curve, max(abs(force) for _, force in curve)
     gain = table.positive(GAIN[kind])
     return gain, (), gain if kind == "command" else None
