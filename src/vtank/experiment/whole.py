@@ -66,6 +66,7 @@ def check_commands(vehicle: Vehicle, commands: Mapping[str, ArrayLike]) -> dict[
     known = (*(t.column for t in vehicle.thrusters), *(fin.column for fin in vehicle.fins if fin.limit_rad))
     if TIME not in table:
         raise InputError(f"commands: no column {TIME}; found {', '.join(table) or 'nothing'}")
+    table[TIME] = np.round(table[TIME], TICK)
     for key, values in table.items():
         if key != TIME and key not in known:
             raise InputError(f"commands: {vehicle.name} has no input '{key}'{meant(key, known)}")

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..record.files import read_text
 from ..record.table import Table
+from ..record.toml import meant
+from ..resources import models_dir
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -20,6 +22,7 @@ GAIN = {"rev_s": "gain_N_s2_per_rev2", "command": "gain_N"}  # of n|n|, and of t
 DEAD_BAND = {"rev_s": "dead_band_rev_s", "command": "dead_band", "N": "dead_band_N"}
 THRUSTER = ("name", "site", "direction", "input", *GAIN.values(), "curve", "lag_s", "limit_N", *DEAD_BAND.values())
 FIN = ("name", "site", "axis", "area_m2", "lift_per_rad", "stall_rad", "drag", "limit_rad", "density_kg_per_m3")
+FINE = 2001  # points at which a thruster's law is inverted; a choice
 FRESH_KG_PER_M3 = 1000.0  # fresh water; a choice
 
 
@@ -62,6 +65,17 @@ class Thruster:
         else:
             force = self.gain * asked * (np.abs(asked) if self.input == "rev_s" else 1.0)
         return np.clip(force, -self.limit_N, self.limit_N)
+
+    def input_for(self, force_N: Array) -> Array:
+        """The least input that makes a steady force: inverse of `force_N`, up to the largest force. Same shape."""
+        natural = {"command": 1.0, "rev_s": np.sqrt(self.limit_N / self.gain), "N": self.limit_N}
+        most = max(abs(asked) for asked, _ in self.curve) if self.curve else natural[self.input] + self.dead_band
+        found = np.zeros_like(force_N)
+        for side in (1.0, -1.0):
+            asked = side * np.linspace(0.0, most, FINE)
+            made, first = np.unique(np.maximum.accumulate(side * self.force_N(asked)), return_index=True)
+            found = np.where(side * force_N > 0.0, np.interp(side * force_N, made, asked[first]), found)
+        return found
 
 
 @dataclass(frozen=True)
@@ -134,10 +148,21 @@ def _steady(table: Table, kind: str) -> tuple[float, Curve, float | None]:
     if kind == "N":
         return 1.0, (), None
     if table.either(GAIN[kind], "curve") == "curve":
-        curve = read_curve(Path(table.file("curve", ending="")), kind)
+        curve = read_curve(_curve_file(table), kind)
         return 1.0, curve, max(abs(force) for _, force in curve)
     gain = table.positive(GAIN[kind])
     return gain, (), gain if kind == "command" else None
+
+
+def _curve_file(table: Table) -> Path:
+    """The bench table of that name in models/, or the *.csv beside the file that names it."""
+    value = table.file("curve", ending=".csv")
+    presets = {path.stem: path for path in models_dir().glob("*.csv")}
+    if not value.endswith(".csv") and value not in presets:
+        raise table.error(
+            "curve", f"no bench table '{value}'{meant(value, sorted(presets))}; or the path of a .csv file"
+        )
+    return presets.get(value, Path(value))
 
 
 def read_fin(table: Table) -> Fin:

@@ -101,7 +101,6 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
     file = open_table(path).check_keys(KEYS)
     body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
     places = file.table("sites")
-    _check_names(file)
     return Vehicle(
         name=file.text("name"),
         mjcf=Path(file.file("mjcf", ending="")),
@@ -120,15 +119,6 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         path=path,
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
-
-
-def _check_names(file: Table) -> None:
-    """Refuse two thrusters, or two fins, of one name: their columns in a recording would be one."""
-    for key in ("thruster", "fin"):
-        names = [table.text("name", table.text("site")) for table in file.tables(key)]
-        for number, name in enumerate(names):
-            if name in names[:number]:
-                raise file.tables(key)[number].error("name", f"'{name}' is taken; expected a name of its own")
 
 
 def _added_mass(table: Table) -> np.ndarray:

@@ -126,7 +126,12 @@ def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array
 
 
 def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
-    """Raise InputError where vehicle file and MJCF differ about mass, places or which way is down."""
+    """Raise InputError where a name is given twice, or the MJCF differs about mass, places or which way is down."""
+    for key, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
+        names = [part.name or part.site for part in parts]
+        if twice := [i for i, name in enumerate(names) if name in names[:i]]:
+            where = f"{vehicle.path}: {key}[{twice[0]}].name"
+            raise InputError(f"{where}: '{names[twice[0]]}' is taken; expected a name of its own")
     mass, centre = mass_kg(model), centre_of_gravity(model, vehicle_body(model))
     if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
         raise InputError(f"{vehicle.path}: body.mass_kg: found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg")
