@@ -57,7 +57,8 @@ class WholeScenario:
 
     def commands(self) -> dict[str, Array]:
         """The table of commands for `fly_vehicle`; InputError where the thrusters cannot do what is asked."""
-        time_s: Array = np.arange(int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1) * self.period_s
+        count = int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1
+        time_s = self.period_s * np.arange(count, dtype=np.float64)
         wanted, table = np.zeros((time_s.size, 6)), {TIME: time_s}
         for part in self.parts:
             value = part.signal.command(time_s, self.duration_s)[0]
@@ -150,16 +151,17 @@ def fly_whole(scenario: WholeScenario) -> Run:
 
 
 def summary(scenario: WholeScenario, run: Run) -> str:
-    """One line about a flight: how far each excited axis or input went, as it was recorded."""
+    """One line about a flight: how fast each excited axis went, as it was recorded; all of them, under an input."""
+    targets = {part.target for part in scenario.parts}
+    axes = [axis for axis in AXES if axis in targets or not targets <= set(AXES)]
     told = []
-    for part in scenario.parts:
-        unit = "m_s" if part.target in AXES[:3] else "rate_rad_s"
-        channel = f"{part.target}_{unit}" if part.target in AXES else part.target
-        column = next((name for name in run.columns if name.rpartition(".")[2] == channel), None)
-        seen = (
-            f"{np.nanmin(run.columns[column]):+.3g} to {np.nanmax(run.columns[column]):+.3g}" if column else "no sensor"
-        )
-        told.append(f"{column or channel} {seen}")
+    for axis in axes:
+        channel = f"{axis}_m_s" if axis in AXES[:3] else f"{axis}_rate_rad_s"
+        column = next((name for name in run.columns if name.rpartition(".")[2] == channel), "")
+        if column:
+            told.append(f"{column} {np.nanmin(run.columns[column]):+.3g} to {np.nanmax(run.columns[column]):+.3g}")
+        elif axis in targets:
+            told.append(f"{channel} is not measured")
     return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(told)}"
 
 
