@@ -10,6 +10,7 @@ import pytest
 
 from vtank.cli import main
 from vtank.errors import InputError
+from vtank.experiment import fly_vehicle
 from vtank.experiment.whole_scenario import is_whole, load_whole_scenario
 from vtank.plant import Sensor, Thruster, load_vehicle
 from vtank.plant.vehicle import AXES
@@ -51,7 +52,7 @@ def test_the_input_for_a_force_makes_that_force(name: str) -> None:
 
 def test_the_input_for_a_force_bridges_the_dead_band() -> None:
     thruster = Thruster("a", (1.0, 0.0, 0.0), 40.0, input="command", gain=40.0, dead_band=0.1)
-    assert thruster.input_for(np.array([-4.0, 0.0, 4.0])) == pytest.approx([-0.2, 0.0, 0.2], abs=1e-4)
+    assert thruster.input_for(np.array([-4.0, 0.0, 4.0, 40.0])) == pytest.approx([-0.2, 0.0, 0.2, 1.0], abs=1e-4)
 
 
 @pytest.mark.parametrize(("vehicle", "axis"), [("bluerov2", axis) for axis in AXES] + [("phoenix", "heave")])
@@ -72,8 +73,6 @@ def test_an_excited_axis_moves_as_its_equation_says(tmp_path: Path) -> None:
     flown = load_whole_scenario(scenario(tmp_path, size=15.0, **{"[1.0]": "[2.0]"}))
     vehicle = replace(flown.vehicle, sensors=(Sensor("log", ("heave_m_s",), rate_hz=100.0),))
     thrusters = tuple(replace(thruster, lag_s=0.0) for thruster in vehicle.thrusters)
-    from vtank.experiment import fly_vehicle
-
     run = fly_vehicle(replace(vehicle, thrusters=thrusters), flown.commands(), 20.0)
     late = run.samples("log.heave_m_s")[1][1000:]
     speeds = np.linspace(0.0, 1.0, 2001)
@@ -86,8 +85,9 @@ def test_an_excited_axis_moves_as_its_equation_says(tmp_path: Path) -> None:
     ("options", "said"),
     [
         ({"vehicle": "remus100"}, "excite[0].axis: the thrusters of remus100 cannot push along heave alone"),
-        ({"size": 400.0}, "excite"),
-        ({"size": 99.0, "vehicle": "phoenix"}, "of thruster tunnel_bow_vertical, which makes 8.9 N at most"),
+        ({"size": 400.0}, "excite[0].amplitudes_N: expected a number from -100 to 100"),
+        ({"size": 40.0, "axis": "yaw"}, "N of thruster thruster_1, which makes "),
+        ({"size": 99.0, "vehicle": "phoenix"}, "of thruster tunnel_bow_vertical, which makes -8.9 N at most"),
         ({"multisine": "multisin"}, "excite[0].kind: expected one of multisine, chirp, square, step_coast"),
         ({"amplitudes_N": "amplitudes_m"}, "excite[0].amplitudes_m: wrong unit: expected 'amplitudes_N' [N]"),
         ({'axis = "heave"': 'input = "thruster_9_command"'}, "excite[0].input: expected one of thruster_1_command"),

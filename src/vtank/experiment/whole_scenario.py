@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..plant.actuators import Thruster
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
 from ..record import TIME, Manifest, Run, find_file, open_table, read_text, write_dataset
 from ..record.table import Table
@@ -29,6 +30,7 @@ from .whole import fly_vehicle
 
 Array = NDArray[np.float64]
 UNIT = {axis: "_N" if axis in AXES[:3] else "_N_m" for axis in AXES}
+SHORT = 0.01  # share of its largest force by which a thruster may miss what is wanted; a choice
 REACH = 1e-6  # share of a wanted force that may come out as another axis' force or moment, by rounding; a choice
 
 
@@ -82,11 +84,17 @@ class WholeScenario:
                 message = f"the thrusters of {self.vehicle.name} cannot push along {part.target} alone"
                 raise part.table.error("axis", message)
         forces = wanted @ inverse
-        for thruster, force in zip(thrusters, forces.T, strict=True):
-            if (most := np.abs(force).max()) > thruster.limit_N * (1.0 + 1e-9):
-                message = f"asks {most:.3g} N of thruster {thruster.name}, which makes {thruster.limit_N:g} N at most"
-                raise InputError(f"{self.path}: excite: {message}")
-        return {t.column: t.input_for(force) for t, force in zip(thrusters, forces.T, strict=True) if force.any()}
+        return {t.column: self._input(t, force) for t, force in zip(thrusters, forces.T, strict=True) if force.any()}
+
+    def _input(self, thruster: Thruster, force: Array) -> Array:
+        """Inputs for forces (T,) [N]; InputError where one is more than the thruster can make."""
+        asked = thruster.input_for(force)
+        made = thruster.force_N(asked)
+        if (short := np.abs(made - force)).max() > SHORT * thruster.limit_N:
+            worst, name = int(short.argmax()), thruster.name or thruster.site
+            message = f"asks {force[worst]:.3g} N of thruster {name}, which makes {made[worst]:.3g} N at most"
+            raise InputError(f"{self.path}: excite: {message}")
+        return asked
 
 
 def is_whole(name_or_path: str | Path) -> bool:

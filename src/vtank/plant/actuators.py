@@ -68,8 +68,11 @@ class Thruster:
 
     def input_for(self, force_N: Array) -> Array:
         """The least input that makes a steady force: inverse of `force_N`, up to the largest force. Same shape."""
-        natural = {"command": 1.0, "rev_s": np.sqrt(self.limit_N / self.gain), "N": self.limit_N}
-        most = max(abs(asked) for asked, _ in self.curve) if self.curve else natural[self.input] + self.dead_band
+        most = {"rev_s": np.sqrt(self.limit_N / self.gain), "N": self.limit_N}.get(self.input, 0.0) + self.dead_band
+        if self.input == "command":
+            most = 1.0
+        elif self.curve:
+            most = max(abs(asked) for asked, _ in self.curve)
         found = np.zeros_like(force_N)
         for side in (1.0, -1.0):
             asked = side * np.linspace(0.0, most, FINE)
