@@ -136,6 +136,20 @@ def test_the_yaw_of_a_thruster_beside_the_axis(block: Vehicle) -> None:
     assert (rate[1] - rate[0]) / STEP_S == pytest.approx(-0.3 * 2.0 / 0.9, rel=1e-4)
 
 
+def test_an_mjcf_with_its_z_axis_up_flies_the_same(block: Vehicle, tmp_path: Path) -> None:
+    """The same body, its sites and start written in axes x forward, y to port, z up."""
+    up = MJCF.replace(' quat="0 1 0 0"', "").replace('"side" pos="0 0.3 0"', '"side" pos="0 -0.3 0"')
+    (tmp_path / "up.xml").write_text(up, encoding="utf-8")
+    start = (0.5, 0.1, -0.1, 0.02, 0.05, 0.1)
+    vehicle = replace(block, fins=(RUDDER,))
+    one, other = (
+        flown(replace(vehicle, mjcf=mjcf), 300, start, side_N=3.0, rudder_rad=0.1).channels["port"]
+        for mjcf in (block.mjcf, tmp_path / "up.xml")
+    )
+    for channel in ALL:
+        np.testing.assert_allclose(other[channel], one[channel], atol=1e-9, err_msg=channel)
+
+
 def test_currents_carry_and_a_log_tells_speed_over_ground(block: Vehicle) -> None:
     whole = load_whole(block, current_m_s=(0.3, 0.0, 0.0))
     motion = whole.fly(whole.control({"none": np.zeros(20000)})).channels["centre"]

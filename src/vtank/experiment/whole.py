@@ -1,6 +1,7 @@
 """A whole vehicle flown open loop under a table of commands, and recorded by its instruments.
 
-run = fly_vehicle("bluerov2", {"time_s": [0, 5], "thruster_1_command": [0.5, 0.0]}, duration_s=20.0, seed=1)
+ahead = {"time_s": [0, 5], "thruster_1_command": [0.5, 0.0], "thruster_2_command": [0.5, 0.0]}
+run = fly_vehicle("bluerov2", ahead, duration_s=20.0, seed=1)
 run.samples("dvl.surge_m_s")
 """
 
