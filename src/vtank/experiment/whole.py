@@ -36,7 +36,8 @@ def fly_vehicle(
     """Fly from rest where the vehicle floats, heading north, and return what was recorded.
 
     commands: a table of `time_s` and columns NAME_rev_s, NAME_command, NAME_N of thrusters in the input of the vehicle
-        file, NAME_rad of fins; a row holds until the next, what is not named rests. walls: MJCF of a basin.
+        file, NAME_rad of fins; a row holds until the next, what is not named rests. walls: MJCF of a basin, which
+        sonars hear; nothing stops a vehicle that reaches them.
     current_m_s: of the water, north, east, down [m/s]. seed: of noise, lost samples and waves, which come from astern.
 
     Columns: the commands, and SENSOR.CHANNEL of each instrument, with its rate, noise, latency and lost samples. The
