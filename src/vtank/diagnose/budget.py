@@ -27,6 +27,7 @@ REST = (
     ("sensor noise", "noise"),
     ("not explained", "unexplained"),
 )
+BY_RUN = ("own parameters of each run", "parameters")  # what their differences from run to run account for
 BLOCKS = 4  # blocks of a part, which are drawn together; errors of a simulation stay alike for long
 
 
@@ -35,7 +36,8 @@ class Line:
     """One line of the budget.
 
     Attributes:
-        name: "own parameters", an effect, "repeatable, unnamed", "disturbance" or "sensor noise".
+        name: "own parameters", an effect, "own parameters of each run" where they vary, "repeatable, unnamed",
+            "disturbance" or "sensor noise".
         kind: parameters, effect, repeatable, disturbance or noise.
         share: of the nominal's mean-square error on data left out [-]; below zero where a step made it worse.
         interval90: over what else the blocks left out might have been.
@@ -81,8 +83,9 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     """
     found = found or left_out(selection, verdict)
     parts, targets = found.parts, targets_of(found.parts.setting)
-    free = next((f for f in selection.free if f.fit is verdict.fit), None)
-    chain = found.chain if verdict.effects else found.chain[:2]
+    varying = verdict.kind == "varying"
+    chain = found.chain if verdict.effects or varying else found.chain[:2]
+    free = next((f for f in selection.free if f.fit is (chain[-1] if varying else verdict.fit)), None)
     beside = [_beside(free, parts, targets[k], k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
     errors = [(*fold.chain[: len(chain)], last) for fold, last in zip(found.folds, beside, strict=True)]
     steps = np.hstack([[_blocks(e**2) for e in steps] for steps in errors])
@@ -92,7 +95,8 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     drawn = np.random.default_rng(seed).integers(noise.size, size=(DRAWS, noise.size))
     shares = _shares(steps.sum(axis=1), noise.sum())
     low, high = np.quantile(_shares(steps[:, drawn].sum(axis=2), noise[drawn].sum(axis=1)), (0.05, 0.95), axis=1)
-    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(chain)), *REST]
+    added = [BY_RUN] if varying else [(name, "effect") for name in _added(chain)]
+    names = [("own parameters", "parameters"), *added, *REST]
     lines = [
         Line(*name, float(share), (float(a), float(b)))
         for name, share, a, b in zip(names, shares, low, high, strict=True)
