@@ -72,8 +72,9 @@ class Model:
 
 
 def model_of(fit: Fitted, run: int = 0) -> Model:
-    """The model of a fitted hypothesis, spikes of the tachometer repaired as it says; with what a run has for itself."""
-    p, bounds = fit.problem.model(fit.optimum.theta, run)[0], {name: q.bounds for name, q in fit.hypothesis.parameters()}
+    """The model of a fitted hypothesis for a run, spikes of the tachometer repaired as it says."""
+    p = fit.problem.model(fit.optimum.theta, run)[0]
+    bounds = {name: q.bounds for name, q in fit.hypothesis.parameters()}
     for name, value in fit.extra.items():
         p[slot(name)] = np.clip(value, *bounds[name])
     return Model(p, fit.problem.per_run)
