@@ -82,7 +82,6 @@ class Parts:
         """Whether the parts are the runs."""
         return len(set(self.parent)) == len(self.parent)
 
-
     def without(self, k: int) -> Setting:
         """What is left to fit: all other runs, or all measurements but those of a block, whose run goes on without."""
         parent, source = self.parent[k], self.source
