@@ -26,6 +26,7 @@ REST = (
     ("disturbance", "disturbance"),
     ("sensor noise", "noise"),
     ("not explained", "unexplained"),
+    ("the verdict", "verdict"),
 )
 BY_RUN = ("own parameters of each run", "parameters")  # what their differences from run to run account for
 BLOCKS = 4  # blocks of a part, which are drawn together; errors of a simulation stay alike for long
@@ -60,6 +61,7 @@ class Budget:
     Attributes:
         lines: the shares.
         unexplained: what neither own parameters nor a named effect nor sensor noise accounts for.
+        verdict: what all that the verdict names accounts for together.
         unit: of the errors, "m" or "m/s".
         nominal: root mean square error of the nominal on data left out ["unit"].
         worse: parts that the last named model predicts worse than the refit does.
@@ -67,6 +69,7 @@ class Budget:
 
     lines: tuple[Line, ...]
     unexplained: Line
+    verdict: Line
     unit: str
     nominal: float
     worse: tuple[str, ...]
@@ -105,7 +108,8 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     nominal = float(np.sqrt(steps[0].sum() / sum(e[0].size for e in errors)))
     pairs = zip(parts.setting.runs, found.folds, strict=True)
     worse = tuple(part.name for part, f in pairs if np.mean(f.chain[-1] ** 2) > np.mean(f.chain[1] ** 2))
-    return Budget(tuple(lines[:-1]), lines[-1], unit, nominal, worse)
+    *shared, unexplained, named = lines
+    return Budget(tuple(shared), unexplained, named, unit, nominal, worse)
 
 
 def _added(chain: Sequence[Fitted]) -> list[str]:
@@ -135,10 +139,11 @@ def _blocks(squares: np.ndarray) -> np.ndarray:
 
 
 def _shares(steps: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise; last, what is unexplained.
+    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise, shape (S + 3, ...).
 
-    Shape (S + 2, ...).
+    Last, what is unexplained, and what the verdict accounts for: all after the refit, or the refit where that is all.
     """
-    left, noise = steps[-1], np.minimum(noise, steps[-1])
-    found = [*-np.diff(steps, axis=0), left - noise, noise, steps[-2] - noise]
+    left, named, noise = steps[-1], steps[-2], np.minimum(noise, steps[-1])
+    before = steps[min(1, len(steps) - 3)]
+    found = [*-np.diff(steps, axis=0), left - noise, noise, named - noise, before - named]
     return np.array(found) / steps[0]

@@ -33,6 +33,7 @@ class Verdict:
         probability: of the verdict's class, or of the kind.
         fit: the explanation that goes with it.
         varying: own parameters that differ from run to run.
+        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats or disturbance.
     """
 
     kind: str
@@ -42,11 +43,12 @@ class Verdict:
     probability: float
     fit: Fitted = field(repr=False)
     varying: tuple[str, ...] = ()
+    doubt: str = ""
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
         said = {"kind": self.kind, "effects": list(self.effects), "class": list(self.rivals)}
-        said |= {"varying": list(self.varying)}
+        said |= {"varying": list(self.varying), "doubt": self.doubt}
         return said | {"channel": self.channel, "probability": self.probability}
 
 
