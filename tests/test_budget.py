@@ -140,3 +140,12 @@ def test_parameters_that_differ_from_run_to_run_have_a_line_of_their_own() -> No
     assert names[:2] == ["own parameters", "own parameters of each run"]
     assert adds_up(found)
     assert found.lines[1].share > 0.8 * (1.0 - found.lines[0].share - found.share("noise"))
+
+
+def test_a_lag_of_each_run_is_its_own_and_not_found_anew() -> None:
+    """The lag is an effect's parameter, too, but no phase that a run's start would tell."""
+    tau = NOMINAL[slot("thrust_lag.tau")]
+    runs = [recordings({"thrust_lag.tau": factor * tau})[k] for k, factor in enumerate((1.0, 2.5, 1.0, 1.0))]
+    found = shared(runs, "linear_drag")
+    assert found.lines[1].name == "own parameters of each run"
+    assert found.verdict.interval90[0] > 0.0 and found.worse == ()

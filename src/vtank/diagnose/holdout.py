@@ -45,7 +45,7 @@ class Model:
     @cached_property
     def weighed(self) -> tuple[str, ...]:
         """Those that a run's start tells; a simulator's own that differ by run stay as they are."""
-        return tuple(name for name in self.per_run if name in PARAMETERS)
+        return tuple(name for name in self.per_run if name in PARAMETERS and PARAMETERS[name].per_run)
 
     @cached_property
     def grid(self) -> np.ndarray:

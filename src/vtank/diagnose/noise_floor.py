@@ -93,10 +93,10 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
 
 
 def still(noise: Noise) -> Noise:
-    """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
-    if noise.sigma <= STILL_SIGMA:
+    """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error."""
+    if noise.sigma <= STILL_SIGMA and noise.correlation_time <= STILL_MEMORY_S:
         return replace(noise, colour_sigma=0.0)
-    return replace(noise, sigma=STILL_SIGMA, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    return replace(noise, sigma=min(noise.sigma, STILL_SIGMA), correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
 
 
 def plausible(noise: Noise) -> bool:
@@ -105,8 +105,20 @@ def plausible(noise: Noise) -> bool:
 
 
 def log_prior(noise: Noise) -> float:
-    """Log density of a disturbance beforehand, over its largest: falls above what still water shows."""
-    return -0.5 * float(max(np.log(max(noise.sigma, LEAST_SIGMA) / STILL_SIGMA), 0.0) / STILL_SPREAD) ** 2
+    """Log density of a disturbance beforehand, over its largest: falls where it moves more than still water does.
+
+    By its size, and by the speed that it gives in its memory: a weak one that lasts moves a vehicle as far.
+    """
+    return _above(noise.sigma / STILL_SIGMA * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
+
+
+def rarity(noise: Noise) -> float:
+    """The same by its size alone, however long it lasts."""
+    return _above(noise.sigma / STILL_SIGMA)
+
+
+def _above(times: float) -> float:
+    return -0.5 * float(np.log(max(times, 1.0)) / STILL_SPREAD) ** 2
 
 
 def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
-from .noise_floor import log_prior as log_prior_of_noise
+from .noise_floor import rarity
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
@@ -110,7 +110,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
 
 def _strange(selection: Selection) -> float:
     """Log evidence that a disturbance beyond what water does by itself is a cause; there is none within."""
-    rare = log_prior_of_noise(selection.setting.noise)
+    rare = rarity(selection.setting.noise)
     return -rare - 1.0 if rare < 0.0 and not selection.setting.foreign else -np.inf
 
 

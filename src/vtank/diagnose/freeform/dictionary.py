@@ -15,6 +15,7 @@ import numpy as np
 
 from ...estimate.observed import SPEED
 from ..evidence import Fitted
+from .events import Events, events
 from .functions import functions_of, products_of
 from .motion import Motion, motions
 
@@ -34,7 +35,7 @@ class Piece:
     """Columns made in one go, of all runs together or of one run.
 
     Attributes:
-        kind: "function", "window" or "line".
+        kind: "function", "window", "event" or "line".
         channel: where it acts.
         about: what it goes with, in words.
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
@@ -42,6 +43,7 @@ class Piece:
         each: columns of one group, where the piece holds several side by side.
         edges: of the bins of windows [s].
         frequencies: of lines [rad/s].
+        events: where each column of short events is.
     """
 
     kind: str
@@ -52,6 +54,7 @@ class Piece:
     each: int
     edges: np.ndarray = field(default_factory=lambda: np.zeros(0))
     frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    events: Events | None = None
 
 
 def pieces(fit: Fitted) -> list[Piece]:
@@ -62,6 +65,7 @@ def pieces(fit: Fitted) -> list[Piece]:
         *_forces(fed),
         *_errors(read),
         *(piece for k in range(len(moved)) for piece in _windows(k, moved)),
+        *(piece for k in range(len(moved)) for piece in _events(k, fit)),
         _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
         _lines("error", SENSOR, False, np.concatenate([SCANNED_RAD_S, _loudest(fit)]), [m.t for m in read]),
     ]
@@ -119,6 +123,17 @@ def _windows(k: int, moved: list[tuple[Motion, Motion]]) -> Iterator[Piece]:
         yield Piece("window", channel, about, True, own(bins(fed.t, values)), 1, edges)
     for about, values in (("reading", np.ones(read.t.size)), ("latency", read.u)):
         yield Piece("window", SENSOR, about, False, own(bins(read.t, values)), 1, edges)
+
+
+def _events(k: int, fit: Fitted) -> Iterator[Piece]:
+    """Readings of one run that are off for a moment, shorter than the bins of windows."""
+    run, f = fit.problem.runs[k], fit.filtered[k]
+    counts = fit.problem.used(k) & (run.kind == np.min(run.kind))  # judged by range before position before speed
+    off = np.where(counts, f.innovation / np.sqrt(f.variance), np.nan)
+    found = events(run.time_s, off, SHORTEST_S)
+    if found.spans:
+        own = tuple(found.inside if i == k else None for i in range(len(fit.problem.runs)))
+        yield Piece("event", SENSOR, "reading", False, own, 1, events=found)
 
 
 def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: list[np.ndarray]) -> Piece:
