@@ -1,16 +1,16 @@
-"""Eight numbers side by side: a numba type that lets one law serve one parameter set or eight at once.
+"""Numbers side by side: a numba type that lets one law serve one parameter set or WIDTH of them at once.
 
-A law written for floats is compiled as it stands for `Lanes`, eight doubles in one vector of the processor, and then
-moves eight parameter sets for about the price of one. Within a law
+A law written for floats is compiled as it stands for `Lanes`, WIDTH doubles in one vector, and then moves WIDTH
+parameter sets for about the price of one. Within a law
 
 - arithmetic, comparisons, abs, min, max, math.exp, log, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
 - `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
   `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.
 
-Rows of a C-contiguous array of shape (N, 8) are read and written by `load` and `store`; `rows` makes such an array look
-like a vector of N lanes that nobody changes, which is how a law sees its parameters. On plain arrays of shape (N,) the
-same three work on plain numbers.
+Rows of a C-contiguous array of shape (N, W), W = WIDTH, are read and written by `load` and `store`; `rows` makes such an
+array look like a vector of N lanes that nobody changes, which is how a law sees its parameters. On plain arrays of
+shape (N,) the same three work on plain numbers.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from typing import Any
 
 import numpy as np
 from llvmlite import ir
+from llvmlite.binding import get_host_cpu_features
 from numba.core import cgutils, types
 from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
@@ -30,31 +31,32 @@ from numba import literal_unroll
 from numba.extending import intrinsic, lower_builtin, models, overload, register_jitable, register_model
 from numba.np.arrayobj import make_array
 
-WIDTH = 8  # [-] doubles in a vector: one register of AVX-512, two of AVX2, four of NEON
+# [-] doubles in a vector: two registers of AVX-512, whose waiting times overlap; two of AVX2, four of NEON
+WIDTH = 16 if get_host_cpu_features().get("avx512f") else 8
 VECTOR, BITS = ir.VectorType(ir.DoubleType(), WIDTH), ir.VectorType(ir.IntType(1), WIDTH)
 INDEX = ir.IntType(32)
 
 
 class Lanes(types.Type):
-    """Eight doubles."""
+    """WIDTH doubles."""
 
     def __init__(self) -> None:
         super().__init__(name="Lanes")
 
     def can_convert_from(self, typingctx: Any, other: types.Type) -> Any:
-        """Plain numbers become eight equal ones."""
+        """Plain numbers become equal ones."""
         return Conversion.safe if isinstance(other, types.Number) else None
 
 
 class Mask(types.Type):
-    """Eight answers to a comparison; as a condition it asks whether any is true."""
+    """WIDTH answers to a comparison; as a condition it asks whether any is true."""
 
     def __init__(self) -> None:
         super().__init__(name="Mask")
 
 
 class Rows(types.Type):
-    """The rows of an array of shape (N, 8), as a vector of N lanes."""
+    """The rows of an array of shape (N, W), as a vector of N lanes."""
 
     def __init__(self) -> None:
         super().__init__(name="Rows")
@@ -81,7 +83,7 @@ register_model(Rows)(_primitive(VECTOR.as_pointer()))
 # --- plain numbers, conditions ---------------------------------------------------------------------------------------
 @lower_cast(types.Number, Lanes)
 def _spread(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    """Eight equal lanes."""
+    """Equal lanes."""
     number, empty = context.cast(builder, value, source, types.float64), ir.Constant(VECTOR, ir.Undefined)
     first = builder.insert_element(empty, number, ir.Constant(INDEX, 0))
     return builder.shuffle_vector(first, empty, ir.Constant(ir.VectorType(INDEX, WIDTH), [0] * WIDTH))
@@ -182,7 +184,7 @@ def _where(condition: Any, x: Any, y: Any) -> Any:
 
 
 def _pointer(context: Any, builder: Any, kind: Any, array: Any) -> Any:
-    """Pointer to the first row of an array of shape (N, 8)."""
+    """Pointer to the first row of an array of shape (N, W)."""
     return builder.bitcast(make_array(kind)(context, builder, array).data, VECTOR.as_pointer())
 
 
@@ -210,17 +212,17 @@ def _stored(typing: Any, array: Any, i: Any, value: Any) -> Any:
 
 
 def rows(array: np.ndarray) -> Any:
-    """The rows of an array of shape (N, 8) as a vector of lanes; an array of shape (N,) as it is."""
+    """The rows of an array of shape (N, W) as a vector of lanes; an array of shape (N,) as it is."""
     return array
 
 
 def load(array: np.ndarray, i: int) -> Any:
-    """Row i of an array of shape (N, 8) as lanes; number i of an array of shape (N,)."""
+    """Row i of an array of shape (N, W) as lanes; number i of an array of shape (N,)."""
     return array[i]
 
 
 def store(array: np.ndarray, i: int, value: Any) -> None:
-    """Write lanes into row i of an array of shape (N, 8), or a number into an array of shape (N,)."""
+    """Write lanes into row i of an array of shape (N, W), or a number into an array of shape (N,)."""
     array[i] = value
 
 
