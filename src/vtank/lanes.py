@@ -8,8 +8,8 @@ parameter sets for about the price of one. Within a law
   `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.
 
-Rows of a C-contiguous array of shape (N, W), W = WIDTH, are read and written by `load` and `store`; `rows` makes such an
-array look like a vector of N lanes that nobody changes, which is how a law sees its parameters. On plain arrays of
+Rows of a C-contiguous array of shape (N, W), W = WIDTH, are read and written by `load` and `store`; `rows` makes such
+an array look like a vector of N lanes that nobody changes, which is how a law sees its parameters. On plain arrays of
 shape (N,) the same three work on plain numbers.
 """
 
@@ -23,11 +23,11 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from llvmlite.binding import get_host_cpu_features
+from numba import literal_unroll
 from numba.core import cgutils, types
 from numba.core.imputils import lower_cast
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba import literal_unroll
 from numba.extending import intrinsic, lower_builtin, models, overload, register_jitable, register_model
 from numba.np.arrayobj import make_array
 
