@@ -249,7 +249,7 @@ def _store(array: Any, i: Any, value: Any) -> Any:
 
 # --- functions of math: series on all lanes at once, except where an argument is too far out for them
 WHOLE = 1.5 * 2.0**52  # added to a number and taken off again, leaves the nearest whole one
-FAR = {math.sin: 1e6, math.cos: 1e6, math.exp: 700.0}  # [-] from here on lane by lane
+FAR: dict[Any, float] = {math.sin: 1e6, math.cos: 1e6, math.exp: 700.0}  # [-] from here on lane by lane
 LN2 = float.fromhex("0x1.62e42fefa38p-1"), float.fromhex("0x1.ef35793c7673p-45")  # ln 2 in two parts: k times the
 QUARTER = tuple(map(float.fromhex, ("0x1.921fb544p+0", "0x1.0b4611a6p-34", "0x1.3198a2e037073p-69")))  # first is exact
 EXP = tuple(1.0 / math.factorial(n) for n in range(13, -1, -1))  # Taylor series, to the last bit within +-ln(2)/2 and
