@@ -117,11 +117,11 @@ def log_prior(noise: Noise) -> float:
 def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with what has no name beside it, and the noise level that then is left."""
     found = []
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
         found.append((fit.log_evidence + free.gain + log_prior(noise), noise))
-        if not free.components:
+        if not free.components or turn == ROUNDS - 1:
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
         if abs(np.log(noise.sigma / before.sigma)) < SETTLED:
