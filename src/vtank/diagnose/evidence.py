@@ -205,9 +205,12 @@ def evaluate(
         filtered = _filtered(problem, np.clip(theta, prior.low, prior.high))
         found.append((problem, prior, climb(problem, theta, prior, filtered, *([1] if rough else []))))
     problem, prior, optimum = min(found, key=lambda one: one[2].cost)
+    filtered = _filtered(problem, optimum.theta)
     if setting.noise.sigma > 0.0 and not rough:  # once more with the gains of the optimum
-        optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
-    return weigh(setting, hypothesis, problem, prior, optimum)
+        before, optimum = optimum, climb(problem, optimum.theta, prior, filtered, steps=4)
+        if not np.array_equal(optimum.theta, before.theta):
+            filtered = _filtered(problem, optimum.theta)
+    return weigh(setting, hypothesis, problem, prior, optimum, filtered)
 
 
 def _filtered(problem: Problem, theta: np.ndarray) -> list[Filtered]:
@@ -226,9 +229,16 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
     return starts
 
 
-def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
-    """Likelihood and evidence at an optimum."""
-    filtered = _filtered(problem, optimum.theta)
+def weigh(
+    setting: Setting,
+    hypothesis: Hypothesis,
+    problem: Problem,
+    prior: Prior,
+    optimum: Optimum,
+    filtered: list[Filtered] | None = None,
+) -> Fitted:
+    """Likelihood and evidence at an optimum; filtered: the innovations there, where they are known already."""
+    filtered = filtered or _filtered(problem, optimum.theta)
     if not all(np.isfinite(f.innovation).all() and np.all(f.variance < LOST) for f in filtered):
         return Fitted(hypothesis, problem, prior, optimum, filtered, -np.inf, -np.inf, {})
     extra: dict[str, float] = {}

@@ -15,8 +15,9 @@ from functools import partial
 import numpy as np
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
-from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch
+from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch, together
 from ..estimate.problem import Noise, Problem
+from ..estimate.simplex import Walk
 from .evidence import Fitted, Setting, evaluate
 from .freeform.pursuit import pursue
 
@@ -43,32 +44,36 @@ def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
     case where the simulation runs away, which the filter may well follow.
     """
     linear = partial(squares_and_logs, linearised(problem, theta))
-    (plain, cost), (coloured, other) = (
-        min((_search(linear, problem.noise, time_s, kind) for time_s in STARTS_S), key=lambda f: f[1])
-        for kind in (False, True)
-    )
+    tried = together([_search(linear, problem.noise, time_s, kind) for kind in (False, True) for time_s in STARTS_S])
+    (plain, cost), (coloured, other) = (min(some, key=lambda f: f[1]) for some in (tried[:2], tried[2:]))
     found = coloured if other < cost - COLOURED else plain
     if not exact and min(cost, other) < HOPELESS:
         return found
-    return _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)[0]
+    exactly = _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)
+    return together([exactly])[0][0]
 
 
-def _filtered(problem: Problem, theta: np.ndarray, noise: Noise) -> tuple[float, float, int]:
+def _filtered(problem: Problem, theta: np.ndarray, noises: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray, int]:
     """The same as `squares_and_logs`, by the extended Kalman filter."""
-    filtered = problem.with_noise(noise).filter(theta)
-    e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
-    S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
-    return float(np.sum(e * e / S)), float(np.sum(np.log(S))), e.size
+    found, used = [], np.concatenate([problem.used(k) for k in range(len(problem.runs))])
+    for noise in noises:
+        filtered = problem.with_noise(noise).filter(theta)
+        e, S = (
+            np.concatenate(parts)[used] for parts in zip(*((f.innovation, f.variance) for f in filtered), strict=True)
+        )
+        found.append((np.sum(e * e / S), np.sum(np.log(S))))
+    squares, logs = np.array(found).T
+    return squares, logs, int(used.sum())
 
 
-def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
-    """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant)."""
+def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[NoiseSearch, Walk]:
+    """The search for the likeliest noise level of one kind."""
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
     parts = (DISTURBANCE, COLOUR)[: 1 + coloured]
     search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S, parts)
-    return search.likeliest(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
+    return search, search.walk(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
 def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> tuple[Setting, float]:
@@ -124,11 +129,11 @@ def _above(times: float) -> float:
 def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with what has no name beside it, and the noise level that then is left."""
     found = []
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
         found.append((fit.log_evidence + free.gain + log_prior(noise), noise))
-        if not free.components:
+        if not free.components or turn == ROUNDS - 1:
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
         if abs(np.log(noise.sigma / before.sigma)) < SETTLED:

@@ -27,6 +27,7 @@ BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s
 SCANNED_RAD_S = np.arange(0.08, 3.2, 0.045)  # frequencies of lines; 120 s resolve about 0.05 rad/s
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
 QUICK = 12  # frequencies above those at which an error of the readings is loudest, that are looked at besides; a choice
+TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 
 
@@ -144,7 +145,10 @@ def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: lis
 
 def _waves(phase: np.ndarray) -> np.ndarray:
     """Sine and cosine of every column of phases, side by side, shape (I, 2 K)."""
-    return np.stack([np.sin(phase), np.cos(phase)], axis=2).reshape(phase.shape[0], -1)
+    out = np.empty((*phase.shape, 2))
+    np.sin(phase, out=out[:, :, 0])
+    np.cos(phase, out=out[:, :, 1])
+    return out.reshape(phase.shape[0], -1)
 
 
 def _loudest(fit: Fitted) -> np.ndarray:
@@ -187,14 +191,15 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
         for force in (True, False):
             side = [piece.functions[k] for piece in made if piece.force is force]
             columns = np.hstack([functions for functions in side if functions is not None])
-            size = np.max(np.abs(columns), axis=0) + 1e-300
-            if force:
-                there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * columns / size)
-                out.append((there - base) * (size / PROBE_M_S2))
-            else:
-                scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * columns
-                there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
-                out.append((there - base) * (size / PROBE_M))
+            for some in np.split(columns, range(TOGETHER, columns.shape[1], TOGETHER), axis=1):
+                size = np.max(np.abs(some), axis=0) + 1e-300
+                if force:
+                    there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * some / size)
+                    out.append((there - base) * (size / PROBE_M_S2))
+                else:
+                    scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * some
+                    there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
+                    out.append((there - base) * (size / PROBE_M))
         return np.hstack(out)
 
     with ThreadPoolExecutor(2) as pool:
