@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from recorded import NOISE_M, NOMINAL, differing, recordings, turbulent
 
-from vtank.diagnose.evidence import Fitted, Setting, evaluate
+from vtank.diagnose.evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.noise_floor import (
     SEVERAL,
     STILL_MEMORY_S,
-    STILL_SIGMA,
     log_prior,
     noise_at,
     plausible,

@@ -160,8 +160,9 @@ class Diagnosis:
 
     def summary(self) -> dict[str, Any]:
         """The parts of the document that take no time."""
-        v, noise = self.verdict, self.selection.setting.noise
-        water = {"sigma_m_s2": noise.sigma, "memory_s": noise.correlation_time, "plausible": plausible(noise)}
+        v, setting = self.verdict, self.selection.setting
+        size, memory = setting.noise.sigma, setting.noise.correlation_time
+        water = {"sigma_m_s2": size, "memory_s": memory, "plausible": plausible(setting.noise, setting.usual)}
         return {
             "schema": SCHEMA,
             "nominal": self.nominal,

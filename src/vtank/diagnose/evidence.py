@@ -30,6 +30,7 @@ VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touc
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
+STILL_SIGMA = 1e-3  # [m/s2] disturbance of still water: what a vehicle leaves and meets again in a tank; a guess
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -49,6 +50,7 @@ class Setting:
         flags: per run, the measurements that are lone outliers, shape (M,) of bool.
         weight: per run, the factor on each measurement's variance (FLAGGED: left out), shape (M,).
         foreign: whether the nominal is but the recordings' own refit, a first guess.
+        usual: disturbance that is no surprise in this water [m/s2].
     """
 
     runs: tuple[Observed, ...]
@@ -58,6 +60,7 @@ class Setting:
     flags: tuple[np.ndarray, ...]
     weight: tuple[np.ndarray, ...]
     foreign: bool = False
+    usual: float = STILL_SIGMA
 
     def with_noise(self, noise: Noise) -> Setting:
         """The same setting at another noise level."""

@@ -30,4 +30,4 @@ def _doubt(verdict: Verdict, found: Budget, setting: Setting) -> str:
         return ""
     if any(line.kind == "repeatable" and line.interval90[0] > REPEATS for line in found.lines):
         return "repeats"
-    return "" if setting.foreign or plausible(setting.noise) else "disturbance"
+    return "" if setting.foreign or plausible(setting.noise, setting.usual) else "disturbance"

@@ -18,13 +18,11 @@ from ..estimate.noise_likelihood import linearised, squares_and_logs
 from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch, together
 from ..estimate.problem import Noise, Problem
 from ..estimate.simplex import Walk
-from .evidence import Fitted, Setting, evaluate
+from .evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from .freeform.pursuit import pursue
 
-# Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
-# turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
-STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
-STILL_MEMORY_S = 2.0  # [s] memory of the same; a guess
+# How much more of a disturbance than usual there may be, what is several times as much, and the memory of what is usual
+STILL_SPREAD, SEVERAL, STILL_MEMORY_S = 0.7, 4.0, 2.0  # [powers of e], [-], [s]; guesses
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -92,34 +90,34 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     if setting.foreign:
         likely, noise = max(alone, key=lambda pair: pair[0])
         return setting.with_noise(noise), likely
-    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1]))
+    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1], setting.usual))
     likely, noise = max([(least, setting.noise), *alone, beyond], key=lambda pair: pair[0])
     return setting.with_noise(noise), likely
 
 
-def still(noise: Noise) -> Noise:
+def still(noise: Noise, usual: float = STILL_SIGMA) -> Noise:
     """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error."""
-    if noise.sigma <= STILL_SIGMA and noise.correlation_time <= STILL_MEMORY_S:
+    if noise.sigma <= usual and noise.correlation_time <= STILL_MEMORY_S:
         return replace(noise, colour_sigma=0.0)
-    return replace(noise, sigma=min(noise.sigma, STILL_SIGMA), correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    return replace(noise, sigma=min(noise.sigma, usual), correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
 
 
-def plausible(noise: Noise) -> bool:
+def plausible(noise: Noise, usual: float = STILL_SIGMA) -> bool:
     """Whether a disturbance is no more than water that was left alone has, several times over."""
-    return noise.sigma <= SEVERAL * STILL_SIGMA
+    return noise.sigma <= SEVERAL * usual
 
 
-def log_prior(noise: Noise) -> float:
+def log_prior(noise: Noise, usual: float = STILL_SIGMA) -> float:
     """Log density of a disturbance beforehand, over its largest: falls where it moves more than still water does.
 
     By its size, and by the speed that it gives in its memory: a weak one that lasts moves a vehicle as far.
     """
-    return _above(noise.sigma / STILL_SIGMA * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
+    return _above(noise.sigma / usual * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
 
 
-def rarity(noise: Noise) -> float:
+def rarity(noise: Noise, usual: float = STILL_SIGMA) -> float:
     """The same by its size alone, however long it lasts."""
-    return _above(noise.sigma / STILL_SIGMA)
+    return _above(noise.sigma / usual)
 
 
 def _above(times: float) -> float:
@@ -132,7 +130,7 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
-        found.append((fit.log_evidence + free.gain + log_prior(noise), noise))
+        found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
         if not free.components or turn == ROUNDS - 1:
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
@@ -149,4 +147,4 @@ def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break
-    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise)), noise
+    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise, setting.usual)), noise

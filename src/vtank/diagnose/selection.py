@@ -19,6 +19,7 @@ from .hypothesis import Hypothesis, candidates
 from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
 from .prior import weight
+from .rest import still_sigma
 from .score import linearise, scan, score
 
 FIRST_NOISE = Noise(sigma=0.01, correlation_time=1.0)  # where the search for the noise level starts; a guess
@@ -100,6 +101,7 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     refit = evaluate(setting, Hypothesis())
     setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
+    setting = replace(setting, usual=still_sigma(refit))
     say(f"{len(effects)} effects, one by one")
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
     fits = weigh_all(setting, singles, [_near(setting, refit, h) for h in singles])

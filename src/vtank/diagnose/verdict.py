@@ -110,7 +110,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
 
 def _strange(selection: Selection) -> float:
     """Log evidence that a disturbance beyond what water does by itself is a cause; there is none within."""
-    rare = rarity(selection.setting.noise)
+    rare = rarity(selection.setting.noise, selection.setting.usual)
     return -rare - 1.0 if rare < 0.0 and not selection.setting.foreign else -np.inf
 
 
