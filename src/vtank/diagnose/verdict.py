@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import log
 from typing import Any
@@ -53,7 +54,11 @@ class Verdict:
 
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
-    """Posterior probability of every hypothesis; names of sets are joined by `+`."""
+    """Posterior probability of every hypothesis; names of sets are joined by `+`.
+
+    What is too small to be told from simpler explanations counts as these: an effect as the refit alone, own parameters
+    as none that are off.
+    """
     fits, frozen = selection.fits, calibration()
     before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
@@ -62,8 +67,22 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
+    for small, simpler in _invisible(selection):
+        weights[simpler] += weights[small]
+        weights[small] = 0.0
     total, doubt, whole = sum(weights.values()), frozen.doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
+
+
+def _invisible(selection: Selection) -> Iterator[tuple[str, str]]:
+    """Hypotheses too small to be seen beside simpler ones, by their gain of likelihood, and these; effects first."""
+    nominal, refit, least = selection.nominal, selection.refit, 0.5 * SEPARABLE**2
+    for fit in selection.named:
+        alone = len(fit.hypothesis.effects) == 1 and not fit.hypothesis.outliers
+        if alone and fit.log_likelihood - refit.log_likelihood < least:
+            yield fit.hypothesis.name, "parameters"
+    if refit.log_likelihood - nominal.log_likelihood < least:
+        yield "parameters", "none"
 
 
 def cause_set(chances: dict[str, float]) -> tuple[str, ...]:

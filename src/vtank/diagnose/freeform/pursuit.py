@@ -26,8 +26,8 @@ from ..score import Linearised, linearise
 from .dictionary import Piece, changes, pieces
 
 SIZES = np.logspace(
-    0.5, 2.5, 5
-)  # [-] whitened norm of a group's change: what would be seen, up to what cannot be missed
+    1.0, 2.5, 4
+)  # [-] whitened norm of a group's change: from what can be seen to what cannot be missed
 TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
 BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
