@@ -36,6 +36,10 @@ def test_looking_at_recordings_needs_numpy_alone() -> None:
     assert HEAVY & set(loaded("import sys, vtank; vtank.Run, vtank.load; print(*sys.modules)")) == {"numpy"}
 
 
+def test_a_diagnosis_needs_no_tank() -> None:
+    assert "mujoco" not in loaded("import sys; from vtank.diagnose import diagnosis; print(*sys.modules)")
+
+
 @pytest.mark.parametrize(
     ("given", "expected"),
     [({}, "1 None"), ({"OPENBLAS_NUM_THREADS": "3"}, "3 None"), ({"OMP_NUM_THREADS": "2"}, "None 2")],

@@ -187,20 +187,22 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
 
     def of(k: int) -> np.ndarray:
         run, f = problem.runs[k], fit.filtered[k]
-        out, base = [], (f.innovation / np.sqrt(f.variance))[:, None]
-        for force in (True, False):
-            side = [piece.functions[k] for piece in made if piece.force is force]
-            columns = np.hstack([functions for functions in side if functions is not None])
-            for some in np.split(columns, range(TOGETHER, columns.shape[1], TOGETHER), axis=1):
+        sides = [[own for piece in made if piece.force is force and (own := piece.functions[k]) is not None]
+                 for force in (True, False)]  # fmt: skip
+        out = np.empty((run.time_s.size, sum(own.shape[1] for side in sides for own in side)))
+        base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
+        for force, columns in zip((True, False), map(np.hstack, sides), strict=True):
+            for first in range(0, columns.shape[1], TOGETHER):
+                some = columns[:, first : first + TOGETHER]
                 size = np.max(np.abs(some), axis=0) + 1e-300
                 if force:
-                    there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * some / size)
-                    out.append((there - base) * (size / PROBE_M_S2))
+                    there, probe = problem.varied(theta, f, k, forcing=PROBE_M_S2 * some / size), PROBE_M_S2
                 else:
                     scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * some
                     there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
-                    out.append((there - base) * (size / PROBE_M))
-        return np.hstack(out)
+                    probe = PROBE_M
+                np.multiply(there - base, size / probe, out=out[:, done : (done := done + some.shape[1])])
+        return out
 
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(of, range(len(problem.runs))))
