@@ -121,7 +121,7 @@ def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
         u_r = u_r - p[CURRENT]
     if p[SEICHE_U] != 0.0:
         u_r = u_r - seiche.velocity(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
-    if p[WAKE_K] != 0.0:
+    if p[MEMORY] == 0.0:  # else it is a law's memory; without a wake it is zero
         u_r = u_r - wake
     drag = p[ALPHA] * drag_asymmetry.signed_square(u_r, p[DRAG_ASYMMETRY])
     if p[WALL_DRAG] != 0.0:
