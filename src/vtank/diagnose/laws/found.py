@@ -73,7 +73,8 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
     """
     ranged = channel == "sensor" and all(run.has_position for run in setting.runs)
     tables = [
-        Table(motions(fit, fitted, sensor), "range" if sensor else "force") for sensor in (False, True)[: 1 + ranged]
+        Table(motions(fit, fitted, sensor), "range" if sensor else "force", setting.runs[0].input_name)
+        for sensor in (False, True)[: 1 + ranged]
     ]
     setting, fit, found = _weighed(setting, fit, tables)
     left = Left(fit)
