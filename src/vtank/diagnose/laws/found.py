@@ -25,7 +25,8 @@ MOST = 3  # laws that are shown
 TRIED, CARRIED = 10, 6  # formulas of one modulator that are fitted, and formulas that are fitted to the end
 QUIETER = 0.7  # fall of the disturbance, once a law is known, from which all is weighed anew; a choice
 FORMULAS = 8.0  # [nats] log of the number of structures that were looked at
-WITHIN = 3.0  # [nats] of the best that a formula with fewer numbers may be behind and stand for it
+WITHIN = 3.0  # [nats] by which formulas that are called as good as each other differ
+SAME = 1.0  # [nats] that tell two formulas apart on average, below which they are one in two forms; a choice
 WORTH = 0.03  # share of the gap that a further factor must close; a choice
 NINETY = 1.644854  # deviations of a 90 % interval
 
@@ -84,7 +85,7 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
         return ()
     before, least = left.squares(setting), floor(setting, pairs[0][0].fit)
     shares = [closed(before, own.squares(setting), least) for _, own in pairs]
-    ranked = _spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True)])
+    ranked = _distinct(_spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True)]))
     chances = _chances([r.weight - own.cost for r, own, _ in ranked])
     out = []
     for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
@@ -109,6 +110,17 @@ def _spare(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, L
         (r, own, share) for r, own, share in ranked
         if not any(within(o.formula, r.formula) and other > share - WORTH for o, _, other in ranked)
     ]  # fmt: skip
+
+
+def _distinct(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, Left, float]]:
+    """Without formulas that say the same as a better one in another form: no recording could tell them apart."""
+    out, shown = list[tuple[Refitted, Left, float]](), list[np.ndarray]()
+    for one in ranked:
+        whitened = np.concatenate([f.innovation / np.sqrt(f.variance) for f in one[0].fit.filtered])
+        if all(0.5 * float(np.sum((whitened - other) ** 2)) > SAME for other in shown):
+            out.append(one)
+            shown.append(whitened)
+    return out
 
 
 def _weighed(setting: Setting, fit: Fitted, tables: Sequence[Table]) -> tuple[Setting, Fitted, list[Refitted]]:

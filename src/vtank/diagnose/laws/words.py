@@ -44,7 +44,8 @@ def _said(f: Factor, formula: Formula) -> str:
 
 def _of(value: float, variable: str, formula: Formula) -> str:
     """A number with its unit, none where it has none."""
-    return f"{value:.3g} {spelled(formula.dimension(variable)).replace('m s^-1', 'm/s').replace('rev s^-1', 'rev/s')}".removesuffix(" -")
+    unit = spelled(formula.dimension(variable)).replace(" s^-1", "/s")
+    return f"{value:.3g} {unit}".removesuffix(" -")
 
 
 def _named(variable: str, formula: Formula) -> str:
