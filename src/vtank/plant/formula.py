@@ -61,7 +61,8 @@ class Factor:
 class Memory:
     """What a law remembers of a quantity.
 
-    It follows it in a [s], sums it up, latches on above a and off below b, is it a [s] late, or drags a behind it.
+    It follows it in a [s], sums it up, latches on above a and off below b, is what it was a [s] ago, or drags behind it
+    with play of a to either side.
     """
 
     kind: str
@@ -83,7 +84,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Formula:
-    """A law: what it acts on ("force" or "range"), its size in SI, its factors, its memory, and what n is (a column)."""
+    """A law: what it acts on ("force" or "range"), its size in SI, its factors, its memory, and the column that n is."""
 
     acts: str
     factors: tuple[Factor, ...]

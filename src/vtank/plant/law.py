@@ -4,8 +4,8 @@
 
 Which variable and which operation is told by numbers in the parameter vector, so that a formula found in recordings is
 obeyed by everything that reads the vector: surge model, tank, fits, predictions. One memory can be had beside it: a
-value w that follows a quantity q, sums it up, latches on it, holds what it was a while ago or drags behind it with play; it
-takes the place of the hull's wake among the states.
+value w that follows a quantity q, sums it up, latches on it, is what it was a while ago or drags behind it with play.
+It takes the place of the hull's wake among the states.
 `formula.py` writes these numbers and says in words what they mean.
 """
 

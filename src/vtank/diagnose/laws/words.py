@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...plant.formula import Factor, Formula, Memory, spelled
+from ...plant.formula import Factor, Formula, spelled
 
 NAMES = {
     "u": "speed", "x": "the place along the tank", "gap": "the distance to the wall", "t": "time",
