@@ -84,7 +84,7 @@ class Memory:
 
 @dataclass(frozen=True)
 class Formula:
-    """A law: what it acts on ("force" or "range"), its size in SI, its factors, its memory, and the column that n is."""
+    """A law: it acts on "force" or "range"; its size in SI, its factors, its memory, and the column that n is."""
 
     acts: str
     factors: tuple[Factor, ...]

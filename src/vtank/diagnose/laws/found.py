@@ -85,7 +85,9 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
         return ()
     before, least = left.squares(setting), floor(setting, pairs[0][0].fit)
     shares = [closed(before, own.squares(setting), least) for _, own in pairs]
-    ranked = _distinct(_spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True)]))
+    ranked = _distinct(_spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True) if share > 0.0]))
+    if not ranked:
+        return ()
     chances = _chances([r.weight - own.cost for r, own, _ in ranked])
     out = []
     for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
