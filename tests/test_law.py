@@ -13,8 +13,9 @@ from synthetic import observed, sine
 from vtank.cli import main
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.laws import found
 from vtank.diagnose.laws.found import laws
-from vtank.diagnose.laws.screen import structure
+from vtank.diagnose.laws.screen import screened, structure
 from vtank.diagnose.laws.words import sentence
 from vtank.diagnose.selection import prepare
 from vtank.errors import InputError
@@ -172,10 +173,10 @@ def weighed(p: np.ndarray, seeds: tuple[int, int], error=lambda x: 0.0 * x):
 def test_a_law_is_found_again_with_its_numbers():
     beyond = Formula("force", (Factor("u", "signed", 2.0), Factor("x", "above", 0.2, 0.05)), None, -0.8)
     setting, fit = weighed(vector(beyond.values(), NOMINAL), (1, 2))
-    found = laws(setting, fit, "hydrodynamics", ())
-    assert structure(found[0].formula) == structure(beyond), [law.formula.text() for law in found]
-    assert found[0].parameters["a2"]["value"] == pytest.approx(0.2, abs=0.05)
-    best = found[0]
+    told = laws(setting, fit, "hydrodynamics", ())
+    assert structure(told[0].formula) == structure(beyond), [law.formula.text() for law in told]
+    assert told[0].parameters["a2"]["value"] == pytest.approx(0.2, abs=0.05)
+    best = told[0]
     assert best.gap_closed > 0.8 and 0.0 < best.probability < 1.0
     assert best.document().keys() >= {"formula", "channel", "place", "parameters", "sentence", "gap_closed"}
     low, high = best.parameters["size"]["interval90"]
@@ -185,10 +186,21 @@ def test_a_law_is_found_again_with_its_numbers():
 def test_an_error_of_the_range_is_found_in_all_its_slowness():
     wavy = Formula("range", (Factor("x", "sine", 4.0, 0.5),), None, 0.02)
     setting, fit = weighed(NOMINAL, (1, 2), lambda x: 0.02 * np.sin(4.0 * x + 0.5))
-    found = laws(setting, fit, "sensor", ())
-    assert structure(found[0].formula) == structure(wavy), [law.formula.text() for law in found]
-    assert found[0].formula.factors[0].a == pytest.approx(4.0, rel=0.03)
-    assert found[0].probability > 0.9 and len({law.formula.text() for law in found}) == len(found)
+    told = laws(setting, fit, "sensor", ())
+    assert structure(told[0].formula) == structure(wavy), [law.formula.text() for law in told]
+    assert told[0].formula.factors[0].a == pytest.approx(4.0, rel=0.03)
+    assert told[0].probability > 0.9 and len({law.formula.text() for law in told}) == len(told)
+
+
+def test_where_the_grammar_lacks_the_form_no_formula_is_called_probable(monkeypatch: pytest.MonkeyPatch):
+    wavy = Formula("force", (Factor("u", "signed", 2.0), Factor("t", "sine", 0.11, 0.4)), None, 1.5)
+    without = [lambda p: "t" not in {f.variable for f in p.formula.factors}, lambda p: True]
+    chances = []
+    for allowed in without:
+        monkeypatch.setattr(found, "screened", lambda *a, ok=allowed: [p for p in screened(*a) if ok(p)])
+        first = laws(*weighed(vector(wavy.values(), NOMINAL), (1, 2)), "hydrodynamics", ())[:1]
+        chances.append(first[0].probability if first else 0.0)
+    assert chances[0] < 0.1 and chances[1] > 0.8
 
 
 @pytest.mark.parametrize("seeds", [(1, 2), (3, 4), (5, 6)])
