@@ -108,7 +108,10 @@ def test_a_law_of_the_input_has_the_units_and_the_name_of_that_input():
     by_force, by_command = (replace(WASH, fed=fed) for fed in ("thrust_N", "command"))
     assert (WASH.unit, by_force.unit, by_command.unit) == ("m rev^-2", "N^-2 m s^-2", "m s^-2")
     assert SLACK.unit_of("law.memory_a") == "rev s^-1" and WASH.unit_of("law.memory_a") == "s"
-    assert sentence(by_force).endswith("what the power 2 of the thrust put in was 1.5 s before.")
+    assert sentence(by_force).endswith("goes with what the power 2 of the thrust put in was 1.5 s before.")
+    assert sentence(SLACK).endswith("goes with what a play of 2 rev/s to either side takes off propeller speed.")
+    latch = Formula("force", (Factor("w", "from", 1.0),), Memory("latches", Factor("u", "signed", 1.0), 0.2, 0.1))
+    assert sentence(latch).endswith("while a latch that speed sets above 0.2 m/s and frees below 0.1 m/s is off.")
     above = Formula("force", (Factor("turning", "beyond", 0.4, 1.0),), fed="command")
     assert sentence(above).endswith("in proportion to what the size of the command is above 0.4.")
     assert above.moved({"law.a1": 0.5}).fed == "command"

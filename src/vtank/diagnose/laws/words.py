@@ -14,7 +14,8 @@ INPUTS = {"n_rev_s": "propeller speed", "command": "the command", "thrust_N": "t
 def sentence(formula: Formula) -> str:
     """What a formula says, such as `A force grows with the power 1.5 of speed while the gap is below 1.2 m.`"""
     what = {"force": "A force per unit of moving mass", "range": "An error of the range"}[formula.acts]
-    powers = [f for f in formula.factors if f.operation in ("power", "signed", "from") and f.variable != "w"]
+    latched = formula.memory is not None and formula.memory.kind == "latches"
+    powers = [f for f in formula.factors if f.operation in ("power", "signed") and not (latched and f.variable == "w")]
     rest = [f for f in formula.factors if f not in powers]
     grows = " and ".join(_power(f, formula) for f in powers)
     parts = [f"{what} {f'goes with {grows}' if grows else 'of constant size'}", *(_said(f, formula) for f in rest)]
@@ -23,8 +24,6 @@ def sentence(formula: Formula) -> str:
 
 def _power(f: Factor, formula: Formula) -> str:
     name = _named(f.variable, formula)
-    if f.operation == "from":
-        return f"{name} beyond {f.a:.3g}"
     if f.a == 0.0:
         return f"the sign of {name}"
     return name if f.a == 1.0 else f"the power {f.a:g} of {name}"
@@ -38,7 +37,7 @@ def _said(f: Factor, formula: Formula) -> str:
         "beyond": f"in proportion to what {name} is {side} {_of(f.a, f.variable, formula)}",
         "sine": f"as a wave over {name}, one turn in {_of(6.283185 / abs(f.a or 1.0), f.variable, formula)}",
         "decay": f"{'falling' if f.a > 0.0 else 'growing'} e-fold over {_of(abs(f.a), f.variable, formula)} of {name}",
-        "power": f"times {name}", "signed": f"times {name}", "from": f"while not {name}",
+        "power": f"while {name} is on", "signed": f"while {name} is on", "from": f"while {name} is off",
     }[f.operation]  # fmt: skip
 
 
@@ -54,11 +53,11 @@ def _named(variable: str, formula: Formula) -> str:
         size = "the size of " if variable == "turning" else ""
         return size + INPUTS[formula.fed] if variable in ("n", "turning") else NAMES[variable]
     q, unit = _power(m.quantity, formula), m.quantity.variable
+    play = f"a play of {_of(m.a, unit, formula)} to either side"
     return {
         "follows": f"{'what' if variable == 'w' else 'what is new in what'} {q} was over the last {m.a:.3g} s",
         "sums": f"the sum of {q} so far",
         "latches": f"a latch that {q} sets above {_of(m.a, unit, formula)} and frees below {_of(m.b, unit, formula)}",
         "delays": f"what {q} was {m.a:.3g} s before",
-        "plays": f"{'what' if variable == 'w' else 'what is taken up of what'} {q} drags behind it with a play of "
-        f"{_of(m.a, unit, formula)} to either side",
+        "plays": f"{q} with {play}" if variable == "w" else f"what {play} takes off {q}",
     }[m.kind]
