@@ -15,6 +15,7 @@ from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.laws import found
 from vtank.diagnose.laws.found import laws
+from vtank.diagnose.laws.metric import BLOCKS, blocks, metric
 from vtank.diagnose.laws.screen import screened, structure
 from vtank.diagnose.laws.words import sentence
 from vtank.diagnose.selection import prepare
@@ -184,6 +185,18 @@ def test_a_law_is_found_again_with_its_numbers():
     assert best.document().keys() >= {"formula", "channel", "place", "parameters", "sentence", "gap_closed"}
     low, high = best.parameters["size"]["interval90"]
     assert low < best.parameters["size"]["value"] < high
+
+
+def test_what_the_unknowns_take_up_does_not_show():
+    _, fit = weighed(NOMINAL, (1, 2))
+    seen = metric(fit, "range")
+    assert any(run.time_s.size % BLOCKS for run in fit.problem.runs)
+    ones = [s.patterns @ blocks(np.ones((run.time_s.size, 1))).sum(axis=1) for s, run in
+            zip(seen.runs, fit.problem.runs, strict=True)]  # fmt: skip
+    taken, _ = seen.moments(ones)
+    total = sum(float(np.sum(one**2)) for one in ones)
+    left = total - float(np.sum(taken * (seen.solve @ taken)))
+    assert left < 1e-4 * total  # a constant error of the range is another start
 
 
 def test_an_error_of_the_range_is_found_in_all_its_slowness():

@@ -100,9 +100,9 @@ def metric(fit: Fitted, acts: str) -> Metric:
     rows, out = np.cumsum([0] + [f.innovation.size for f in fit.filtered]), []
     for k, (run, f) in enumerate(zip(problem.runs, fit.filtered, strict=True)):
         here, count = slice(rows[k], rows[k + 1]), (run.time_s if acts == "range" else run.input_time_s).size
-        length = -(-count // BLOCKS)
-        block = np.arange(count) // length
-        step = PROBES[acts] / length * (block[:, None] == np.arange(block[-1] + 1))
+        block = np.arange(count) // -(-count // BLOCKS)
+        held = np.bincount(block)  # instants of each; the last may have fewer
+        step = PROBES[acts] / held * (block[:, None] == np.arange(held.size))
         if acts == "range":
             moved = problem.varied(theta, f, k, value=run.value[:, None] - step)
         else:
