@@ -106,7 +106,8 @@ def law_product(t, x, u, z, wake, n, gap, acceleration, p):
     """Product of the factors of a law that is data, in SI."""
     fresh = 0.0 * u
     if p[MEMORY] != 0.0:
-        fresh = law.driven(t, x, u, z, n, p[MEMORY:MEMORY_END]) - wake
+        now = law.driven(t, x, u, z, n, p[MEMORY:MEMORY_END])
+        fresh, wake = now - wake, law.recalled(wake, now, p[MEMORY:MEMORY_END])
     return law.product(t, x, u, z, wake, n, gap, acceleration, fresh, p[FACTORS:MEMORY])
 
 
