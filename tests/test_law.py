@@ -62,15 +62,16 @@ def test_an_operation_is_what_it_is_called(operation, a, b, expected):
 
 def test_a_law_acts_in_the_equation_of_motion_and_a_null_one_changes_nothing():
     at = (3.0, 0.4, -0.25, 0.03, 5.0, -9.0, 2.6, 0.0)
-    plain = surge_acceleration(*at, NOMINAL)
+    still = (*at[:4], 0.0, *at[5:])  # the fifth, 5.0, is the memory of a law, and nothing where none has one
+    plain = surge_acceleration(*still, NOMINAL)
     p = vector(NEAR.values(), NOMINAL)
     expected = -0.8 * -(0.25**2) * (0.5 + 0.5 * math.tanh((2.6 - 2.5) / -0.1))
-    assert surge_acceleration(*at, p) - plain == pytest.approx(expected, rel=1e-9)
+    assert surge_acceleration(*still, p) - plain == pytest.approx(expected, rel=1e-9)
     late = vector(LATE.values(), NOMINAL)
     assert surge_acceleration(*at, late) - plain == pytest.approx(-0.01 * 0.03 * 5.0, rel=1e-9)
     assert memory_rate(3.0, 0.4, -0.25, 0.03, 5.0, -9.0, late) == pytest.approx((-9.0 - 5.0) / 2.0)
     p[slot("law.force")] = 0.0
-    assert surge_acceleration(*at, p) == plain
+    assert surge_acceleration(*still, p) == plain
 
 
 def test_a_latch_holds_between_its_levels():
