@@ -180,7 +180,7 @@ def test_own_terms_are_the_derivative_of_what_they_are_called_after(right: _Purs
     own, *single = [group for group in groups if group.kind == "run" and group.piece.about == about]
     change = pursuit._columns_of(own).sum(axis=1)
     alone = np.hstack([pursuit._columns_of(group) for group in single])  # the same, run by run
-    np.testing.assert_array_equal(pursuit._columns_of(own), alone)
+    np.testing.assert_allclose(pursuit._columns_of(own), alone, rtol=1e-9, atol=1e-12)
     i = fit.problem.free.index(made.OWN[about])
     value = fit.optimum.theta[i]
     factor = {"drag": 1.0, "thrust": value, "lag": -1.0}[about]  # of the term over the derivative
