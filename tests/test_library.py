@@ -129,6 +129,11 @@ def test_a_diagnosis_tells_what_was_found(diagnosis: vt.Diagnosis) -> None:
     assert repr(diagnosis).startswith("Diagnosis(effect: linear_drag, 0.") and len(repr(diagnosis)) < 80
 
 
+def test_a_choice_of_effects_is_told(diagnosis: vt.Diagnosis) -> None:
+    told = " ".join(str(diagnosis).split())
+    assert "No other effects were considered than linear drag, ambient current and thrust deadband." in told
+
+
 def test_a_diagnosis_is_printed_shown_and_kept(diagnosis: vt.Diagnosis, tmp_path: Path) -> None:
     assert str(diagnosis).startswith("Compared with given parameters. The gap is caused by linear drag.\n")
     assert diagnosis._repr_html_().startswith("<iframe ")

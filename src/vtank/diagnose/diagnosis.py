@@ -68,6 +68,7 @@ class Diagnosis:
         nominal: the simulator that the runs were compared with, by name; "none" where there is none.
         by_default: whether nobody chose it.
         mass_kg: moving mass of the vehicle, where it is known.
+        considered: effects that alone were considered; all of the catalogue where empty.
         progress: told in a few words what is being worked out.
     """
 
@@ -81,6 +82,7 @@ class Diagnosis:
     nominal: str = "given parameters"
     by_default: bool = False
     mass_kg: float | None = None
+    considered: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -175,6 +177,7 @@ class Diagnosis:
             "estimates": estimates(v, self.mass_kg),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
             "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],
+            "considered": list(self.considered),
             "baselines": baselines(self.selection),
             "seed": self.seed,
         }
@@ -208,7 +211,8 @@ def diagnose(
         shares = budget(selection, verdict, seed, parts)
         verdict = judged(verdict, shares, selection.setting)
         name = "none" if nominal is None else Diagnosis.nominal
-        found = Diagnosis(selection, chances, verdict, parts, shares, seed, progress, name)
+        chosen = tuple(names or ())
+        found = Diagnosis(selection, chances, verdict, parts, shares, seed, progress, name, considered=chosen)
     for text in found.failures():
         warnings.warn(text, stacklevel=2)
     return found

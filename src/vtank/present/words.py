@@ -183,6 +183,8 @@ def explanation(document: Document) -> list[str]:
         possible = [f"{hypothesis(name)} ({percent(chances[name])})" for name in ranked[:OTHERS]]
         lines.append(f"Possible as well: {listed(possible)}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
+    if only := document.get("considered"):
+        lines.append(f"No other effects were considered than {listed([effect_name(name) for name in only])}.")
     return lines
 
 
