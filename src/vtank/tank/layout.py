@@ -14,7 +14,7 @@ from ..plant import parameters
 from ..water.record import starts
 
 SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
-SURGING, TRIMMING = 6.28e139, 6.28e140  # first number of their rows, which nobody else would write there
+SURGING, TRIMMING = 0.0628321, 0.0628322  # first number of their rows, which nobody else would write there
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
