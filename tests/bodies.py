@@ -45,7 +45,7 @@ def symmetric_mass(seed: int = 5) -> np.ndarray:
 
 def afloat(xml: str) -> mujoco.MjModel:
     """The vehicle of an MJCF in open water, as the tank steps it."""
-    return submerge(mujoco.MjSpec.from_string(xml))
+    return submerge(mujoco.MjSpec.from_string(xml), awkward_vehicle())
 
 
 def awkward_model(timestep: float = 0.01, gravity: float = 0.0) -> mujoco.MjModel:

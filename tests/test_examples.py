@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import runpy
+import sys
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -13,6 +15,8 @@ SAID = {  # example -> words of its output, files it leaves
     "diagnose_and_correct": (("The gap is caused by linear drag.", "a run never seen"), ("gap.html", "gap.toml")),
     "own_log": (("thrust_lag.tau",), ("log.csv",)),
     "before_the_tank": (("no unbiased estimator gets below",), ("plan/identifiability.html",)),
+    "robots_in_water": (("skydio_x2: ", "go2: ", "z1: "), ()),
+    "control_loop": (("dived 0.500 m", "to starboard by the current"), ()),
     "campaign": (("8 runs", "linear drag 0."), ("many/runs.csv",)),
 }
 
@@ -33,3 +37,28 @@ def test_an_example_runs(
     shown = capsys.readouterr().out
     assert all(word in shown for word in words), shown
     assert all((tmp_path / file).exists() for file in files)
+
+
+ROBOTS = {  # stand-ins with a free body, jointed legs on one, and an arm to be carried
+    "skydio_x2": '<body name="x2"><freejoint/><geom type="box" size="0.2 0.1 0.05" mass="1"/></body>',
+    "go2": """<body name="base"><freejoint/><geom type="box" size="0.3 0.1 0.05" mass="7"/>
+      <body name="leg" pos="0.2 0.1 0"><joint axis="0 1 0" damping="1"/>
+      <geom type="capsule" fromto="0 0 0 0 0 -0.2" size="0.02" mass="1"/></body></body>""",
+    "z1": """<body name="link0"><geom size="0.05" mass="0.5"/><body name="link1"><joint axis="0 1 0" damping="1"/>
+      <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03" mass="1"/></body></body>""",
+}
+
+
+def test_robots_of_robot_descriptions_sink_as_they_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With stand-ins under the names that robot_descriptions gives its modules."""
+    for name, body in ROBOTS.items():
+        module = ModuleType(f"robot_descriptions.{name}_mj_description")
+        module.MJCF_PATH = str(tmp_path / f"{name}.xml")  # type: ignore[attr-defined]
+        (tmp_path / f"{name}.xml").write_text(f"<mujoco><worldbody>{body}</worldbody></mujoco>")
+        monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(sys.modules, "robot_descriptions", ModuleType("robot_descriptions"))
+    runpy.run_path(str(EXAMPLES / "robots_in_water.py"), run_name="__main__")
+    shown = capsys.readouterr().out
+    assert "skipped" not in shown and "z1: 3 wet bodies, 7 degrees of freedom" in shown

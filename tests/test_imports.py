@@ -30,8 +30,10 @@ LAYERS = (
     "plant",
     "channels",
     "waves",
+    "water",
     "tank",
     "experiment",
+    "gym",
     "estimate",
     "diagnose",
     "present",
@@ -44,7 +46,7 @@ LAYERS = (
 
 # Heavy package -> the only modules that import it.
 ALLOWED = {
-    "mujoco": {"vtank.tank"},
+    "mujoco": {"vtank.water", "vtank.tank", "vtank.gym"},
     "filterpy": {"vtank.estimate"},
     "matplotlib": {
         "vtank.tank.drawing",

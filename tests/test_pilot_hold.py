@@ -9,7 +9,6 @@ from vtank.experiment.hold import AS_IT_WAS, AXES, allocation, attitude, hold
 from vtank.plant.truth import load_truth
 from vtank.plant.vehicle import load_vehicle
 from vtank.tank import Tank, load_model
-from vtank.tank.layout import field
 
 
 def tank() -> Tank:
@@ -18,7 +17,7 @@ def tank() -> Tank:
 
 def test_allocated_forces_make_the_wanted_wrench() -> None:
     simulated = tank()
-    wrenches = field(simulated.userdata[0], "thruster_wrench")[: simulated.tunnel_N.shape[1]]
+    wrenches = simulated.wrenches
     wanted = np.array([1.0, -2.0, 0.3, 0.7])
     made = wrenches.T @ (allocation(wrenches) @ wanted)
     np.testing.assert_allclose(made[list(AXES)], wanted, atol=1e-12)
@@ -32,9 +31,8 @@ def test_allocated_forces_make_the_wanted_wrench() -> None:
 def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> None:
     simulated = tank()
     limit = np.array([thruster.limit_N for thruster in simulated.vehicle.thrusters])
-    user = simulated.userdata[0]
-    inertia = np.diagonal(field(user, "rigid_mass") + field(user, "added_mass"))[list(AXES)]
-    allocate = allocation(field(user, "thruster_wrench")[: limit.size])
+    inertia = np.diagonal(simulated.mass)[list(AXES)].copy()
+    allocate = allocation(simulated.wrenches)
     depth = -simulated.qpos[0, 2]
     gains = np.array([[depth, 0.5, 1.0]])
     simulated.qpos[0, 1] -= start.get("sway", 0.0)

@@ -20,11 +20,16 @@ from bodies import (
     without_drag,
 )
 
+from vtank.plant.vehicle import Vehicle
 from vtank.tank import Tank, forces, prepare
-from vtank.tank.layout import field
 
 TOTAL = rigid_mass() + symmetric_mass()
 TUMBLE = np.array([0.3, -0.2, 0.1, 0.25, 0.35, -0.3])  # [m/s, rad/s]
+
+
+def afloat_data(model: mujoco.MjModel | None = None, vehicle: Vehicle | None = None, **values: float) -> mujoco.MjData:
+    """The awkward body, or another, with surge parameters of its own."""
+    return mujoco.MjData(prepare(model or awkward_model(), vehicle or awkward_vehicle(), without_drag(**values)))
 
 
 def acceleration_from_rest(data: mujoco.MjData) -> np.ndarray:
@@ -42,8 +47,7 @@ def turned(data: mujoco.MjData) -> None:
 @pytest.mark.parametrize("axis", range(6))
 def test_acceleration_from_rest_is_force_over_total_mass(axis: int) -> None:
     """Every axis, all couplings: the force acts at the centre of gravity, in world axes, as MuJoCo's user gives it."""
-    data = mujoco.MjData(awkward_model())
-    prepare(data, awkward_vehicle(), without_drag())
+    data = afloat_data()
     turned(data)
     wrench = np.zeros(6)
     wrench[axis] = 7.0
@@ -57,8 +61,7 @@ def test_acceleration_from_rest_is_force_over_total_mass(axis: int) -> None:
 def test_surge_from_rest_is_force_over_mass_less_x_udot() -> None:
     """The issue's line on the Phoenix itself, the other axes held: F / (m - Xudot), to 1e-10."""
     model, vehicle = phoenix()
-    data = mujoco.MjData(model)
-    prepare(data, vehicle, without_drag(), held=("sway", "heave", "roll", "pitch", "yaw"))
+    data = mujoco.MjData(prepare(model, vehicle, without_drag(), held=("sway", "heave", "roll", "pitch", "yaw")))
     body = model.body("phoenix").id
     data.xfrc_applied[body, 0] = 10.0
     found = acceleration_from_rest(data)
@@ -67,12 +70,9 @@ def test_surge_from_rest_is_force_over_mass_less_x_udot() -> None:
 
 
 def test_thrusters_and_propellers_push_with_their_levers() -> None:
-    data = mujoco.MjData(awkward_model())
-    vehicle = awkward_vehicle()
-    prepare(data, vehicle, without_drag(beta=0.002))
+    data, vehicle = afloat_data(beta=0.002), awkward_vehicle()
     turned(data)
-    field(data.userdata, "thruster_N")[:2] = (3.0, -4.0)
-    field(data.userdata, "propeller_rev_s")[...] = 5.0
+    data.ctrl[:3] = (5.0, 3.0, -4.0)
     thrust = TOTAL[0, 0] * 0.002 * 25.0
     side, oblique = np.array([0.0, 3.0, 0.0]), -4.0 * np.array(vehicle.thrusters[1].direction)
     force = side + oblique + [thrust, 0.0, 0.0]
@@ -84,8 +84,7 @@ def test_thrusters_and_propellers_push_with_their_levers() -> None:
 def test_weight_and_buoyancy_act_at_their_own_centres() -> None:
     model = awkward_model(gravity=-9.80665)
     vehicle = awkward_vehicle(buoyancy_N=180.0)
-    data = mujoco.MjData(model)
-    prepare(data, vehicle, without_drag())
+    data = afloat_data(model, vehicle)
     turned(data)
     up = rotation(data.qpos).T @ [0.0, 0.0, 1.0]
     weight, buoyancy = -20.0 * 9.80665 * up, 180.0 * up
@@ -97,12 +96,11 @@ def test_weight_and_buoyancy_act_at_their_own_centres() -> None:
 def test_mujocos_passive_forces_count() -> None:
     """A spring of the free joint itself, far from where it is slack: its force and moment move the whole mass."""
     xml = MJCF.replace("<freejoint/>", '<joint type="free" stiffness="30"/>')
-    data = mujoco.MjData(afloat(xml.format(timestep=0.01, gravity=0.0)))
-    prepare(data, awkward_vehicle(), without_drag())
+    data = afloat_data(afloat(xml.format(timestep=0.01, gravity=0.0)))
     turned(data)
     data.qpos[:3] = (2.0, -1.0, 0.5)
     found = acceleration_from_rest(data)
-    spring = np.concatenate([rotation(data.qpos).T @ data.qfrc_passive[:3], data.qfrc_passive[3:]])
+    spring = np.concatenate([rotation(data.qpos).T @ data.qfrc_spring[:3], data.qfrc_spring[3:]])
     assert np.abs(spring).min() > 0.1
     assert found == pytest.approx(np.linalg.solve(TOTAL, spring), rel=1e-10, abs=1e-12)
 
@@ -110,8 +108,8 @@ def test_mujocos_passive_forces_count() -> None:
 def test_mass_edited_by_the_user_counts() -> None:
     model = awkward_model()
     model.body_mass[1] = 33.0
-    data = mujoco.MjData(model)
-    prepare(data, awkward_vehicle(), without_drag(), held=("sway", "heave", "roll", "pitch", "yaw"))
+    held = ("sway", "heave", "roll", "pitch", "yaw")
+    data = mujoco.MjData(prepare(model, awkward_vehicle(), without_drag(), held))
     data.xfrc_applied[1, 0] = 5.0
     assert acceleration_from_rest(data)[0] == pytest.approx(5.0 / (33.0 + symmetric_mass()[0, 0]), rel=1e-10)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import mujoco
@@ -12,7 +14,7 @@ from bodies import awkward_model, awkward_vehicle, phoenix, set_velocity, withou
 from vtank.errors import InputError
 from vtank.plant.truth import load_truth, truth_names
 from vtank.tank import Tank, forces, prepare
-from vtank.tank.layout import field
+from vtank.tank.layout import SURGE, field
 from vtank.units import FOOT_M
 
 TRUTHS = np.array([load_truth(name).vector() for name in truth_names()] * 3)
@@ -39,6 +41,18 @@ def test_one_and_two_threads_agree_to_the_byte() -> None:
     assert states[0] == states[1]
 
 
+def test_tanks_may_begin_in_several_threads_at_once() -> None:
+    """In a process of their own, where nothing is compiled yet: all find the same callbacks."""
+    code = (
+        "import sys; sys.path.insert(0, 'tests'); from concurrent.futures import ThreadPoolExecutor as Pool\n"
+        "from bodies import awkward_model, awkward_vehicle, without_drag; from vtank.tank import Tank\n"
+        "def fly(_):\n"
+        "    with Tank(awkward_model(), awkward_vehicle(), without_drag()) as tank: tank.step(300)\n"
+        "with Pool(4) as pool: list(pool.map(fly, range(8)))"
+    )
+    subprocess.run([sys.executable, "-c", code], cwd=Path(__file__).parents[1], check=True)
+
+
 def test_simulations_do_not_disturb_each_other() -> None:
     with stirred(2) as together:
         together.step(300)
@@ -54,13 +68,11 @@ def test_simulations_do_not_disturb_each_other() -> None:
 
 def test_mj_step_by_hand_is_the_same_simulation() -> None:
     with stirred(1) as tank:
-        model, vehicle = tank.model, tank.vehicle
+        model = prepare(phoenix()[0], tank.vehicle, TRUTHS[1])
         data = mujoco.MjData(model)
-        prepare(data, vehicle, TRUTHS[1])
         data.qvel[:] = tank.qvel[1]
-        for name in ("propeller_rev_s", "disturbance_m_s2"):
-            field(data.userdata, name)[...] = getattr(tank, name)[1]
-        field(data.userdata, "thruster_N")[:4] = tank.tunnel_N[1]
+        data.ctrl[:] = (tank.propeller_rev_s[1], *tank.tunnel_N[1])
+        field(model.actuator_user[model.actuator(SURGE).id], "disturbance_m_s2")[...] = tank.disturbance_m_s2[1]
         tank.step(200)
     with forces():
         mujoco.mj_step(model, data, 200)
@@ -70,8 +82,10 @@ def test_mj_step_by_hand_is_the_same_simulation() -> None:
 
 def test_the_tanks_arrays_are_live() -> None:
     tank = stirred(1)
-    for name in ("qpos", "qvel", "lag", "time", "propeller_rev_s", "tunnel_N", "disturbance_m_s2", "parameters"):
+    for name in ("qpos", "qvel", "lag", "time", "propeller_rev_s", "tunnel_N"):
         assert np.shares_memory(getattr(tank, name), tank.batch.state), name
+    for name in ("disturbance_m_s2", "parameters", "sonar_m", "wall_m"):
+        assert np.shares_memory(getattr(tank, name), tank.batch.expand("actuator_user")), name
     assert tank.tunnel_N.shape == (len(TRUTHS), 4)
     assert tank.parameters == pytest.approx(TRUTHS, abs=0.0)
 
@@ -85,6 +99,8 @@ def test_reset_returns_to_the_start_and_keeps_the_parameters() -> None:
         fresh = Tank(tank.model, tank.vehicle, TRUTHS)
         fresh.parameters[0] = TRUTHS[1]
         assert np.array_equal(tank.batch.state, fresh.batch.state)
+        for name in ("body_user", "actuator_user"):
+            assert np.array_equal(tank.batch.expand(name), fresh.batch.expand(name))
 
 
 def test_tank_ranges_by_ray() -> None:

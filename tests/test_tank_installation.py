@@ -4,20 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import pytest
 from bodies import awkward_model, awkward_vehicle, phoenix, without_drag
 
 from vtank.compiled import FOLDER
+from vtank.errors import InputError
 from vtank.tank import Tank, forces
-from vtank.tank.callbacks import callback, compiled
-from vtank.tank.layout import MAGIC
-from vtank.tank.offsets import OFFSETS
+from vtank.tank import callbacks as surge
+from vtank.water import control
+from vtank.water.control import callback
+from vtank.water.offsets import AT
 
 PENDULUM = """
 <mujoco>
-  <size nuserdata="{nuserdata}"/>
+  <size nuser_body="{room}" nuser_actuator="{room}"/>
   <worldbody>
     <body>
       <joint name="hinge" axis="0 1 0" damping="0.1"/>
@@ -31,13 +34,19 @@ PENDULUM = """
 """
 
 
+def present() -> list[object]:
+    """MuJoCo's callbacks of the three kinds."""
+    return [mujoco.get_mjcb_control(), mujoco.get_mjcb_act_dyn(), mujoco.get_mjcb_act_bias()]
+
+
 @pytest.fixture(autouse=True)
 def nothing_installed() -> Iterator[None]:
-    assert mujoco.get_mjcb_control() is None
+    assert present() == [None, None, None]
     yield
-    left = mujoco.get_mjcb_control()
-    mujoco.set_mjcb_control(None)
-    assert left is None
+    left = present()
+    for remove in (mujoco.set_mjcb_control, mujoco.set_mjcb_act_dyn, mujoco.set_mjcb_act_bias):
+        remove(None)
+    assert left == [None, None, None]
 
 
 def small_tank() -> Tank:
@@ -81,7 +90,7 @@ def test_somebody_elses_callback_is_neither_replaced_nor_removed() -> None:
 
     tank = small_tank()
     mujoco.set_mjcb_control(foreign)
-    with pytest.raises(RuntimeError, match="callback is taken by <function.*foreign"):
+    with pytest.raises(InputError, match="control callback is taken by <function.*foreign.*expected none"):
         tank.__enter__()
     assert mujoco.get_mjcb_control() is foreign
     mujoco.set_mjcb_control(None)
@@ -94,12 +103,12 @@ def test_somebody_elses_callback_is_neither_replaced_nor_removed() -> None:
     mujoco.set_mjcb_control(None)
 
 
-@pytest.mark.parametrize("nuserdata", [0, 512])
-def test_other_models_step_untouched(nuserdata: int) -> None:
-    """To the byte, also those with room in userdata and with the fields that the callback would write."""
+@pytest.mark.parametrize("room", [0, 512])
+def test_other_models_step_untouched(room: int) -> None:
+    """To the byte, also those with room for user data and with the fields that the callback would write."""
 
     def end() -> bytes:
-        model = mujoco.MjModel.from_xml_string(PENDULUM.format(nuserdata=nuserdata))
+        model = mujoco.MjModel.from_xml_string(PENDULUM.format(room=room))
         data = mujoco.MjData(model)
         data.ctrl[:], data.qfrc_applied[:], data.qvel[:] = 0.3, 0.01, 0.2
         mujoco.mj_step(model, data, 200)
@@ -110,22 +119,28 @@ def test_other_models_step_untouched(nuserdata: int) -> None:
         assert end() == alone
 
 
-def test_unprepared_vehicle_is_a_bare_rigid_body() -> None:
-    """Our own model without the mark in userdata is left alone: it falls as in a vacuum."""
-    model, _ = phoenix()
+def test_a_reset_leaves_the_vehicle_in_its_water() -> None:
+    """Parameters stand in the model: what mj_resetData clears is state alone."""
+    model, vehicle = phoenix()
     data = mujoco.MjData(model)
     with forces():
-        mujoco.mj_step(model, data)
-    assert data.qacc[2] == pytest.approx(-9.80665)
-    assert MAGIC not in data.userdata
+        mujoco.mj_step(model, data, 5)
+        mujoco.mj_resetData(model, data)
+        data.xfrc_applied[model.body("phoenix").id, 0] = 10.0
+        mujoco.mj_forward(model, data)
+    assert data.qacc[0] == pytest.approx(10.0 / vehicle.moving_mass_kg, rel=0.01)
 
 
-def test_offsets_are_part_of_the_compile_caches_key() -> None:
+COMPILED = [control.compiled(), *surge.compiled().values()]
+
+
+@pytest.mark.parametrize("compiled", COMPILED)
+def test_offsets_are_part_of_the_compile_caches_key(compiled: Any) -> None:
     """Numba keys a cached function by its free variables: another MuJoCo must never load this one's machine code."""
-    key = {cell.cell_contents for cell in compiled().__wrapped__.__closure__}
-    assert set(OFFSETS.values()) <= key
+    assert AT in {cell.cell_contents for cell in compiled.__wrapped__.__closure__}
 
 
-def test_its_machine_code_lies_in_the_folder_of_its_sources() -> None:
+@pytest.mark.parametrize("compiled", COMPILED)
+def test_its_machine_code_lies_in_the_folder_of_its_sources(compiled: Any) -> None:
     """Where a changed law is never met by the callback of yesterday, and nothing is written into the package."""
-    assert Path(compiled()._cache.cache_path).is_relative_to(FOLDER)
+    assert Path(compiled._cache.cache_path).is_relative_to(FOLDER)

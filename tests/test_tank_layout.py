@@ -1,4 +1,4 @@
-"""Userdata: every field in its own place, and clear refusals of models, vehicles and parameters that do not fit."""
+"""The numbers of the surge equation in their places, and clear refusals of models, vehicles and parameters."""
 
 from __future__ import annotations
 
@@ -7,59 +7,59 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 import pytest
-from bodies import (
-    BUOYANCY_CENTRE,
-    GRAVITY_CENTRE,
-    MJCF,
-    awkward_model,
-    awkward_vehicle,
-    phoenix,
-    rigid_mass,
-    without_drag,
-)
+from bodies import GRAVITY_CENTRE, MJCF, awkward_model, awkward_vehicle, phoenix, rigid_mass, without_drag
 
 from vtank.errors import InputError
 from vtank.plant.vehicle import Thruster
-from vtank.tank.layout import AT, FIELDS, MAGIC, SIZE, field
-from vtank.tank.model import sonar_and_wall, vehicle_body
-from vtank.tank.pack import pack
+from vtank.tank import prepare
+from vtank.tank.layout import FIELDS, SIZE, field
+from vtank.tank.model import centre_of_gravity, sonar_and_wall, vehicle_body
+from vtank.tank.model import rigid_mass as compiled_mass
+from vtank.water import record
 
 XML = MJCF.format(timestep=0.01, gravity=-9.81)
 
 
-def test_fields_cover_userdata_without_gap_or_overlap() -> None:
-    userdata = np.zeros((3, SIZE + 5))
-    for name in FIELDS:
-        field(userdata, name)[...] += 1.0
-    assert np.all(userdata[:, :SIZE] == 1.0) and np.all(userdata[:, SIZE:] == 0.0)
+@pytest.mark.parametrize(
+    ("fields", "size", "view"), [(FIELDS, SIZE, field), (record.FIELDS, record.SIZE, record.field)]
+)
+def test_fields_cover_a_row_without_gap_or_overlap_and_are_views(fields, size: int, view) -> None:
+    state = np.zeros((3, size + 5))
+    for name, shape in fields.items():
+        part = view(state, name)
+        part += 1.0
+        assert part.shape == (3, *shape) and np.shares_memory(part, state)
+    assert np.all(state[:, :size] == 1.0) and np.all(state[:, size:] == 0.0)
+    assert view(state[0], "magic").shape == ()
 
 
-def test_fields_of_a_batch_row_are_views() -> None:
-    state = np.zeros((4, SIZE + 30))
-    userdata = state[:, 10 : 10 + SIZE]
-    for name, shape in FIELDS.items():
-        view = field(userdata, name)
-        assert view.shape == (4, *shape)
-        assert np.shares_memory(view, state)
-    assert field(userdata[0], "magic").shape == ()
-
-
-def test_pack_takes_the_mass_of_the_compiled_model() -> None:
+def test_the_mass_is_that_of_the_compiled_model() -> None:
     model = awkward_model()
-    userdata = pack(model, awkward_vehicle(), without_drag())
-    assert userdata[AT.magic] == MAGIC
-    assert field(userdata, "rigid_mass") == pytest.approx(rigid_mass(), abs=1e-12)
-    assert field(userdata, "centre_of_gravity_m") == pytest.approx(GRAVITY_CENTRE)
-    assert field(userdata, "centre_of_buoyancy_m") == pytest.approx(BUOYANCY_CENTRE)
+    assert compiled_mass(model, 1) == pytest.approx(rigid_mass(), abs=1e-12)
+    assert centre_of_gravity(model, 1) == pytest.approx(GRAVITY_CENTRE)
     model.body_mass[1] *= 1.5
-    assert field(pack(model, awkward_vehicle(), without_drag()), "rigid_mass")[0, 0] == pytest.approx(30.0)
+    assert compiled_mass(model, 1)[0, 0] == pytest.approx(30.0)
 
 
-def test_thruster_wrenches_hold_force_and_moment() -> None:
-    wrench = field(pack(awkward_model(), awkward_vehicle(), without_drag()), "thruster_wrench")
+def test_gear_holds_force_and_moment_of_each_thruster() -> None:
+    gear = prepare(awkward_model(), awkward_vehicle(), without_drag()).actuator_gear
     direction = np.array([0.36, -0.48, 0.8])
-    assert wrench[1] == pytest.approx(np.concatenate([direction, np.cross([-0.3, 0.2, 0.1], direction)]))
-    assert np.all(wrench[2:] == 0.0)
+    assert gear[2] == pytest.approx(np.concatenate([direction, np.cross([-0.3, 0.2, 0.1], direction)]))
+    assert gear[[0, 3]] == pytest.approx(np.array([[1.0, 0.0, 0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0, 0.1, 0.0]]))
+
+
+def test_the_thrusts_moment_needs_an_actuator_only_off_the_axis() -> None:
+    model, vehicle = phoenix()
+    assert model.nu == 1 + len(vehicle.thrusters)
+    with pytest.raises(InputError, match="made for propellers on the vehicle's axis; the vehicle's are off it"):
+        prepare(model, replace(vehicle, propeller_sites=("sonar_st1000",)), without_drag())
+
+
+def test_preparing_leaves_the_model_as_it_was() -> None:
+    model = awkward_model()
+    before = model.actuator_user.copy(), model.body_user.copy(), model.dof_armature.copy()
+    prepare(model, awkward_vehicle(drag=True), without_drag(alpha=-1.0), held=("sway",))
+    assert all(map(np.array_equal, before, (model.actuator_user, model.body_user, model.dof_armature)))
 
 
 def test_wall_stands_ten_feet_from_the_sonar() -> None:
@@ -71,26 +71,26 @@ def test_wall_stands_ten_feet_from_the_sonar() -> None:
 
 def test_a_model_that_was_not_made_for_the_tank_is_refused() -> None:
     with pytest.raises(InputError, match="not made for the tank; expected one that load_world or submerge made"):
-        pack(mujoco.MjModel.from_xml_string(XML), awkward_vehicle(), without_drag())
+        prepare(mujoco.MjModel.from_xml_string(XML), awkward_vehicle(), without_drag())
     model = awkward_model()
-    model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    with pytest.raises(InputError, match="expected the integrator RK4 or Euler"):
-        pack(model, awkward_vehicle(), without_drag())
+    model.opt.solver = mujoco.mjtSolver.mjSOL_PGS
+    with pytest.raises(InputError, match="vehicle 'awkward': the solver PGS: expected none"):
+        prepare(model, awkward_vehicle(), without_drag())
 
 
 def test_vehicles_and_parameters_that_do_not_fit_are_refused() -> None:
     model, vehicle, p = awkward_model(), awkward_vehicle(), without_drag()
-    with pytest.raises(InputError, match="9 thrusters; up to 8"):
-        pack(model, replace(vehicle, thrusters=9 * (Thruster("side", (0.0, 1.0, 0.0), 1.0),)), p)
+    with pytest.raises(InputError, match="the model has 2 thrusters; expected the vehicle's 9"):
+        prepare(model, replace(vehicle, thrusters=9 * (Thruster("side", (0.0, 1.0, 0.0), 1.0),)), p)
     with pytest.raises(InputError, match="mass plus added mass"):
-        pack(model, replace(vehicle, added_mass=-10.0 * vehicle.added_mass), p)
+        prepare(model, replace(vehicle, added_mass=-10.0 * vehicle.added_mass), p)
     with pytest.raises(InputError, match="no site 'screw'; there are: propeller, side, oblique"):
-        pack(model, replace(vehicle, propeller_sites=("screw",)), p)
+        prepare(model, replace(vehicle, propeller_sites=("screw",)), p)
     with pytest.raises(InputError, match=r"expected \d+ surge parameters, found .* shape \(\d+,\)"):
-        pack(model, vehicle, p[:-1])
+        prepare(model, vehicle, p[:-1])
     with pytest.raises(InputError, match="'alpha' is NaN"):
-        pack(model, vehicle, np.full_like(p, np.nan))
+        prepare(model, vehicle, np.full_like(p, np.nan))
     with pytest.raises(InputError, match="shorter than the time step"):
-        pack(model, vehicle, without_drag(thrust_lag__tau=0.005))
+        prepare(model, vehicle, without_drag(thrust_lag__tau=0.005))
     with pytest.raises(InputError, match="no axis 'swing' to hold; there are: surge, sway"):
-        pack(model, vehicle, p, held=("swing",))
+        prepare(model, vehicle, p, held=("swing",))

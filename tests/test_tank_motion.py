@@ -18,7 +18,6 @@ from vtank.plant.parameters import slot
 from vtank.plant.truth import load_truth, truth_names
 from vtank.plant.vehicle import AXES, Vehicle
 from vtank.tank import Tank
-from vtank.tank.layout import field
 
 ALL_BUT_SURGE = AXES[1:]
 DT = 0.01  # [s] time step of the models
@@ -213,7 +212,7 @@ def test_natural_frequencies_of_roll_and_pitch(axis: int, published_rad_s: float
     """Small free swing about one axis in ideal fluid: sqrt(weight z_G / (I + A)), near the published figures."""
     model, vehicle = phoenix()
     tank = Tank(model, without_resistance(vehicle), without_drag(), held=[name for name in AXES if name != AXES[axis]])
-    inertia = field(tank.userdata, "rigid_mass")[0, axis, axis] + vehicle.added_mass[axis, axis]
+    inertia = tank.mass[axis, axis]
     frequency = np.sqrt(model.body_mass[1] * 9.80665 * model.body_ipos[1, 2] / inertia)
     assert frequency == pytest.approx(published_rad_s, rel=0.03)
     tank.qvel[:, axis] = 1e-4
@@ -227,7 +226,7 @@ def test_free_pitch_swings_at_the_eigenfrequency_of_the_coupled_equations() -> N
     """Nothing held: pitch drags surge and heave along, the spectrum's line is the generalized eigenvalue."""
     model, vehicle = phoenix()
     tank = Tank(model, without_resistance(vehicle), without_drag())
-    total = field(tank.userdata, "rigid_mass")[0] + vehicle.added_mass
+    total = tank.mass
     stiffness = np.zeros((6, 6))
     stiffness[3, 3] = stiffness[4, 4] = model.body_mass[1] * 9.80665 * model.body_ipos[1, 2]
     squares, shapes = eigh(stiffness, total)

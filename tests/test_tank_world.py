@@ -16,7 +16,6 @@ from vtank.experiment.scenario import load_scenario
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
 from vtank.tank import Tank, load_world
-from vtank.tank.layout import SIZE
 from vtank.tank.model import centre_of_gravity, rigid_mass, site, sonars, vehicle_body
 
 XML = MJCF.format(timestep=0.01, gravity=-9.81)
@@ -133,7 +132,7 @@ def test_everything_fixed_to_the_body_counts_in_axes_x_forward_z_down(tmp_path: 
         assert site(model, "sonar") == pytest.approx([0.35, 0.0, 0.04], abs=1e-12) and sonars(model) == ["sonar"]
         assert centre_of_gravity(model, body) == pytest.approx([0.0, 0.0, 0.08 / 40.0], abs=1e-12)
         assert rigid_mass(model, body)[4, 0] == pytest.approx(40.0 * 0.08 / 40.0)
-        assert model.qpos0[:2] == pytest.approx(0.0) and (model.nu, model.nq) == (2, 7)
+        assert model.qpos0[:2] == pytest.approx(0.0) and (model.nu, model.nq) == (5, 7)
         assert model.opt.timestep == pytest.approx(0.1 / 34) and model.opt.density == 0.0
 
 
@@ -144,7 +143,7 @@ def test_an_mjcf_made_for_earlier_versions_still_does(tmp_path: Path) -> None:
     )
     old = XML.replace("<worldbody>", '<size nuserdata="400"/><worldbody>')
     model = afloat(old.replace("</worldbody>", f"</worldbody><actuator>{states}</actuator>"))
-    assert (model.nu, model.nuserdata) == (2, SIZE)
+    assert (model.nu, model.nuserdata) == (4, 0)  # of its own two none is left
 
 
 @pytest.mark.parametrize(
@@ -220,8 +219,12 @@ def test_files_that_are_no_tank_are_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="phoenix.xml: MuJoCo cannot put it between the walls: .*repeated name"):
         load_world(phoenix, broken)
     broken.write_text(XML.replace('timestep="0.01"', 'timestep="0"').replace('mass="20"', f'mass="{phoenix.mass_kg}"'))
-    with pytest.raises(InputError, match="broken.xml: timestep 0 s; expected 1e-05 s or more"):
+    with pytest.raises(
+        InputError, match="broken.xml: the MJCF has no site 'propeller_port'; there are: propeller, side, ob"
+    ):
         load_world(replace(phoenix, mjcf=broken), BASIN)
+    with pytest.raises(InputError, match="broken.xml: timestep 0 s; expected 1e-05 s or more"):
+        load_world(replace(phoenix, mjcf=broken, propeller_sites=("propeller",)), BASIN)
     broken.write_text("<mujoco/>")
     with pytest.raises(InputError, match="broken.xml: 0 bodies with a free joint"):
         load_world(replace(phoenix, mjcf=broken), BASIN)

@@ -23,6 +23,7 @@ if not {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"} & os.environ.keys():
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: small matrices, where threads only get in each other's way
 
 if TYPE_CHECKING:
+    from . import water as water
     from .diagnosed import Diagnosis as Diagnosis
     from .effects.effect import Effect as Effect
     from .errors import InputError as InputError

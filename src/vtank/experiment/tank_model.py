@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from ..compiled import law
 from ..errors import InputError
 from ..plant.vehicle import AXES
-from ..tank.layout import field
 from ..tank.model import site, sonars
 from ..tank.tank import Tank
 from ..tank.world import load_world
@@ -116,15 +115,13 @@ class Chunk:
         for plan, water in zip(self.plans, down, strict=True):
             if not MARGIN_M <= water < np.inf:
                 raise InputError(f"{plan.scenario.path}: depth_m: expected a depth above the tank's floor")
-        field(tank.userdata, "sonar_m")[:] = self.sonar
-        field(tank.userdata, "wall_m")[:] = self.points[:, 0, 0] + standoff
+        tank.sonar_m[:], tank.wall_m[:] = self.sonar, self.points[:, 0, 0] + standoff
 
     def _hold(self, active: bool) -> None:
         """Gains and allocation of the controllers of the axes but surge."""
-        user, vehicle = self.tank.userdata[0], self.tank.vehicle
-        total = field(user, "rigid_mass") + field(user, "added_mass")
-        self.inertia = np.diagonal(total)[list(HELD)].copy()
-        self.wrenches = field(user, "thruster_wrench")[: len(vehicle.thrusters)]
+        vehicle = self.tank.vehicle
+        self.inertia = np.diagonal(self.tank.mass)[list(HELD)].copy()
+        self.wrenches = self.tank.wrenches
         self.allocation = allocation(self.wrenches)
         self.limit = np.array([thruster.limit_N for thruster in vehicle.thrusters])
         flown = [(plan.scenario, plan.scenario.control) for plan in self.plans]

@@ -9,7 +9,7 @@ body axes to world axes.
 
 nu_r = nu - [U; 0] is the velocity through the water, which moves uniformly at U and may accelerate; dU/dt is taken in
 the turning body axes. `forces` holds all the rest: weight and the centrifugal forces of the body's own mass, buoyancy,
-drag, thrust, and in accelerating water its pressure gradient.
+drag, thrust, and in accelerating water its pressure gradient. MuJoCo solves it (water/control.py); the terms are here.
 
 Sources: Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), chapters 3, 6, 7;
 Kirchhoff's equations in Lamb, Hydrodynamics (1932), articles 121-126.
@@ -110,42 +110,14 @@ def drag(linear: np.ndarray, quadratic: np.ndarray, nu: Wrench) -> Wrench:
 
 
 @term
-def added_mass_forces(added: np.ndarray, nu: Wrench, flow: Vector, water: Vector) -> Wrench:
-    """-C_A(nu_r) nu_r + M_A [dU/dt; 0]: added mass but for its part in the mass matrix.
+def added_mass_forces(added: np.ndarray, nu: Wrench, flow: Vector, water: Vector, turning: Wrench) -> Wrench:
+    """-C_A(nu_r) nu_r + M_A ([dU/dt; 0] - turning): added mass but for its part in the mass matrix.
 
     `flow` is the water's velocity U [m/s], `water` its acceleration in world terms [m/s2], both given in body axes;
-    in the turning axes U changes at the rate water - w x U.
+    in the turning axes U changes at the rate water - w x U. `turning` is the part of dnu/dt that the mass matrix does
+    not multiply: what is left of it while all generalized velocities stay as they are.
     """
-    turning = cross((nu[3], nu[4], nu[5]), flow)
+    carried = cross((nu[3], nu[4], nu[5]), flow)
     nu_r = (nu[0] - flow[0], nu[1] - flow[1], nu[2] - flow[2], nu[3], nu[4], nu[5])
-    rate = (water[0] - turning[0], water[1] - turning[1], water[2] - turning[2])
-    return subtract(multiply(added, (*rate, 0.0, 0.0, 0.0)), coriolis(added, nu_r))
-
-
-@term
-def applied_forces(share: np.ndarray, mass: float, r_g: Vector, known: Wrench, others: Wrench, nu: Wrench) -> Wrench:
-    """What must act on the rigid body besides the `known` forces to give it the acceleration of the full equation.
-
-    `others` are the remaining forces of the full equation. Of their total the share M_RB (M_RB + M_A)^-1 goes to the
-    rigid body and the rest to the water around it. The rigid body alone, of that mass [kg] and with its centre of
-    gravity at r_g [m], obeys M_RB (dnu/dt + [w x v; 0]) = its forces.
-    """
-    turning = cross((nu[3], nu[4], nu[5]), (nu[0], nu[1], nu[2]))
-    inertial = at((mass * turning[0], mass * turning[1], mass * turning[2]), r_g)
-    total = subtract(add(known, others), inertial)
-    return subtract(add(multiply(share, total), inertial), known)
-
-
-def mobility(rigid: np.ndarray, added: np.ndarray, held: tuple[int, ...] = ()) -> np.ndarray:
-    """(M_RB + M_A)^-1, shape (6, 6), with zero rows and columns for the axes held at constant speed.
-
-    Raises numpy.linalg.LinAlgError when the total mass is not symmetric positive definite.
-    """
-    total = rigid + added
-    if not np.allclose(total, total.T, rtol=1e-9, atol=1e-9 * np.abs(total).max()):
-        raise np.linalg.LinAlgError("the mass matrix is not symmetric")
-    np.linalg.cholesky(total)
-    free = [axis for axis in range(6) if axis not in held]
-    inverse = np.zeros((6, 6))
-    inverse[np.ix_(free, free)] = np.linalg.inv(total[np.ix_(free, free)])
-    return inverse
+    rate = (water[0] - carried[0], water[1] - carried[1], water[2] - carried[2], 0.0, 0.0, 0.0)
+    return subtract(multiply(added, subtract(rate, turning)), coriolis(added, nu_r))

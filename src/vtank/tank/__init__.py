@@ -1,4 +1,4 @@
-"""The virtual tank: MuJoCo with the water's forces in a compiled callback."""
+"""The virtual tank: a vehicle in the water of vtank.water, moved by the surge equation."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from .installation import forces
-    from .tank import Tank, prepare
+    from .prepare import forces, prepare
+    from .tank import Tank
     from .world import load_model, load_world, submerge
 
 __all__ = facade(__name__)

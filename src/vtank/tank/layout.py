@@ -1,63 +1,35 @@
-"""What stands where in a simulation's userdata: the inputs and constants that the compiled callback works with.
+"""What stands where in mjModel.actuator_user of the actuators that carry the surge equation.
 
-MuJoCo carries mjData.userdata with each simulation and leaves it alone, so that many simulations with different
-parameters run at once without globals. All numbers are SI, in body axes unless said otherwise.
+SURGE has its two states and makes its force, at the body's origin. TRIM, where the propellers are off the axis, makes
+the thrust's pitching moment. The numbers may differ between the simulations of a batch. All are SI, in body axes.
 """
 
 from __future__ import annotations
 
 import math
-from collections import namedtuple
-from itertools import accumulate
-from typing import Any
 
 import numpy as np
 
 from ..plant import parameters
+from ..water.record import starts
 
-MAGIC = 6.283185e-137  # first number of a simulation that is ours; any value nobody else would write there will do
-MAX_THRUSTERS = 8
+SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
+SURGING, TRIMMING = 0.0628321, 0.0628322  # first number of their rows, which nobody else would write there
 
-# Field -> shape
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
-    # inputs
-    "propeller_rev_s": (),  # speed of both stern propellers, held between ticks
+    "body": (),  # the vehicle
+    "moving_mass_kg": (),
     "disturbance_m_s2": (),  # surge acceleration by turbulence
-    "thruster_N": (MAX_THRUSTERS,),  # force of each other thruster
-    "water_m_s": (3,),  # velocity of the water at the time water_since_s, world axes
-    "water_m_s2": (3,),  # its acceleration, world axes
-    "water_since_s": (),
-    # where the vehicle stands in the model
-    "dof": (),  # first degree of freedom of its free joint
-    "body": (),
-    "lag": (),  # address of its states, lagged thrust and wake, in mjData.act
-    "lag_input": (),  # index of their actuators in mjData.ctrl
-    # the vehicle
-    "rigid_mass": (6, 6),  # of the compiled model
-    "added_mass": (6, 6),
-    "share": (6, 6),  # of a force that reaches the rigid body: M_RB (M_RB + M_A)^-1
-    "drag_linear": (6,),
-    "drag_quadratic": (6,),
-    "buoyancy_N": (),
-    "displaced_kg": (),
-    "centre_of_buoyancy_m": (3,),
-    "centre_of_gravity_m": (3,),
-    "thruster_wrench": (MAX_THRUSTERS, 6),  # of each thruster at 1 N
-    "propeller_z_m": (),  # mean height of the propellers' axes
     "sonar_m": (3,),
     "wall_m": (),  # world x of the wall ahead
-    # the surge equation's vector p
-    "parameters": (parameters.SIZE,),
+    "parameters": (parameters.SIZE,),  # the surge equation's vector p
 }
-
-
-Starts: Any = namedtuple  # mypy wants names that are written out
-AT = Starts("AT", [*FIELDS, "end"])(*accumulate(map(math.prod, FIELDS.values()), initial=0))  # first numbers by name
+AT = starts(FIELDS)
 SIZE: int = AT.end
 
 
-def field(userdata: np.ndarray, name: str) -> np.ndarray:
-    """Writable view of a field: userdata of shape (..., nuserdata) -> shape (..., *FIELDS[name])."""
+def field(rows: np.ndarray, name: str) -> np.ndarray:
+    """Writable view of a field: rows (..., nuser_actuator) -> shape (..., *FIELDS[name])."""
     start, shape = getattr(AT, name), FIELDS[name]
-    return userdata[..., start : start + math.prod(shape)].reshape((*userdata.shape[:-1], *shape))
+    return rows[..., start : start + math.prod(shape)].reshape((*rows.shape[:-1], *shape))

@@ -6,20 +6,22 @@ import mujoco
 import numpy as np
 
 from ..errors import InputError
-from .layout import SIZE
+from ..plant.vehicle import Vehicle
+from .layout import SIZE, SURGE, TRIM
 
-STATES = ("vtank/thrust_lag", "vtank/wake")  # actuators that push nothing and carry the surge equation's extra states
 TANK_GROUP = 3  # geom group of walls and floor: what a sonar hears
 HEARD = (np.arange(mujoco.mjNGROUP) == TANK_GROUP).astype(np.uint8)  # for MuJoCo's rays
-INTEGRATORS = (mujoco.mjtIntegrator.mjINT_RK4, mujoco.mjtIntegrator.mjINT_EULER)
 
 
-def check_model(model: mujoco.MjModel) -> None:
-    """Raise InputError unless the callback can drive this model."""
-    if model.nuserdata < SIZE or mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, STATES[0]) < 0:
+def check_model(model: mujoco.MjModel, vehicle: Vehicle) -> None:
+    """Raise InputError unless the callbacks can drive this model of the vehicle."""
+    names = {model.actuator(i).name for i in range(model.nu)}
+    if model.nuser_actuator < SIZE or SURGE not in names:
         raise InputError("this model was not made for the tank; expected one that load_world or submerge made")
-    if model.opt.integrator not in INTEGRATORS:
-        raise InputError("expected the integrator RK4 or Euler: the others bend the added mass")
+    if (found := len(names - {SURGE, TRIM})) != (wanted := len(vehicle.thrusters)):
+        raise InputError(f"the model has {found} thrusters; expected the vehicle's {wanted}")
+    if propeller_height(model, vehicle) and TRIM not in names:
+        raise InputError("the model was made for propellers on the vehicle's axis; the vehicle's are off it")
 
 
 def vehicle_body(model: mujoco.MjModel) -> int:
@@ -31,9 +33,12 @@ def vehicle_body(model: mujoco.MjModel) -> int:
     freedoms = model.body_rootid[model.dof_bodyid] == body
     if np.count_nonzero(freedoms) != 6:
         raise InputError(f"the vehicle '{model.body(body).name}' must be one rigid body, without further joints")
-    if model.dof_armature[freedoms].any() or model.dof_frictionloss[freedoms].any():
-        raise InputError("the free joint must have armature and frictionloss 0: the vehicle file brings the water's")
     return body
+
+
+def mass_kg(model: mujoco.MjModel) -> float:
+    """Mass of the vehicle with all that is fixed to it."""
+    return float(model.body_subtreemass[vehicle_body(model)])
 
 
 def at_origin(model: mujoco.MjModel) -> mujoco.MjData:
@@ -62,9 +67,14 @@ def site(model: mujoco.MjModel, name: str) -> np.ndarray:
     """Position of a site of the vehicle in body axes, shape (3,) [m]."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
     if index < 0:
-        names = ", ".join(model.site(i).name for i in range(model.nsite))
+        names = ", ".join(model.site(i).name for i in range(model.nsite) if not model.site(i).name.startswith("vtank/"))
         raise InputError(f"the MJCF has no site '{name}'; there are: {names or 'none'}")
     return at_origin(model).site_xpos[index].copy()
+
+
+def propeller_height(model: mujoco.MjModel, vehicle: Vehicle) -> float:
+    """Mean z of the propellers' axes, body axes [m]."""
+    return float(np.mean([site(model, name)[2] for name in vehicle.propeller_sites]))
 
 
 def sonars(model: mujoco.MjModel) -> list[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Self
+from typing import Any, Self
 
 import mujoco
 import mujoco.batch
@@ -11,19 +11,12 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
-from .installation import install, installed, uninstall
-from .layout import field
-from .model import HEARD, STATES, vehicle_body
-from .pack import check_parameters, pack
-
-
-def prepare(data: mujoco.MjData, vehicle: Vehicle, p: np.ndarray, held: Sequence[str] = ()) -> None:
-    """Give one MjData the vehicle's hydrodynamics, to be stepped by mujoco.mj_step inside `forces()`.
-
-    data: of a model that load_world or submerge made. Call it again after mj_resetData, which forgets them. Inputs:
-    `layout.field(data.userdata, "propeller_rev_s")`.
-    """
-    data.userdata[:] = pack(data.model, vehicle, p, held)
+from ..water.installation import present
+from ..water.record import field as wet_field
+from .callbacks import callbacks
+from .layout import SURGE, field
+from .model import HEARD, rigid_mass, vehicle_body
+from .prepare import check_parameters, forces, prepare
 
 
 class Tank:
@@ -41,6 +34,9 @@ class Tank:
         tunnel_N: input, shape (N, K): force of each thruster of the vehicle, in its order [N].
         disturbance_m_s2: input, shape (N,): surge acceleration by turbulence [m/s2].
         parameters: shape (N, P): parameter vectors of the surge equation.
+        sonar_m, wall_m: shape (N, 3) and (N,): where the sonar is, and world x of the wall ahead of it [m].
+        mass: M_RB + M_A of the vehicle, shape (6, 6) [kg, kg m, kg m2].
+        wrenches: of each thruster at 1 N, shape (K, 6) [N, N m].
     """
 
     def __init__(
@@ -51,39 +47,43 @@ class Tank:
         nthread: int = 1,
         held: Sequence[str] = (),
     ) -> None:
-        """`truths`: parameter vectors, shape (N, P), or (P,) for one; `held`: as for `pack`."""
+        """`truths`: parameter vectors, shape (N, P), or (P,) for one; `held`: as for `prepare`."""
         truths = np.atleast_2d(truths)
-        self.model, self.vehicle = model, vehicle
+        self.mass = rigid_mass(model, vehicle_body(model)) + vehicle.added_mass
+        self.model, self.vehicle = (model := prepare(model, vehicle, truths[0], held)), vehicle
         self.batch = mujoco.batch.Batch(model, len(truths), nthread=nthread)
-        self.userdata = self.batch.bind("userdata")
-        self.userdata[:] = pack(model, vehicle, truths[0], held)
-        self.parameters = field(self.userdata, "parameters")
+        body, first = vehicle_body(model), model.actuator(SURGE).id
+        law, self._wet = self.batch.expand("actuator_user")[:, first], self.batch.expand("body_user")[:, body]
+        self.parameters, self.disturbance_m_s2 = field(law, "parameters"), field(law, "disturbance_m_s2")
+        self.sonar_m, self.wall_m = field(law, "sonar_m"), field(law, "wall_m")
         for p in truths:
             check_parameters(model, p)
         self.parameters[:] = truths
-        body, lag = vehicle_body(model), int(model.actuator(STATES[0]).actadr[0])
+        lag = int(model.actuator_actadr[first])
         pose, dof = int(model.jnt_qposadr[model.body_jntadr[body]]), int(model.body_dofadr[body])
         self.qpos = self.batch.bind("qpos")[:, pose : pose + 7]
         self.qvel = self.batch.bind("qvel")[:, dof : dof + 6]
         self.lag = self.batch.bind("act")[:, lag : lag + 2]
         self.time = self.batch.bind("time")
-        self.propeller_rev_s = field(self.userdata, "propeller_rev_s")
-        self.disturbance_m_s2 = field(self.userdata, "disturbance_m_s2")
-        self.tunnel_N = field(self.userdata, "thruster_N")[:, : len(vehicle.thrusters)]
+        control, thrusters = self.batch.bind("ctrl"), slice(first + 1, first + 1 + len(vehicle.thrusters))
+        self.propeller_rev_s, self.tunnel_N = control[:, first], control[:, thrusters]
+        self.wrenches = model.actuator_gear[thrusters].copy()
         self._warnings = self.batch.warning[:, :, 1]  # how often MuJoCo has warned of each kind
         self._warnings[:] = 1  # it writes the first of each to a log file
+        self._context: list[Any] = []
         self._start = self.batch.state.copy()
 
     def __enter__(self) -> Self:
-        install()
+        self._context.append(forces())
+        self._context[-1].__enter__()
         return self
 
     def __exit__(self, *error: object) -> None:
-        uninstall()
+        self._context.pop().__exit__(*error)
 
     def step(self, nstep: int = 1) -> None:
         """Advance every simulation by nstep time steps; InputError when one of them diverges."""
-        if not installed():
+        if any(present(kind) is not ours for kind, ours in callbacks().items()):
             raise RuntimeError("the tank's forces are not installed: step inside `with tank:`")
         self.batch.step(nstep=nstep)
         # a number beyond MuJoCo's limit is warned of and left out
@@ -96,16 +96,16 @@ class Tank:
 
     def reset(self) -> None:
         """Put every simulation back to the start: pose, at rest, time 0, still water, inputs 0; parameters stay."""
-        parameters = self.parameters.copy()
         self.batch.state[:] = self._start
-        self.parameters[:] = parameters
+        self.disturbance_m_s2[:] = 0.0
+        self.set_water(np.zeros(3))
         self._warnings[:] = 1
 
     def set_water(self, velocity_m_s: np.ndarray, acceleration_m_s2: np.ndarray | float = 0.0) -> None:
         """Let the water move uniformly from now on; both broadcast to (N, 3), world axes. Null: still water."""
-        field(self.userdata, "water_m_s")[:] = velocity_m_s
-        field(self.userdata, "water_m_s2")[:] = acceleration_m_s2
-        field(self.userdata, "water_since_s")[:] = self.time
+        wet_field(self._wet, "water_m_s")[:] = velocity_m_s
+        wet_field(self._wet, "water_m_s2")[:] = acceleration_m_s2
+        wet_field(self._wet, "water_since_s")[:] = self.time
 
     def ray(self, points: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Distances from points along directions to walls and floor, shape (N, K) [m]; inf where there is nothing.

@@ -1,7 +1,7 @@
 """The world of a run: the vehicle of one MJCF within the walls of another. Neither has to know of the tank.
 
-What the tank needs is written into MuJoCo's specification here, before it is compiled: integrator, room for the
-callback's numbers, the states that it carries, the group of the geoms that a sonar hears. Of the vehicle's file only
+What the tank needs is written into MuJoCo's specification here, before it is compiled: integrator, water, actuators,
+the group of the geoms that a sonar hears. Of the vehicle's file only
 the body with the free joint is taken, with all that hangs on it. What stands for water there (density, viscosity,
 gravcomp) is switched off, since the tank brings its own.
 """
@@ -11,22 +11,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
 
+from .. import water
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..resources import models_dir
-from .layout import SIZE
+from .layout import SIZE, SURGE, TRIM
 from .mjcf import mujoco_says, named, read
-from .model import STATES, TANK_GROUP, vehicle_body
+from .model import TANK_GROUP, mass_kg, propeller_height, vehicle_body
+from .prepare import without_surge
 
+ORIGIN = "vtank/origin"  # site at the vehicle's origin
+LAW: dict[str, Any] = {"gainprm": np.zeros(mujoco.mjNGAIN), "biastype": mujoco.mjtBias.mjBIAS_USER}  # of a callback
 LEVEL = (0.0, 1.0, 0.0, 0.0)  # quaternion of a body with axes x forward, z down that heads along the world's x
 SHORTEST_S = 1e-5  # [s] time step below which a run would not end in a day; a choice
 FREE = mujoco.mjtJoint.mjJNT_FREE
 SWITCHED_OFF = (
-    mujoco.mjtDisableBit.mjDSBL_CONTACT  # such forces come too late for the added mass
+    mujoco.mjtDisableBit.mjDSBL_CONTACT  # a run that strikes a wall is refused instead
     | mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
     | mujoco.mjtDisableBit.mjDSBL_AUTORESET  # what diverges must be seen, not started anew
 )
@@ -47,8 +52,8 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
         if tank.joints:
             raise InputError(f"the body '{tank.joints[0].parent.name}' has a joint: walls were expected to stand still")
     with named(vehicle.mjcf):
-        model = submerge(hull, tank)
-        mass = float(model.body_subtreemass[vehicle_body(model)])
+        model = submerge(hull, vehicle, tank)
+        mass = mass_kg(model)
         if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
             raise InputError(f"mass {mass:g} kg, but the vehicle file says mass_kg {vehicle.mass_kg:g}")
         if not model.opt.timestep >= SHORTEST_S:
@@ -62,8 +67,8 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
     return model
 
 
-def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.MjModel:
-    """The model that the tank steps: the one free body of `hull` within `walls`, or in open water.
+def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None = None) -> mujoco.MjModel:
+    """The model that the tank steps: the one free body of `hull`, the vehicle, within `walls`, or in open water.
 
     The body floats as it stands at its start in `hull`: that is level, heading along x. Both specifications are used
     up. InputError where something but the water would act on the body.
@@ -77,21 +82,26 @@ def submerge(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.
     with mujoco_says("cannot compile it"):
         model = hull.compile()
     body = vehicle_body(model)
+    freedoms = model.body_rootid[model.dof_bodyid] == body
+    if model.dof_armature[freedoms].any() or model.dof_frictionloss[freedoms].any():
+        raise InputError("the free joint must have armature and frictionloss 0: the vehicle file brings the water's")
     if model.opt.gravity[0] != 0.0 or model.opt.gravity[1] != 0.0:
         raise InputError("gravity must act along the world's z axis")
     for bond in _bonds(hull):
         raise InputError(
-            f"{bond} acts on the vehicle '{model.body(body).name}' past its added mass; expected none: the thrusters "
-            "stand in the vehicle file"
+            f"{bond} acts on the vehicle '{model.body(body).name}', and nobody here would command it; expected none: "
+            "the thrusters stand in the vehicle file"
         )
     for kind in ("cameras", "geoms", "lights", "sites"):
         taken = {element.name for element in getattr(hull, kind)} - {""}
         for element in getattr(world, kind):
             element.name += " of the walls" if element.name in taken else ""
     _set_afloat(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
-    _inject(world, hull.option)
+    _inject(world, hull.option, vehicle)
     with mujoco_says("cannot put it between the walls"):
-        model = world.compile()
+        if propeller_height(world.compile(), vehicle):
+            _actuator(world, TRIM, **LAW)
+        model = water.add(world, {_free_joint(world).parent.name: without_surge(vehicle)})
     _mark_walls(model)
     return model
 
@@ -127,29 +137,31 @@ def _set_afloat(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) ->
         carrier.add_joint(type=FREE, damping=joint.damping, stiffness=joint.stiffness)
         hull.delete(joint)
         body.pos, frame = np.zeros(3), carrier.add_frame(quat=LEVEL)  # LEVEL is its own inverse
-    for part in (body, *body.find_all("body")):
+    for part in body.find_all("body"):
         part.gravcomp = 0.0
     with mujoco_says("cannot put it between the walls"):
         frame.attach_body(body, "", "")
 
 
-def _inject(world: mujoco.MjSpec, own: mujoco.MjOption) -> None:
-    """Write what the tank needs into the world; `own`: the vehicle's options, of which gravity and time step count."""
-    option, joint = world.option, _free_joint(world)
+def _inject(world: mujoco.MjSpec, own: mujoco.MjOption, vehicle: Vehicle) -> None:
+    """Write what the tank needs into the world; `own`: the vehicle's options, of which gravity and time step count.
+
+    All actuators act at the body's origin; their gear is the wrench at 1 N, which `prepare` finds.
+    """
+    option, body = world.option, _free_joint(world).parent
+    body.name = body.name or "vtank/vehicle"
     option.timestep, option.gravity = own.timestep, own.gravity
     option.integrator = mujoco.mjtIntegrator.mjINT_RK4
-    option.density = option.viscosity = 0.0
     option.disableflags, option.enableflags = int(SWITCHED_OFF), 0
-    world.nuserdata = SIZE
-    joint.name = joint.name or "vtank/free"
-    for name in STATES:
-        world.add_actuator(
-            name=name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            target=joint.name,
-            dyntype=mujoco.mjtDyn.mjDYN_INTEGRATOR,
-            gainprm=np.zeros(mujoco.mjNGAIN),
-        )
+    world.nuser_actuator = max(world.nuser_actuator, SIZE)
+    body.add_site(name=ORIGIN)
+    _actuator(world, SURGE, dyntype=mujoco.mjtDyn.mjDYN_USER, actdim=2, **LAW)
+    for number in range(len(vehicle.thrusters)):
+        _actuator(world, f"vtank/thruster {number}")
+
+
+def _actuator(world: mujoco.MjSpec, name: str, **settings: Any) -> None:
+    world.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_SITE, target=ORIGIN, **settings)
 
 
 def _mark_walls(model: mujoco.MjModel) -> None:

@@ -8,7 +8,7 @@ import mujoco
 import pytest
 
 from vtank.errors import InputError
-from vtank.tank import offsets
+from vtank.water import offsets
 
 
 def test_offsets_hold_on_a_model_of_another_size() -> None:
@@ -26,6 +26,12 @@ def test_probe_has_no_two_fields_at_one_address() -> None:
     _, data = offsets.probe(2)
     addresses = [getattr(data, name).ctypes.data for name in offsets.POINTERS]
     assert len(set(addresses)) == len(addresses)
+
+
+def test_another_series_is_refused() -> None:
+    """Before anything is read or written: there the callback may come at another time."""
+    with pytest.raises(InputError, match=r"expected the series 4\.0\.x.*install mujoco 4\.0"):
+        offsets.check_series("4.1.0")
 
 
 def test_unknown_header_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,0 +1,30 @@
+"""MuJoCo's specifications compiled as the water needs them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from ..errors import InputError
+
+HALF_TURN = (0.0, 1.0, 0.0, 0.0)  # about x: leaves a diagonal inertia what it is
+
+
+def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    """The model, its free bodies in the axes that the MJCF gives them; InputError says what MuJoCo says."""
+    for joint in spec.joints:
+        joint.align = mujoco.mjtAlignFree.mjALIGNFREE_FALSE
+    try:
+        return spec.compile()
+    except ValueError as reason:
+        raise InputError(f"MuJoCo cannot compile the model: {' '.join(str(reason).split())}") from None
+
+
+def make_room(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[int]) -> None:
+    """Let M have room beside its diagonal: MuJoCo leaves it out for bodies whose inertia is along their own axes."""
+    for i in bodies:
+        body: Any = next(body for body in spec.bodies if body.id == i)
+        body.explicitinertial, body.mass, body.ipos = True, model.body_mass[i], model.body_ipos[i]
+        body.iquat, body.inertia, body.fullinertia = HALF_TURN, model.body_inertia[i], np.full(6, np.nan)
