@@ -122,7 +122,20 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
             f"run {listed}: no simulator follows these recordings, whatever its drag and thrust; "
             "expected numbers that a vehicle driven by its input could reach, in SI units"
         )
-    return with_nameless(found)
+    return _with_own_noise(with_nameless(found), likely)
+
+
+def _with_own_noise(selection: Selection, likely: float) -> Selection:
+    """Everything weighed again at the noise level of own parameters that vary, where that is likelier than `likely`."""
+    varying = [free.fit for free in selection.free if free.fit.hypothesis.varying]
+    if not varying or selection.setting.foreign:
+        return selection
+    setting, _ = settle(selection.setting, varying, likely)
+    if setting.noise == selection.setting.noise:
+        return selection
+    nominal, refit, *named = again(setting, selection.fits)
+    named.sort(key=lambda f: -f.log_evidence)
+    return with_nameless(replace(selection, setting=setting, nominal=nominal, refit=refit, named=tuple(named)))
 
 
 def with_nameless(selection: Selection) -> Selection:

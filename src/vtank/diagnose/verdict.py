@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
-from .noise_floor import rarity
+from .noise_floor import plausible, rarity
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
@@ -118,7 +118,9 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
         if not free.own and (fit is selection.best or not foreign):
             explained = max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
             form = explained if foreign else IMPERFECT * explained
-            out["unknown"].append(base + max(free.gain - form, _strange(selection)))
+            out["unknown"].append(
+                base + max(free.gain - form, -np.inf if fit.hypothesis.effects else _strange(selection))
+            )
         if fit is selection.best and fit is not selection.nominal:
             before = refit if fit.hypothesis.effects else selection.nominal
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - before.log_evidence, 0.0)))
@@ -128,9 +130,11 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
 
 
 def _strange(selection: Selection) -> float:
-    """Log evidence that a disturbance beyond what water does by itself is a cause; there is none within."""
-    rare = rarity(selection.setting.noise, selection.setting.usual)
-    return -rare - 1.0 if rare < 0.0 and not selection.setting.foreign else -np.inf
+    """Log evidence that a disturbance beyond what water does is a cause, where none is named; there is none within."""
+    setting = selection.setting
+    if setting.foreign or plausible(setting.noise, setting.usual):
+        return -np.inf
+    return -rarity(setting.noise, setting.usual) - 1.0
 
 
 def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
