@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import mujoco
@@ -24,9 +25,15 @@ UNITS = {  # end of a key -> unit; the longest that fits counts
     "kg_m": "kg m",
     "kg": "kg",
     "ft_per_rev2": "ft/rev²",
+    "N_s2_per_rev2": "N/(rev/s)²",
+    "N_per_m": "N/m",
+    "per_rad": "1/rad",
     "per_rev": "1/rev",
     "per_ft": "1/ft",
     "rev_s": "rev/s",
+    "rad": "rad",
+    "m2": "m²",
+    "hz": "Hz",
     "m": "m",
     "in": "in",
     "N": "N",
@@ -62,14 +69,22 @@ def vehicle_tables(name: str = "phoenix") -> str:
     numbers = tomllib.loads((HERE / f"{name}.toml").read_text(encoding="utf-8"))
     text = ""
     for part, entries in numbers.items():
-        if isinstance(entries, dict):
-            rows = [row(key, entry) for key, entry in entries.items() if isinstance(entry, dict)]
-        elif isinstance(entries, list):
-            rows = [row("limit_N", entry["limit_N"], f"{entry['site']}: ") for entry in entries]
-        else:
-            continue
-        text += f"\n### {part.replace('_', ' ')}\n\n{HEAD}{''.join(rows)}"
+        if rows := "".join(rows_of(entries)):
+            text += f"\n### {part.replace('_', ' ')}\n\n{HEAD}{rows}"
     return text
+
+
+def rows_of(entries: object, about: str = "") -> Iterator[str]:
+    """A row for every number with an origin, within tables and lists of tables, which go by their name or site."""
+    if isinstance(entries, list):
+        for entry in filter(lambda entry: isinstance(entry, dict), entries):
+            yield from rows_of(entry, f"{entry.get('name', entry.get('site'))}: ")
+    elif isinstance(entries, dict):
+        for key, entry in entries.items():
+            if isinstance(entry, dict) and "value" in entry:
+                yield row(key, entry, about)
+            elif isinstance(entry, dict):
+                yield from rows_of(entry, f"{key}: ")
 
 
 def truth_tables() -> str:
@@ -110,7 +125,8 @@ def tank_table() -> str:
 def refreshed(readme: str) -> str:
     """The README with its tables, between the markers, written anew."""
     tables = {"vehicle": vehicle_tables, "truths": truth_tables, "tank": tank_table}
-    for name, table in (tables | {"bluerov2": lambda: vehicle_tables("bluerov2")}).items():
+    tables |= {name: lambda name=name: vehicle_tables(name) for name in ("bluerov2", "remus100", "kingfisher")}
+    for name, table in tables.items():
         begin, end = f"<!-- {name}: written by tables.py -->", f"<!-- end of {name} -->"
         readme = re.sub(f"{begin}.*?{end}", lambda _: f"{begin}\n{table()}\n{end}", readme, flags=re.DOTALL)  # noqa: B023
     return readme

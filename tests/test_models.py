@@ -33,14 +33,12 @@ UNITS = {
 }
 
 
-def entries() -> dict[str, dict]:
+def entries(content: object = NUMBERS, name: str = "phoenix") -> dict[str, dict]:
     """Every number of phoenix.toml that states an origin, by table and key."""
-    found = {}
-    for table, content in NUMBERS.items():
-        tables = content if isinstance(content, list) else [content] if isinstance(content, dict) else []
-        for index, keys in enumerate(tables):
-            found |= {f"{table}.{index}.{key}": entry for key, entry in keys.items() if isinstance(entry, dict)}
-    return found
+    if isinstance(content, dict) and "value" in content:
+        return {name: content}
+    parts = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    return {key: entry for part, inside in parts for key, entry in entries(inside, f"{name}.{part}").items()}
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +93,7 @@ def test_sites_stand_where_the_vehicle_file_says(model: mujoco.MjModel) -> None:
     for key, entry in NUMBERS["sites"].items():
         assert model.site(key.removesuffix("_m")).pos == pytest.approx(entry["value"], abs=1e-12), key
     vehicle = load_vehicle()
-    used = {thruster.site for thruster in vehicle.thrusters} | set(vehicle.propeller_sites)
+    used = {thruster.site for thruster in vehicle.steering} | set(vehicle.propeller_sites)
     assert {f"{site}_m" for site in used} <= set(NUMBERS["sites"])
     assert model.site("centre_of_buoyancy").pos == pytest.approx(vehicle.centre_of_buoyancy_m, abs=1e-12)
 

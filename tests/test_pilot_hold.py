@@ -30,7 +30,7 @@ def test_allocated_forces_make_the_wanted_wrench() -> None:
 )
 def test_the_hull_comes_back_from_a_displaced_start(start: dict[str, float]) -> None:
     simulated = tank()
-    limit = np.array([thruster.limit_N for thruster in simulated.vehicle.thrusters])
+    limit = np.array([thruster.limit_N for thruster in simulated.vehicle.steering])
     inertia = np.diagonal(simulated.mass)[list(AXES)].copy()
     allocate = allocation(simulated.wrenches)
     depth = -simulated.qpos[0, 2]

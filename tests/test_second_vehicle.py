@@ -71,7 +71,7 @@ def test_the_thrusters_make_the_published_allocation() -> None:
     """Moments of the four vectored thrusters about z: 0.1888 m each; of the vertical ones about x and y."""
     vehicle = load_vehicle("bluerov2")
     wrench = np.array(
-        [np.append(t.direction, np.cross(vehicle.sites[t.site], t.direction)) for t in vehicle.thrusters]
+        [np.append(t.direction, np.cross(vehicle.sites[t.site], t.direction)) for t in vehicle.steering]
     ).T
     assert wrench[:2, :4] == pytest.approx(np.array([[1, 1, -1, -1], [-1, 1, -1, 1]]) / np.sqrt(2.0))
     assert wrench[5, :4] == pytest.approx(0.1888 * np.array([-1, 1, 1, -1]), abs=1e-4)

@@ -50,9 +50,10 @@ def test_gear_holds_force_and_moment_of_each_thruster() -> None:
 
 def test_the_thrusts_moment_needs_an_actuator_only_off_the_axis() -> None:
     model, vehicle = phoenix()
-    assert model.nu == 1 + len(vehicle.thrusters)
+    assert model.nu == 1 + len(vehicle.steering)
     with pytest.raises(InputError, match="made for propellers on the vehicle's axis; the vehicle's are off it"):
-        prepare(model, replace(vehicle, propeller_sites=("sonar_st1000",)), without_drag())
+        off = replace(vehicle, propeller_sites=("sonar_st1000",), thrusters=vehicle.steering)
+        prepare(model, off, without_drag())
 
 
 def test_preparing_leaves_the_model_as_it_was() -> None:

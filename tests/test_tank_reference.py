@@ -111,7 +111,7 @@ def test_awkward_body_under_all_forces() -> None:
     def inputs(nu: Array, z: float) -> tuple[Array, float]:
         surge = moving * (alpha * nu[0] * abs(nu[0]) + z + gamma * n * nu[0])
         wrench = np.array([surge, 0.0, 0.0, 0.0, 0.1 * moving * z, 0.0])
-        for force, place, thruster in zip(forces, places, vehicle.thrusters, strict=True):
+        for force, place, thruster in zip(forces, places, vehicle.steering, strict=True):
             push = force * np.array(thruster.direction)
             wrench += np.concatenate([push, np.cross(place, push)])
         return wrench, (beta * n * n - z) / tau

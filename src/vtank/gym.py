@@ -49,9 +49,9 @@ class Tank(gymnasium.Env[Array, Array]):
         self.data = mujoco.MjData(self.model)
         self.body = vehicle_body(self.model)
         self.steps = round(PERIOD_S / self.model.opt.timestep)
-        self.full = np.array([FULL_REV_S, *(thruster.limit_N for thruster in self.vehicle.thrusters)])
+        self.full = np.array([FULL_REV_S, *(thruster.limit_N for thruster in self.vehicle.steering)])
         self.goal = np.zeros(3)
-        self.action_space = spaces.Box(-1.0, 1.0, (1 + len(self.vehicle.thrusters),), np.float64)
+        self.action_space = spaces.Box(-1.0, 1.0, (1 + len(self.vehicle.steering),), np.float64)
         self.observation_space = spaces.Box(-LIMITS, LIMITS, dtype=np.float64)
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:

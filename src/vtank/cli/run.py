@@ -6,6 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import InputError
+
 if TYPE_CHECKING:
     from ..experiment import Result
 
@@ -30,6 +32,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate and write."""
     from ..experiment.fly import fly, plan_all, write_results
+    from ..experiment.whole_scenario import is_whole
     from ..record.dataset import refuse_strangers
     from .checks import at_least
     from .progress import percent
@@ -37,12 +40,31 @@ def run(args: argparse.Namespace) -> int:
     at_least(1, threads=args.threads)
     at_least(0, seed=args.seed)
     refuse_strangers(args.out)
+    if any(map(is_whole, args.scenarios)):
+        return _run_whole(args)
     plans = plan_all(args.scenarios, args.set, args.seed, args.truth)
     with percent(f"simulating {len(plans)} run{'s' * (len(plans) > 1)}") as report:
         results = fly(plans, args.model, args.threads, report)
     write_results(args.out, results, args.model, args.set)
     for result in results:
         print(_line(result))
+    print(f"wrote {args.out}")
+    return 0
+
+
+def _run_whole(args: argparse.Namespace) -> int:
+    """Fly whole vehicles in open loop and write what their instruments recorded."""
+    from ..experiment.whole_scenario import fly_whole, is_whole, load_whole_scenario, summary, write_flights
+
+    if single := [name for name in args.scenarios if not is_whole(name)]:
+        raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
+    if args.truth or args.model != "tank":
+        raise InputError("--truth and --model go with experiments of one axis; expected neither for a whole vehicle")
+    scenarios = [load_whole_scenario(name, args.set, args.seed) for name in args.scenarios]
+    runs = [fly_whole(scenario) for scenario in scenarios]
+    write_flights(args.out, scenarios, runs, args.set)
+    for scenario, run in zip(scenarios, runs, strict=True):
+        print(summary(scenario, run))
     print(f"wrote {args.out}")
     return 0
 

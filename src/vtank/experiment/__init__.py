@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .surge_model import drive, simulate_surge
     from .tank_model import Chunk, simulate_tank
     from .tick import stamp, tick
+    from .whole import fly_vehicle
     from .written import as_toml, provenance
 
 __all__ = facade(__name__)

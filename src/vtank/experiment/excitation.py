@@ -128,15 +128,31 @@ KINDS: dict[str, Callable[[Excitation, Array, float], Signal]] = {
 CLOSED, OPEN = ("position_sine", "station"), ("speed_sine", "force_sine", "step_coast")  # the others: either loop
 
 
+SIGNALS = ("multisine", "chirp", "square", "step_coast")  # in open loop, along any axis or of any input
+
+
 def read_excitation(table: Table) -> Excitation:
     """The [excitation] of a scenario; InputError names file and key."""
     kind = table.choice("kind", tuple(KINDS))
     axis = table.choice("axis", tuple(SUFFIXES), "surge")
     if kind == ("force_sine" if axis == "surge" else "speed_sine"):
         raise table.error("kind", f"found {kind} along {axis}: surge has a propeller speed, every other axis a force")
-    loop, amplitudes, suffix = _amplitudes(table, kind, axis)
+    excitation = _signal(table, kind, *_amplitudes(table, kind, axis), axis)
+    table.close()
+    return excitation
+
+
+def read_signal(table: Table, unit: str) -> Excitation:
+    """An open-loop excitation whose amplitudes have the suffix `unit`, of a table that may hold other keys too."""
+    kind = table.choice("kind", SIGNALS)
+    key = ("amplitudes" if kind == "multisine" else "amplitude") + unit
+    values = table.numbers(key) if kind == "multisine" else (table.number(key, None, -LARGEST, LARGEST),)
+    return _signal(table, kind, "force", values, unit, "")
+
+
+def _signal(table: Table, kind: str, loop: str, amplitudes: tuple[float, ...], suffix: str, axis: str) -> Excitation:
     pulsed, phased = kind == "step_coast", kind not in ("multisine", "step_coast", "station")
-    excitation = Excitation(
+    return Excitation(
         kind=kind,
         loop=loop,
         amplitudes=amplitudes,
@@ -148,8 +164,6 @@ def read_excitation(table: Table) -> Excitation:
         coast_s=table.number("coast_s", None, 0.0) if pulsed else 0.0,
         axis=axis,
     )
-    table.close()
-    return excitation
 
 
 def _amplitudes(table: Table, kind: str, axis: str) -> tuple[str, tuple[float, ...], str]:

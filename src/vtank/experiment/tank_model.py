@@ -123,7 +123,7 @@ class Chunk:
         self.inertia = np.diagonal(self.tank.mass)[list(HELD)].copy()
         self.wrenches = self.tank.wrenches
         self.allocation = allocation(self.wrenches)
-        self.limit = np.array([thruster.limit_N for thruster in vehicle.thrusters])
+        self.limit = np.array([thruster.limit_N for thruster in vehicle.steering])
         flown = [(plan.scenario, plan.scenario.control) for plan in self.plans]
         self.hold = np.array([(s.depth_m, c.hold_rad_s if active else 0.0, c.hold_damping) for s, c in flown])
 

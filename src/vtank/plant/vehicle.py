@@ -16,9 +16,13 @@ from ..errors import InputError
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
+from .actuators import Fin, Thruster, read_fin, read_thruster
+from .sensor import Sensor, read_sensors
 
-KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "sites", "hull")
-BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N")
+KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "fin", "sensor",
+        "sites", "hull")  # fmt: skip
+BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N", "heave_N_per_m")
+AHEAD = (1.0, 0.0, 0.0)
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 ADDED_MASS = ("surge_kg", "sway_kg", "heave_kg", "roll_kg_m2", "pitch_kg_m2", "yaw_kg_m2")
 COUPLING = {"sway_yaw_kg_m": (1, 5), "heave_pitch_kg_m": (2, 4), "surge_pitch_kg_m": (0, 4), "sway_roll_kg_m": (1, 3)}
@@ -26,15 +30,6 @@ QUADRATIC_DRAG = tuple(f"{axis}_N_s2_per_m2" for axis in AXES[:3]) + tuple(
     f"{axis}_N_m_s2_per_rad2" for axis in AXES[3:]
 )
 LINEAR_DRAG = tuple(f"{axis}_N_s_per_m" for axis in AXES[:3]) + tuple(f"{axis}_N_m_s_per_rad" for axis in AXES[3:])
-
-
-@dataclass(frozen=True)
-class Thruster:
-    """A thruster at a site of the MJCF: unit direction of positive force in body axes, largest force [N] either way."""
-
-    site: str
-    direction: tuple[float, float, float]
-    limit_N: float
 
 
 @dataclass(frozen=True)
@@ -53,8 +48,12 @@ class Vehicle:
         centre_of_buoyancy_m: shape (3,) in body axes [m].
         propeller_sites: sites of the propellers that drive surge.
         propeller_diameter_m: [m].
-        thrusters: the other thrusters, in the order of the tank's thruster inputs.
+        thrusters: all thrusters of the file, the propellers among them where it lists them.
         sites: places on the body, name of the MJCF's site -> body axes [m].
+        fins: control surfaces, and fixed ones.
+        sensors: instruments.
+        heave_N_per_m: by which a surface craft is held at its waterline, 0 for what dives [N/m].
+        path: of the file it was read from.
     """
 
     name: str
@@ -69,6 +68,15 @@ class Vehicle:
     propeller_diameter_m: float
     thrusters: tuple[Thruster, ...]
     sites: Mapping[str, tuple[float, float, float]] = field(default_factory=dict)
+    fins: tuple[Fin, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    heave_N_per_m: float = 0.0
+    path: Path = Path()
+
+    @property
+    def steering(self) -> tuple[Thruster, ...]:
+        """The thrusters but those that push straight ahead at a propeller's site: these are the surge equation's."""
+        return tuple(t for t in self.thrusters if not (t.site in self.propeller_sites and t.direction == AHEAD))
 
     @property
     def moving_mass_kg(self) -> float:
@@ -104,7 +112,11 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         centre_of_buoyancy_m=np.array(body.vector("centre_of_buoyancy_m")),
         propeller_sites=propeller.texts("sites"),
         propeller_diameter_m=propeller.positive("diameter_m"),
-        thrusters=tuple(_thruster(table) for table in file.tables("thruster")),
+        thrusters=tuple(read_thruster(table) for table in file.tables("thruster")),
+        fins=tuple(read_fin(table) for table in file.tables("fin")),
+        sensors=read_sensors(file.table("sensor")),
+        heave_N_per_m=body.number("heave_N_per_m", 0.0, 0.0),
+        path=path,
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
 
@@ -128,12 +140,3 @@ def _drag(table: Table, keys: tuple[str, ...], default: float | None) -> np.ndar
         key = keys[int(values.argmin())]
         raise table.error(key, "drag coefficients are given as positive numbers")
     return values
-
-
-def _thruster(table: Table) -> Thruster:
-    table.check_keys(("site", "direction", "limit_N"))
-    direction = np.array(table.vector("direction"))
-    if not np.linalg.norm(direction) > 0.0:
-        raise table.error("direction", "expected a direction in body axes that is not zero")
-    x, y, z = direction / np.linalg.norm(direction)
-    return Thruster(table.text("site"), (float(x), float(y), float(z)), table.positive("limit_N"))

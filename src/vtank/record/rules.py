@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from .columns import MOTION, column, unknown
 from .run import INPUTS, OUTPUTS, TIME, FloatArray, Run
 
 SHORTEST = 10  # samples, the fewest that say anything about a motion; a choice
@@ -47,12 +48,36 @@ def header_fault(names: Sequence[str]) -> Fault | None:
     if TIME not in names:
         return Fault(None, f"no column {TIME}; found {listed}")
     inputs = [name for name in INPUTS if name in names]
+    if not _one_axis(names) and (known := [name for name in names if _is_whole(name)]):
+        strange = next((name for name in names if name not in (TIME, *INPUTS, *known) and column(name) is None), None)
+        return Fault(None, unknown(strange)) if strange else None
     if len(inputs) != 1:
         found = f"the inputs {' and '.join(inputs)}" if inputs else f"no input among {listed}"
         return Fault(None, f"expected exactly one of {', '.join(INPUTS)}; found {found}")
     if not set(OUTPUTS) & set(names):
         return Fault(None, f"expected at least one of {', '.join(OUTPUTS)}; found {listed}")
     return None
+
+
+def _is_whole(name: str) -> bool:
+    """Whether only the recording of a whole vehicle has such a column."""
+    return name not in (*INPUTS, *OUTPUTS) and column(name) is not None
+
+
+def _one_axis(names: Iterable[str]) -> bool:
+    """Whether it is a single-axis run, whatever other columns it has: these are not read."""
+    return bool(set(INPUTS) & set(names) and set(OUTPUTS) & set(names))
+
+
+def _believed(name: str, one_axis: bool) -> tuple[float, float, str]:
+    """Least and greatest value that is believed in a column, and these in words."""
+    channel = name.rpartition(".")[2]
+    if channel in BELIEVED:
+        return BELIEVED[channel]
+    if one_axis or (found := column(name)) is None:
+        return ANYTHING
+    degrees = "; are these degrees?" if found.unit.startswith("rad") else ""
+    return -found.most, found.most, f"a number within {found.most:g} {found.unit} either way{degrees}"
 
 
 def content_fault(run: Run) -> Fault | None:
@@ -68,9 +93,10 @@ def _content_faults(run: Run) -> Iterator[Fault]:
         for row in np.flatnonzero(np.isinf(values)).tolist():
             yield Fault(row, f"column {name}: found an infinite value, expected a number")
     yield from _unit_faults(run)
-    longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in run.outputs)
+    outputs = run.outputs or [name for name in run.columns if name.rpartition(".")[2] in MOTION] or list(run.columns)
+    longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in outputs)
     if longest < SHORTEST:
-        yield Fault(None, f"{longest} samples of {' or '.join(run.outputs)}, expected at least {SHORTEST}")
+        yield Fault(None, f"{longest} samples of {' or '.join(outputs)}, expected at least {SHORTEST}")
 
 
 def _time_faults(time_s: FloatArray) -> Iterator[Fault]:
@@ -90,7 +116,8 @@ def _unit_faults(run: Run) -> Iterator[Fault]:
     if step_s and steps.max() > PAUSE_S:
         row, found = int(np.argmax(steps)) + 1, f"found {steps.max():.4g} s without a row"
         yield Fault(row, f"column {TIME}: {found}, expected {PAUSE_S:g} s at most; these are two recordings")
+    one_axis = _one_axis(run.columns)
     for name, values in {TIME: run.time_s, **run.columns}.items():
-        low, high, expected = BELIEVED.get(name, ANYTHING)
+        low, high, expected = _believed(name, one_axis)
         for row in np.flatnonzero((values < low) | (values > high)).tolist():
             yield Fault(row, f"column {name}: found {values[row]:.10g}, expected {expected}")

@@ -9,6 +9,7 @@ from ..facade import facade
 if TYPE_CHECKING:
     from .prepare import forces, prepare
     from .tank import Tank
+    from .whole import Motion, Whole, load_whole
     from .world import load_model, load_world, submerge
 
 __all__ = facade(__name__)

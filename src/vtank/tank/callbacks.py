@@ -1,8 +1,9 @@
-"""The surge equation as a MuJoCo actuator: compiled callbacks of its dynamics and its force.
+"""The surge equation as a MuJoCo actuator: compiled callbacks of its dynamics and its force; and the force of fins.
 
 MuJoCo calls mjcb_act_dyn and mjcb_act_bias, in every Runge-Kutta stage, for actuators with user dynamics and user bias.
 The first finds the rates of the two states, lagged thrust and wake; the second the force along the hull, the equation's
-acceleration (plant/surge.py) times the moving mass m - X_udot. Propeller speed is the control.
+acceleration (plant/surge.py) times the moving mass m - X_udot. Propeller speed is the control. Of a whole vehicle's
+fins (fins.py) the second finds the force, and the angle is the control.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from ..water import offsets
 from ..water.control import callback
 from ..water.forces import flow
 from ..water.pointers import array_at, numbers, triple, whole, word_at
-from .layout import AT, FIELDS, SIZE, SURGING, TRIMMING
+from .fins import fin_force
+from .layout import AT, FIELDS, FINNING, SIZE, SURGING, TRIMMING
 
 OFFSETS = offsets.AT
 PARAMETERS = FIELDS["parameters"][0]
@@ -76,6 +78,8 @@ def compiled() -> dict[str, Any]:
         if word_at(model + o.nuser_actuator) < SIZE:
             return 0.0
         kind, time = row(model, actuator)[0], array_at(data + o.time, 1)[0]
+        if kind == FINNING:
+            return fin_force(model, data, row(model, actuator), numbers(data + o.ctrl, actuator, 1)[0])
         if kind != SURGING and kind != TRIMMING:
             return 0.0
         surge = actuator if kind == SURGING else int(row(model, actuator)[1])

@@ -1,7 +1,8 @@
 """What stands where in mjModel.actuator_user of the actuators that carry the surge equation.
 
 SURGE has its two states and makes its force, at the body's origin. TRIM, where the propellers are off the axis, makes
-the thrust's pitching moment. The numbers may differ between the simulations of a batch. All are SI, in body axes.
+the thrust's pitching moment. Fins of a whole vehicle (fins.py) have rows of their own. The numbers may differ between
+the simulations of a batch. All are SI, in body axes.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from ..plant import parameters
 from ..water.record import starts
 
 SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
-SURGING, TRIMMING = 0.0628321, 0.0628322  # first number of their rows, which nobody else would write there
+SURGING, TRIMMING, FINNING = 0.0628321, 0.0628322, 0.0628323  # first number of their rows, which nobody else writes there
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
@@ -25,11 +26,22 @@ FIELDS: dict[str, tuple[int, ...]] = {
     "wall_m": (),  # world x of the wall ahead
     "parameters": (parameters.SIZE,),  # the surge equation's vector p
 }
-AT = starts(FIELDS)
+FINS: dict[str, tuple[int, ...]] = {  # of an actuator that makes a fin's force along one direction
+    "magic": (),
+    "body": (),
+    "place_m": (3,),
+    "axis": (3,),
+    "along": (3,),
+    "pressure_area": (),  # half the density times the area [kg/m]
+    "lift_per_rad": (),
+    "stall_rad": (),
+    "drag": (),
+}
+AT, FIN_AT = starts(FIELDS), starts(FINS)
 SIZE: int = AT.end
 
 
-def field(rows: np.ndarray, name: str) -> np.ndarray:
-    """Writable view of a field: rows (..., nuser_actuator) -> shape (..., *FIELDS[name])."""
-    start, shape = getattr(AT, name), FIELDS[name]
+def field(rows: np.ndarray, name: str, fields: dict[str, tuple[int, ...]] = FIELDS) -> np.ndarray:
+    """Writable view of a field: rows (..., nuser_actuator) -> shape (..., *fields[name])."""
+    start, shape = getattr(AT if fields is FIELDS else FIN_AT, name), fields[name]
     return rows[..., start : start + math.prod(shape)].reshape((*rows.shape[:-1], *shape))

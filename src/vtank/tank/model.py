@@ -18,7 +18,7 @@ def check_model(model: mujoco.MjModel, vehicle: Vehicle) -> None:
     names = {model.actuator(i).name for i in range(model.nu)}
     if model.nuser_actuator < SIZE or SURGE not in names:
         raise InputError("this model was not made for the tank; expected one that load_world or submerge made")
-    if (found := len(names - {SURGE, TRIM})) != (wanted := len(vehicle.thrusters)):
+    if (found := len(names - {SURGE, TRIM})) != (wanted := len(vehicle.steering)):
         raise InputError(f"the model has {found} thrusters; expected the vehicle's {wanted}")
     if propeller_height(model, vehicle) and TRIM not in names:
         raise InputError("the model was made for propellers on the vehicle's axis; the vehicle's are off it")

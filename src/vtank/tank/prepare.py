@@ -62,7 +62,7 @@ def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequen
     if height := propeller_height(model, vehicle):
         trim = model.actuator(TRIM).id
         model.actuator_user[trim, :2], model.actuator_gear[trim] = (TRIMMING, first), (0.0, 0.0, 0.0, 0.0, height, 0.0)
-    for gear, thruster in zip(model.actuator_gear[first + 1 :], vehicle.thrusters, strict=False):
+    for gear, thruster in zip(model.actuator_gear[first + 1 :], vehicle.steering, strict=False):
         gear[:] = *thruster.direction, *np.cross(site(model, thruster.site), thruster.direction)
     model.dof_armature[model.body_dofadr[body] + np.array([AXES.index(axis) for axis in held], dtype=int)] = HELD
     return model

@@ -65,7 +65,7 @@ class Tank:
         self.qvel = self.batch.bind("qvel")[:, dof : dof + 6]
         self.lag = self.batch.bind("act")[:, lag : lag + 2]
         self.time = self.batch.bind("time")
-        control, thrusters = self.batch.bind("ctrl"), slice(first + 1, first + 1 + len(vehicle.thrusters))
+        control, thrusters = self.batch.bind("ctrl"), slice(first + 1, first + 1 + len(vehicle.steering))
         self.propeller_rev_s, self.tunnel_N = control[:, first], control[:, thrusters]
         self.wrenches = model.actuator_gear[thrusters].copy()
         self._warnings = self.batch.warning[:, :, 1]  # how often MuJoCo has warned of each kind

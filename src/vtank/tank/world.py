@@ -70,6 +70,21 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
 def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None = None) -> mujoco.MjModel:
     """The model that the tank steps: the one free body of `hull`, the vehicle, within `walls`, or in open water.
 
+    Specifications and errors as of `set_afloat`.
+    """
+    world = set_afloat(hull, walls)
+    _inject(world, vehicle)
+    with mujoco_says("cannot put it between the walls"):
+        if propeller_height(world.compile(), vehicle):
+            add_actuator(world, TRIM, **LAW)
+        model = water.add(world, {free_body(world).name: without_surge(vehicle)})
+    mark_walls(model)
+    return model
+
+
+def set_afloat(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoco.MjSpec:
+    """The one free body of `hull` within `walls`, or in open water, with an integrator and a site at its origin.
+
     The body floats as it stands at its start in `hull`: that is level, heading along x. Both specifications are used
     up. InputError where something but the water would act on the body.
     """
@@ -96,14 +111,14 @@ def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None 
         taken = {element.name for element in getattr(hull, kind)} - {""}
         for element in getattr(world, kind):
             element.name += " of the walls" if element.name in taken else ""
-    _set_afloat(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
-    _inject(world, hull.option, vehicle)
-    with mujoco_says("cannot put it between the walls"):
-        if propeller_height(world.compile(), vehicle):
-            _actuator(world, TRIM, **LAW)
-        model = water.add(world, {_free_joint(world).parent.name: without_surge(vehicle)})
-    _mark_walls(model)
-    return model
+    _move(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
+    _set_options(world, hull.option)
+    return world
+
+
+def free_body(spec: mujoco.MjSpec) -> mujoco.MjsBody:
+    """The body with the free joint."""
+    return _free_joint(spec).parent
 
 
 def _free_joint(spec: mujoco.MjSpec) -> mujoco.MjsJoint:
@@ -123,7 +138,7 @@ def _bonds(hull: mujoco.MjSpec) -> Iterator[str]:
         yield from (f"{what} '{e.name}'" for e in getattr(hull, kind) if e.name not in left)
 
 
-def _set_afloat(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) -> None:
+def _move(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) -> None:
     """Move the vehicle into the world, above x = y = 0, level at its start.
 
     start: its pose in `hull`, shape (7,). A body whose axes are not x forward, z down is carried by one whose are.
@@ -143,28 +158,30 @@ def _set_afloat(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) ->
         frame.attach_body(body, "", "")
 
 
-def _inject(world: mujoco.MjSpec, own: mujoco.MjOption, vehicle: Vehicle) -> None:
-    """Write what the tank needs into the world; `own`: the vehicle's options, of which gravity and time step count.
-
-    All actuators act at the body's origin; their gear is the wrench at 1 N, which `prepare` finds.
-    """
-    option, body = world.option, _free_joint(world).parent
+def _set_options(world: mujoco.MjSpec, own: mujoco.MjOption) -> None:
+    """Integrator, origin and room for the laws; `own`: the vehicle's options, of which gravity and time step count."""
+    option, body = world.option, free_body(world)
     body.name = body.name or "vtank/vehicle"
     option.timestep, option.gravity = own.timestep, own.gravity
     option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     option.disableflags, option.enableflags = int(SWITCHED_OFF), 0
     world.nuser_actuator = max(world.nuser_actuator, SIZE)
     body.add_site(name=ORIGIN)
-    _actuator(world, SURGE, dyntype=mujoco.mjtDyn.mjDYN_USER, actdim=2, **LAW)
-    for number in range(len(vehicle.thrusters)):
-        _actuator(world, f"vtank/thruster {number}")
 
 
-def _actuator(world: mujoco.MjSpec, name: str, **settings: Any) -> None:
+def _inject(world: mujoco.MjSpec, vehicle: Vehicle) -> None:
+    """Add the tank's actuators, which act at the body's origin; their gear is the wrench at 1 N: `prepare` finds it."""
+    add_actuator(world, SURGE, dyntype=mujoco.mjtDyn.mjDYN_USER, actdim=2, **LAW)
+    for number in range(len(vehicle.steering)):
+        add_actuator(world, f"vtank/thruster {number}")
+
+
+def add_actuator(world: mujoco.MjSpec, name: str, **settings: Any) -> None:
+    """An actuator at the vehicle's origin."""
     world.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_SITE, target=ORIGIN, **settings)
 
 
-def _mark_walls(model: mujoco.MjModel) -> None:
+def mark_walls(model: mujoco.MjModel) -> None:
     """Give what a sonar hears, the geoms around the vehicle that would stop it, a group of their own.
 
     Where none collides those of group 3 are meant: there MuJoCo's models keep the shapes that do.

@@ -1,0 +1,189 @@
+"""A whole vehicle in water: its thrusters and fins as MuJoCo's actuators, its instruments as MuJoCo's sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mujoco
+import mujoco.rollout
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import water
+from ..errors import InputError
+from ..plant.actuators import Fin, Thruster
+from ..plant.vehicle import Vehicle
+from ..waves import Waves
+from .instruments import add_sensors, measured
+from .layout import FINNING, FINS, SIZE, field
+from .mjcf import mujoco_says, named, read
+from .model import centre_of_gravity, mass_kg, site, vehicle_body
+from .prepare import forces
+from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
+
+Array = NDArray[np.float64]
+NEAR_M = 1e-3  # [m] within which the two files of a vehicle may differ about a place; a choice
+FARTHEST = 1e6  # [SI] of any measurement, beyond which a flight has diverged; a choice
+WATERLINE = "vtank/waterline"
+TURNED = np.array([1.0, -1.0, -1.0])  # from axes z up to axes z down, x ahead in both
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What a vehicle did: time_s, shape (T,) [s], and each instrument's channels, without error, (T,) [SI]."""
+
+    time_s: Array
+    channels: Mapping[str, Mapping[str, Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class Whole:
+    """A vehicle as MuJoCo steps it, inside `tank.forces()`.
+
+    Controls, nu in number: force of each thruster [N], angle of each fin twice [rad].
+    """
+
+    model: mujoco.MjModel
+    vehicle: Vehicle
+
+    def control(self, asked: Mapping[str, Array]) -> Array:
+        """Controls from what thrusters and fins are asked for, (T,) each by its column; the others rest. (T, nu)."""
+        size = len(next(iter(asked.values())))
+        rest = np.zeros(size)
+        columns = [thruster.force_N(asked.get(thruster.column, rest)) for thruster in self.vehicle.thrusters]
+        for fin in self.vehicle.fins:
+            columns += 2 * [np.clip(asked.get(fin.column, rest), -fin.limit_rad, fin.limit_rad)]
+        return np.stack(columns + [rest] * (self.model.nu - len(columns)), axis=1)
+
+    def fly(self, control: Array, velocity: Sequence[float] | Array = (0.0,) * 6) -> Motion:
+        """Motion from where the vehicle floats, under a row of controls for each time step, (T, nu).
+
+        velocity: at the start, body axes, shape (6,) [m/s, rad/s]. InputError where the motion diverges.
+        """
+        model, data = self.model, mujoco.MjData(self.model)
+        dof = model.body_dofadr[vehicle_body(model)]
+        mujoco.mj_kinematics(model, data)
+        turn = data.xmat[vehicle_body(model)].reshape(3, 3)
+        data.qvel[dof : dof + 6] = np.concatenate([turn @ velocity[:3], velocity[3:]])
+        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
+        start = np.zeros(mujoco.mj_stateSize(model, kind))
+        mujoco.mj_getState(model, data, start, kind)
+        with mujoco_says("cannot step it"), forces():
+            _, sensordata = mujoco.rollout.rollout(model, data, start[None], control[None])
+        if not (np.abs(sensordata) < FARTHEST).all():
+            lost = int(np.argmax(~(np.abs(sensordata[0]) < FARTHEST).all(axis=1)))
+            raise InputError(
+                f"{self.vehicle.path}: the motion diverged after {lost * model.opt.timestep:.4g} s; its numbers or "
+                f"commands are out of range, or the time step of {model.opt.timestep:g} s is too long for them"
+            )
+        time_s = np.arange(len(control)) * model.opt.timestep
+        return Motion(time_s, measured(model, self.vehicle.sensors, sensordata[0]))
+
+
+def load_whole(
+    vehicle: Vehicle,
+    walls: Path | None = None,
+    current_m_s: Sequence[float] | Array = (0.0, 0.0, 0.0),
+    waves: Waves | None = None,
+    towards_rad: float = 0.0,
+    seed: int = 0,
+) -> Whole:
+    """The vehicle in open water or within walls, with all its thrusters, fins and instruments.
+
+    Water as of `vtank.water.add`. InputError names the file and key where the vehicle's two files do not fit together.
+    """
+    hull, around = read(vehicle.mjcf), read(walls) if walls else None
+    with named(vehicle.mjcf):
+        world = set_afloat(hull, around)
+        with mujoco_says("cannot compile it"):
+            bare = world.copy().compile()
+    check_files(vehicle, bare)
+    body = free_body(world)
+    for number, thruster in enumerate(vehicle.thrusters):
+        _add_thruster(world, thruster, place(vehicle, bare, f"thruster[{number}]", thruster.site))
+    for number, fin in enumerate(vehicle.fins):
+        _add_fin(world, fin, place(vehicle, bare, f"fin[{number}]", fin.site))
+    if vehicle.heave_N_per_m:
+        _add_waterline(world, body, vehicle.heave_N_per_m)
+    add_sensors(world, body, vehicle.sensors)
+    with named(vehicle.mjcf), mujoco_says("cannot compile it"):
+        model = water.add(world, {body.name: vehicle}, current_m_s, waves, towards_rad, seed)
+    fins = slice(len(vehicle.thrusters), len(vehicle.thrusters) + 2 * len(vehicle.fins))
+    field(model.actuator_user[fins], "body", FINS)[...] = vehicle_body(model)
+    if walls:
+        mark_walls(model)
+    return Whole(model, vehicle)
+
+
+def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array:
+    """Where a site is, body axes [m]; InputError names the vehicle file's key."""
+    try:
+        return site(model, name)
+    except InputError as reason:
+        raise InputError(f"{vehicle.path}: {key}.site: {reason} ({vehicle.mjcf})") from None
+
+
+def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
+    """Raise InputError where a name is given twice, or the MJCF differs about mass, places or which way is down."""
+    for key, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
+        names = [part.name or part.site for part in parts]
+        if twice := [i for i, name in enumerate(names) if name in names[:i]]:
+            where = f"{vehicle.path}: {key}[{twice[0]}].name"
+            raise InputError(f"{where}: '{names[twice[0]]}' is taken; expected a name of its own")
+    mass, centre = mass_kg(model), centre_of_gravity(model, vehicle_body(model))
+    if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
+        raise InputError(f"{vehicle.path}: body.mass_kg: found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg")
+    sites = {model.site(i).name for i in range(model.nsite)}
+    for name, written in vehicle.sites.items():
+        if name in sites and np.abs((found := site(model, name)) - written).max() > NEAR_M:
+            turned = np.abs(found * TURNED - written).max() <= NEAR_M
+            cause = ": the z axis of one of them points up; it must point down, y to starboard" if turned else ""
+            told = f"found {_shown(written)} m, but {vehicle.mjcf} has {_shown(found)}, seen from x forward, z down"
+            raise InputError(f"{vehicle.path}: sites.{name}_m: {told}{cause}")
+    if vehicle.centre_of_buoyancy_m[2] > centre[2] + 1e-9:
+        raise InputError(
+            f"{vehicle.path}: body.centre_of_buoyancy_m: z = {vehicle.centre_of_buoyancy_m[2]:g} m is below the centre "
+            f"of gravity, z = {centre[2]:g} m: it would capsize; does the z axis point up? expected z down"
+        )
+
+
+def _shown(vector: Sequence[float] | Array) -> str:
+    return "[" + ", ".join(f"{value:g}" for value in vector) + "]"
+
+
+def _add_thruster(world: mujoco.MjSpec, thruster: Thruster, at_m: Array) -> None:
+    """A force with a first-order lag; "filterexact" would be inexact under RK4."""
+    lag = {"dyntype": mujoco.mjtDyn.mjDYN_FILTER, "dynprm": [thruster.lag_s] + 9 * [0.0]} if thruster.lag_s else {}
+    gear = (*thruster.direction, *np.cross(at_m, thruster.direction))
+    add_actuator(world, f"vtank/{thruster.name or thruster.site}", gear=gear, **lag)
+
+
+def _add_fin(world: mujoco.MjSpec, fin: Fin, at_m: Array) -> None:
+    """Its force along the hull, and across."""
+    for along in ((1.0, 0.0, 0.0), np.cross(fin.axis, (1.0, 0.0, 0.0))):
+        row = np.zeros(SIZE)
+        values = {
+            "magic": FINNING,
+            "place_m": at_m,
+            "axis": fin.axis,
+            "along": along,
+            "pressure_area": 0.5 * fin.density_kg_per_m3 * fin.area_m2,
+            "lift_per_rad": fin.lift_per_rad,
+            "stall_rad": fin.stall_rad,
+            "drag": fin.drag,
+        }
+        for name, value in values.items():
+            field(row, name, FINS)[...] = value
+        side = "along" if along[0] else "across"
+        add_actuator(world, f"vtank/{fin.name} {side}", gear=(*along, *np.cross(at_m, along)), userdata=row, **LAW)
+
+
+def _add_waterline(world: mujoco.MjSpec, body: mujoco.MjsBody, heave_N_per_m: float) -> None:
+    """A spring that holds the body's origin at the height of its start."""
+    world.worldbody.add_site(name=WATERLINE, pos=(0.0, 0.0, body.pos[2]))
+    spring = {"biastype": mujoco.mjtBias.mjBIAS_AFFINE, "biasprm": [0.0, -heave_N_per_m] + 8 * [0.0]}
+    add_actuator(
+        world, WATERLINE, refsite=WATERLINE, gear=(0.0, 0.0, 1.0, 0.0, 0.0, 0.0), gainprm=LAW["gainprm"], **spring
+    )
