@@ -15,7 +15,7 @@ from ..plant import parameters
 from ..water.record import starts
 
 SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
-SURGING, TRIMMING, FINNING = 0.0628321, 0.0628322, 0.0628323  # first number of their rows, which nobody else writes there
+SURGING, TRIMMING, FINNING = 0.0628321, 0.0628322, 0.0628323  # first number of their rows: nobody else writes that
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
