@@ -11,6 +11,7 @@ import pytest
 from vtank.studies.blind.calibration import corp, pav
 from vtank.studies.blind.measures import NOTHING, first, quantile, share
 from vtank.studies.blind.rows import canonical_name, chances_of
+from vtank.studies.blind.seal import finite
 
 
 def isotonic_by_force(stated: np.ndarray, happened: np.ndarray) -> np.ndarray:
@@ -79,3 +80,7 @@ def test_ties_and_pairs_are_scored_under_one_name() -> None:
     assert chances_of({"command_delay": 1.0, "sonar_latency": 2.0, "none": 1.0, "tether": math.nan}) == {
         "sonar_latency": 0.75, "none": 0.25, "tether": 0.0}  # fmt: skip
     assert chances_of(["tether", "none"]) == {"tether": 1.0}
+
+
+def test_a_truth_with_a_number_that_is_none_is_no_truth() -> None:
+    assert finite({"held_out": {"refit": [0.1, 2]}}) and not finite({"held_out": {"refit": [0.1, float("nan")]}})

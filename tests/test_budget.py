@@ -128,3 +128,24 @@ def test_parts_are_runs_or_blocks_of_few_runs(count: int, expected: int) -> None
         assert np.all(np.flatnonzero(rows) >= ends[k]) and np.all(np.flatnonzero(rows) < ends[k + 1])
         np.testing.assert_array_equal(part.value, every[rows])
         assert part.input_time_s[0] <= part.time_s[0]
+
+
+def test_parameters_that_differ_from_run_to_run_have_a_line_of_their_own() -> None:
+    """Blocks of every run are left out, and the rest of the run tells what it has for itself."""
+    gains = (0.85, 0.95, 1.05, 1.15)
+    beta = NOMINAL[slot("beta")]
+    runs = [recordings({"beta": gain * beta})[k] for k, gain in enumerate(gains)]
+    found = shared(runs, "linear_drag")
+    names = [line.name for line in found.lines]
+    assert names[:2] == ["own parameters", "own parameters of each run"]
+    assert adds_up(found)
+    assert found.lines[1].share > 0.8 * (1.0 - found.lines[0].share - found.share("noise"))
+
+
+def test_a_lag_of_each_run_is_its_own_and_not_found_anew() -> None:
+    """The lag is an effect's parameter, too, but no phase that a run's start would tell."""
+    tau = NOMINAL[slot("thrust_lag.tau")]
+    runs = [recordings({"thrust_lag.tau": factor * tau})[k] for k, factor in enumerate((1.0, 2.5, 1.0, 1.0))]
+    found = shared(runs, "linear_drag")
+    assert found.lines[1].name == "own parameters of each run"
+    assert found.verdict.interval90[0] > 0.0 and found.worse == ()

@@ -87,7 +87,7 @@ def test_document_keeps_the_contract():
     found = diagnose(flown(OTHER), NOMINAL)
     document = found.summary()
     assert document["schema"] == SCHEMA
-    assert set(document["verdict"]) == {"kind", "effects", "class", "varying", "channel", "probability"}
+    assert set(document["verdict"]) == {"kind", "effects", "class", "varying", "doubt", "channel", "probability"}
     assert math.isclose(sum(document["probabilities"].values()), 1.0, rel_tol=1e-9)
     assert {"none", "parameters", "unknown", "linear_drag"} <= set(document["probabilities"])
     assert document["absorbed"] == ["sonar_scale", "sonar_offset"]

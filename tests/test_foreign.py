@@ -80,7 +80,7 @@ def test_dry_friction_of_an_electromechanical_drive_is_found(recordings: Path) -
 
 @pytest.mark.slow
 def test_saturated_thrusters_of_a_catamaran_win_over_lag(recordings: Path) -> None:
-    """Kingfisher: bollard thrust is flat above command 0.7; runs left out are predicted to 0.09 m/s, 0.18 without."""
+    """Kingfisher: bollard thrust is flat above command 0.7; runs left out are predicted to under 0.08 m/s."""
     runs = [observe(run) for run in read_dataset(recordings / "kingfisher_2017")]
     names = ("thrust_saturation", "thrust_lag", "thrust_deadband", "command_delay", "linear_drag", "thrust_loss")
     found = diagnose(runs, None, names=names)
@@ -89,5 +89,5 @@ def test_saturated_thrusters_of_a_catamaran_win_over_lag(recordings: Path) -> No
     assert found.verdict.fit.values["thrust_saturation.n_max"] == pytest.approx(0.7, abs=0.1)
     gap = shrink(found.selection, found.verdict)
     assert gap["unit"] == "m/s"
-    assert gap["diagnosed"] < 0.08 < 0.14 < gap["refit"]
+    assert gap["diagnosed"] < 0.08 and gap["diagnosed"] < 0.65 * gap["refit"]
     assert np.all([SPEED in run.first for run in runs])

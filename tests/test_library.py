@@ -36,6 +36,10 @@ def test_looking_at_recordings_needs_numpy_alone() -> None:
     assert HEAVY & set(loaded("import sys, vtank; vtank.Run, vtank.load; print(*sys.modules)")) == {"numpy"}
 
 
+def test_a_diagnosis_needs_no_tank() -> None:
+    assert "mujoco" not in loaded("import sys; from vtank.diagnose import diagnosis; print(*sys.modules)")
+
+
 @pytest.mark.parametrize(
     ("given", "expected"),
     [({}, "1 None"), ({"OPENBLAS_NUM_THREADS": "3"}, "3 None"), ({"OMP_NUM_THREADS": "2"}, "None 2")],
@@ -123,6 +127,11 @@ def test_a_diagnosis_tells_what_was_found(diagnosis: vt.Diagnosis) -> None:
     assert diagnosis.left_out is diagnosis.left_out
     assert diagnosis.document["where"] == diagnosis.where.document()
     assert repr(diagnosis).startswith("Diagnosis(effect: linear_drag, 0.") and len(repr(diagnosis)) < 80
+
+
+def test_a_choice_of_effects_is_told(diagnosis: vt.Diagnosis) -> None:
+    told = " ".join(str(diagnosis).split())
+    assert "No other effects were considered than linear drag, ambient current and thrust deadband." in told
 
 
 def test_a_diagnosis_is_printed_shown_and_kept(diagnosis: vt.Diagnosis, tmp_path: Path) -> None:

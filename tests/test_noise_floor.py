@@ -8,9 +8,18 @@ import numpy as np
 import pytest
 from recorded import NOISE_M, NOMINAL, differing, recordings, turbulent
 
-from vtank.diagnose.evidence import Fitted, Setting, evaluate
+from vtank.diagnose.evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from vtank.diagnose.hypothesis import Hypothesis
-from vtank.diagnose.noise_floor import SEVERAL, STILL_SIGMA, log_prior, noise_at, plausible, settle, still
+from vtank.diagnose.noise_floor import (
+    SEVERAL,
+    STILL_MEMORY_S,
+    log_prior,
+    noise_at,
+    plausible,
+    rarity,
+    settle,
+    still,
+)
 from vtank.diagnose.selection import prepare
 from vtank.estimate.observed import Observed
 from vtank.estimate.problem import Noise
@@ -54,6 +63,8 @@ def test_a_disturbance_beyond_still_water_s_has_to_be_paid_for() -> None:
     levels = [log_prior(Noise(sigma=s)) for s in (0.0, 1e-5, STILL_SIGMA, 2.0 * STILL_SIGMA, 10.0 * STILL_SIGMA)]
     assert levels[:3] == [0.0, 0.0, 0.0] and 0.0 > levels[3] > levels[4]
     assert levels[4] < -4.0
+    slow = Noise(sigma=STILL_SIGMA, correlation_time=10.0 * STILL_MEMORY_S)
+    assert log_prior(slow) == levels[4] and rarity(slow) == 0.0
     assert plausible(Noise(sigma=SEVERAL * STILL_SIGMA)) and not plausible(Noise(sigma=1.01 * SEVERAL * STILL_SIGMA))
 
 
@@ -61,3 +72,5 @@ def test_still_water_has_no_more_than_that_and_no_coloured_error() -> None:
     rough, calm = Noise(sigma=0.02, colour_sigma=0.01), Noise(sigma=1e-4, colour_sigma=0.01)
     assert still(rough).sigma == STILL_SIGMA and still(rough).colour_sigma == 0.0
     assert still(calm) == replace(calm, colour_sigma=0.0)
+    slow = replace(calm, correlation_time=30.0)
+    assert still(slow) == replace(calm, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)

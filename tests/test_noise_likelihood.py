@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from vtank.diagnose.noise_floor import noise_at
 from vtank.estimate.maximum_likelihood import refit
@@ -13,6 +15,7 @@ from vtank.estimate.noise_likelihood import linearised, squares_and_logs
 from vtank.estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
 from vtank.estimate.observed import observe
 from vtank.estimate.problem import FLAGGED, Noise, Problem
+from vtank.estimate.simplex import simplex
 from vtank.experiment import simulate_surge
 from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import load_scenario
@@ -44,7 +47,7 @@ def fitted(runs, p=P, **more):
 @pytest.mark.parametrize("noise", [NOISE, COLOURED, replace(NOISE, sigma=1e-5)])
 def test_agrees_with_the_kalman_filter_where_the_model_is_right(noise):
     problem, theta = fitted(flown((*STILL, "turbulence.acceleration_m_s2=0.002", "turbulence.time_s=2")))
-    squares, logs, count = squares_and_logs(linearised(problem, theta), noise)
+    (squares,), (logs,), count = squares_and_logs(linearised(problem, theta), [noise])
     exact = problem.with_noise(noise)
     filtered = exact.filter(theta)
     sigma = np.sqrt(0.5 * sum(f.innovation.size for f in filtered))  # scatter of a log-likelihood
@@ -58,10 +61,41 @@ def test_late_skewed_and_flagged_measurements_are_met_in_the_filters_order():
     weight = tuple(np.where(np.arange(run.time_s.size) % 7 == 0, FLAGGED, 1.0) for run in runs)
     problem, theta = fitted(runs, vector(LATE, P), weight=weight)
     exact = problem.with_noise(NOISE)
-    squares, logs, count = squares_and_logs(linearised(problem, theta), NOISE)
+    (squares,), (logs,), count = squares_and_logs(linearised(problem, theta), [NOISE])
     assert count == sum(int(np.sum(problem.used(k))) for k in range(len(runs)))
     got, want = -0.5 * (squares + logs + count * np.log(2 * np.pi)), exact.log_likelihood(exact.filter(theta))
     assert got == pytest.approx(want, abs=2.0)
+
+
+def test_many_runs_and_levels_at_once_are_each_what_they_are_alone():
+    long, short = flown(STILL)
+    part = slice(0, 400)
+    short = replace(short, time_s=short.time_s[part], value=short.value[part], kind=short.kind[part])
+    problem = Problem((long, short) * 9 + (short,), P, ("alpha", "beta"))  # more than there are lanes
+    runs, levels = linearised(problem, problem.initial()), [NOISE, COLOURED, replace(NOISE, sigma=0.05)]
+    each = [linearised(problem.alone(k), problem.alone(k).initial()) for k in range(2)]
+    counted = (9, 10)
+    for level, squares, logs in zip(levels, *squares_and_logs(runs, levels)[:2], strict=True):
+        alone = [squares_and_logs(own, [level]) for own in each]
+        assert squares == pytest.approx(sum(n * float(a[0][0]) for n, a in zip(counted, alone, strict=True)), rel=1e-12)
+        assert logs == pytest.approx(sum(n * float(a[1][0]) for n, a in zip(counted, alone, strict=True)), rel=1e-12)
+
+
+@pytest.mark.parametrize("evaluations", [7, 12, 30, 200])
+def test_the_simplex_walks_as_the_one_of_scipy_does(evaluations: int) -> None:
+    def cost(x: np.ndarray) -> float:
+        return float((1.0 - x[0]) ** 2 + 100.0 * (x[1] - x[0] ** 2) ** 2 + np.sin(5.0 * x[2]) ** 2)
+
+    corners = np.array([-1.2, 1.0, 0.5]) + np.vstack([np.zeros(3), np.diag([0.3, -0.4, 0.5])])
+    options = {"maxfev": evaluations, "xatol": 1e-2, "fatol": 1e-3, "initial_simplex": corners}
+    walk = simplex(corners, evaluations, 1e-2, 1e-3)
+    asked, end = next(walk), None
+    while end is None:
+        try:
+            asked = walk.send([cost(x) for x in asked])
+        except StopIteration as stop:
+            end = stop.value
+    assert end.tolist() == minimize(cost, corners[0], method="Nelder-Mead", options=options).x.tolist()
 
 
 @pytest.mark.parametrize("seed", [1, 2])
@@ -78,9 +112,9 @@ def search(likelihood: Likelihood) -> NoiseSearch:
 
 
 def test_a_search_ends_at_the_likeliest_size_and_memory() -> None:
-    def likelihood(noise: Noise) -> tuple[float, float, int]:
-        logs = np.log([noise.sigma / 0.01, noise.correlation_time / 2.0])
-        return 4e-2, 100.0 * float(logs @ logs), 100  # the common scale is then 4e-4: a fiftieth in deviation
+    def likelihood(noises: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray, int]:
+        off = np.log([(noise.sigma / 0.01, noise.correlation_time / 2.0) for noise in noises])
+        return np.full(len(noises), 4e-2), 100.0 * np.sum(off**2, axis=1), 100  # scale 4e-4: a fiftieth in deviation
 
     found, cost = search(likelihood).likeliest(np.log([0.1, 1.0]), (-0.3, 0.3), 200, 1e-4, 1e-6)
     assert found.sigma == pytest.approx(0.01 / 50.0, rel=1e-3) and found.correlation_time == pytest.approx(
@@ -90,6 +124,6 @@ def test_a_search_ends_at_the_likeliest_size_and_memory() -> None:
 
 
 def test_where_the_simulation_runs_away_no_level_is_found() -> None:
-    lost = search(lambda noise: (np.nan, 0.0, 10))
+    lost = search(lambda noises: (np.full(len(noises), np.nan), np.zeros(len(noises)), 10))
     noise, cost = lost.level(np.zeros(2))
     assert noise is lost.noise and cost == HOPELESS

@@ -86,7 +86,8 @@ def test_what_the_parameters_take_up_has_no_evidence() -> None:
 
 def leaders(pursuit: _Pursuit) -> dict[str, list[tuple[float, float, _Group]]]:
     """Of every piece, and of the terms by run, the group with the most evidence, before what it pays for the search."""
-    tried: dict[str, list[_Tried]] = {"window": [], "function": [], "line": [], "by run": pursuit._by_run()}
+    tried: dict[str, list[_Tried]] = {kind: [] for kind in ("window", "event", "function", "line")}
+    tried["by run"] = pursuit._by_run()
     for i, piece in enumerate(pursuit.pieces):
         tried[piece.kind].append(pursuit._windows(i) if piece.kind == "window" else pursuit._groups(i))
     best = {kind: [(one, int(np.argmax(one.gains))) for one in some] for kind, some in tried.items()}
@@ -99,9 +100,12 @@ def test_every_kind_of_group_has_the_evidence_of_dense_algebra_also_after_two_ad
     for _ in range(3):
         found = leaders(pursuit)
         assert {len(some) > 0 for some in found.values()} == {True}
-        for some in found.values():
+        for kind, some in found.items():
             for gain, size, group in sorted(some, key=lambda one: -one[0])[:2]:
                 dense, suits = gains(pursuit.near, pursuit._columns_of(group), *before)
+                if kind == "event":  # by ranks, if that is less
+                    assert gain <= dense + 1e-4 + 1e-5 * abs(dense)
+                    continue
                 assert gain == pytest.approx(dense, abs=1e-4 + 1e-5 * abs(dense))
                 assert size == pytest.approx(suits, rel=1e-6)
         gain, size, group, together = pursuit.best()
@@ -117,10 +121,10 @@ def test_every_kind_of_group_has_the_evidence_of_dense_algebra_also_after_two_ad
 def paid(pursuit: _Pursuit, kind: str) -> float:
     """What a group pays for all that were looked through beside it."""
     if kind == "by run":
-        count = sum(one.gains.size for one in pursuit._by_run())
+        count = sum(one.looked for one in pursuit._by_run())
     else:
         some = [i for i, piece in enumerate(pursuit.pieces) if piece.kind == kind]
-        count = sum((pursuit._windows(i) if kind == "window" else pursuit._groups(i)).gains.size for i in some)
+        count = sum((pursuit._windows(i) if kind == "window" else pursuit._groups(i)).looked for i in some)
     return float(np.log(len(made.KINDS) * count))
 
 
@@ -172,8 +176,11 @@ def test_columns_are_the_change_of_the_innovations(fit: Fitted, found: Freeform)
 def test_own_terms_are_the_derivative_of_what_they_are_called_after(right: _Pursuit, about: str) -> None:
     """In all bins of all runs together, they move the innovations as the parameter itself does."""
     pursuit, fit = right, right.near.fit
-    (own,) = [one for one in pursuit._by_run() if one.group(0).kind == "run" and one.group(0).piece.about == about]
-    change = pursuit._columns_of(own.group(0)).sum(axis=1)
+    groups = [one.group(0) for one in pursuit._by_run()]
+    own, *single = [group for group in groups if group.kind == "run" and group.piece.about == about]
+    change = pursuit._columns_of(own).sum(axis=1)
+    alone = np.hstack([pursuit._columns_of(group) for group in single])  # the same, run by run
+    np.testing.assert_allclose(pursuit._columns_of(own), alone, rtol=1e-9, atol=1e-12)
     i = fit.problem.free.index(made.OWN[about])
     value = fit.optimum.theta[i]
     factor = {"drag": 1.0, "thrust": value, "lag": -1.0}[about]  # of the term over the derivative

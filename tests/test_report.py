@@ -16,7 +16,9 @@ from browser import open_page
 from matplotlib.image import imread
 from recorded import find, recordings
 
+from vtank.diagnose.budget import budget
 from vtank.diagnose.diagnosis import Diagnosis
+from vtank.diagnose.shrink import left_out
 from vtank.diagnose.verdict import Verdict, probabilities
 from vtank.present.page import report_html
 
@@ -37,7 +39,10 @@ NEXT = {"experiment": "a sine", "minutes": 2.0, "per_minute": 0.9, "against_repe
 @pytest.fixture(scope="module")
 def friction() -> tuple[Diagnosis, dict[str, Any]]:
     found = find(recordings({"coulomb_friction.f": 0.006}), "coulomb_friction", "seiche")
-    diagnosis = Diagnosis(found.selection, probabilities(found.selection), found.verdict, seed=5)
+    parts = left_out(found.selection, found.verdict)
+    shares = budget(found.selection, found.verdict, 5, parts)
+    chances = probabilities(found.selection)
+    diagnosis = Diagnosis(found.selection, chances, found.verdict, parts, shares, seed=5)
     return diagnosis, diagnosis.summary() | {"where": found.place.document()}
 
 

@@ -224,3 +224,9 @@ def test_every_run_is_shown_measured_and_simulated() -> None:
     assert all(f"run_{k}" in texts for k in range(7)) and texts.count("range [m]") == 7
     curves = [e.attrib["class"] for e in root.iter("{http://www.w3.org/2000/svg}polyline")]
     assert curves.count("line nominal") == curves.count("line diagnosed") == 14  # over time, and their errors below
+
+
+def test_a_verdict_that_the_budget_does_not_bear_out_says_why() -> None:
+    found = budgeted("undecided", lines(-0.2, {}, 0.0, 0.3, 0.9))
+    found["verdict"]["doubt"] = "worse"
+    assert "but it predicts data left out worse than refitted parameters do." in words.verdict(found)

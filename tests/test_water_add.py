@@ -237,3 +237,15 @@ def test_any_model_can_be_begun_with_the_ellipsoids_of_its_inertia() -> None:
     with water.forces():
         mujoco.mj_step(model, data, 200)
     assert np.isfinite(data.qpos).all() and np.abs(data.qvel).max() < 20.0
+
+
+def test_the_water_travels_in_xml_to_the_digits_that_mujoco_writes() -> None:
+    child = spec()
+    model = water.add(child, {"crate": Body(FULL, displaced_kg=9.0)})
+    again = mujoco.MjModel.from_xml_string(child.to_xml())
+    water.set_const(again)
+    assert again.body("crate").user == pytest.approx(model.body("crate").user, rel=1e-5)
+    data = mujoco.MjData(again)
+    with water.forces():
+        mujoco.mj_forward(again, data)
+    assert data.qfrc_fluid[-4] == pytest.approx(9.0 * 9.81, rel=1e-5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -97,8 +98,9 @@ def diagnose(
     seen = observed(runs)
     against = nominal_of(NOMINAL if nominal is None else nominal, seen[0])
     found = diagnosis.diagnose(seen, against.p, seed, effects, progress)
-    named = against.name, nominal is None, against.mass_kg
-    return Diagnosis(found.selection, found.probabilities, found.verdict, found.seed, progress, *named)
+    known = {field.name: getattr(found, field.name) for field in fields(found)}
+    named = {"nominal": against.name, "by_default": nominal is None, "mass_kg": against.mass_kg}
+    return Diagnosis(**known | named)
 
 
 def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:

@@ -47,12 +47,12 @@ def _draft(names: list[str], path: Path) -> int:
     from ..diagnose.laws.words import sentence
     from ..effects.catalogue import BY_NAME
     from ..errors import InputError
-    from ..plant.formula import formula_of, read_law
+    from ..plant.formula import read_formula
     from ..present.draft import draft
     from ..record import write_text
     from ..record.table import open_table
 
-    formula = formula_of(read_law(open_table(path)))
+    formula = read_formula(open_table(path))
     if formula is None:
         raise InputError(f"{path}: law: missing; expected a model saved with a law that was accepted")
     if len(names) != 1 or not names[0].isidentifier() or names[0] in BY_NAME:

@@ -34,7 +34,7 @@ def _half_bic(fit: Fitted) -> float:
 def _most_correlated(selection: Selection) -> str:
     near, setting, refit = linearise(selection.refit), selection.setting, selection.refit
     singles = (fit for fit in selection.named if len(fit.hypothesis.effects) == 1)
-    gains = {fit.hypothesis.name: score(setting, near, fit, refit.log_evidence) for fit in singles}
+    gains = {fit.hypothesis.name: score(setting, near, fit, refit.log_evidence)[0] for fit in singles}
     best = max(gains, key=lambda name: gains[name], default="parameters")
     if gains.get(best, 0.0) > 0.5 * SEPARABLE**2:
         return best

@@ -26,7 +26,9 @@ REST = (
     ("disturbance", "disturbance"),
     ("sensor noise", "noise"),
     ("not explained", "unexplained"),
+    ("the verdict", "verdict"),
 )
+BY_RUN = ("own parameters of each run", "parameters")  # what their differences from run to run account for
 BLOCKS = 4  # blocks of a part, which are drawn together; errors of a simulation stay alike for long
 
 
@@ -35,7 +37,8 @@ class Line:
     """One line of the budget.
 
     Attributes:
-        name: "own parameters", an effect, "repeatable, unnamed", "disturbance" or "sensor noise".
+        name: "own parameters", an effect, "own parameters of each run" where they vary, "repeatable, unnamed",
+            "disturbance" or "sensor noise".
         kind: parameters, effect, repeatable, disturbance or noise.
         share: of the nominal's mean-square error on data left out [-]; below zero where a step made it worse.
         interval90: over what else the blocks left out might have been.
@@ -58,6 +61,7 @@ class Budget:
     Attributes:
         lines: the shares.
         unexplained: what neither own parameters nor a named effect nor sensor noise accounts for.
+        verdict: what all that the verdict names accounts for together.
         unit: of the errors, "m" or "m/s".
         nominal: root mean square error of the nominal on data left out ["unit"].
         worse: parts that the last named model predicts worse than the refit does.
@@ -65,6 +69,7 @@ class Budget:
 
     lines: tuple[Line, ...]
     unexplained: Line
+    verdict: Line
     unit: str
     nominal: float
     worse: tuple[str, ...]
@@ -81,8 +86,9 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     """
     found = found or left_out(selection, verdict)
     parts, targets = found.parts, targets_of(found.parts.setting)
-    free = next((f for f in selection.free if f.fit is verdict.fit), None)
-    chain = found.chain if verdict.effects else found.chain[:2]
+    varying = verdict.kind == "varying"
+    chain = found.chain if verdict.effects or varying else found.chain[:2]
+    free = next((f for f in selection.free if f.fit is (chain[-1] if varying else verdict.fit)), None)
     beside = [_beside(free, parts, targets[k], k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
     errors = [(*fold.chain[: len(chain)], last) for fold, last in zip(found.folds, beside, strict=True)]
     steps = np.hstack([[_blocks(e**2) for e in steps] for steps in errors])
@@ -92,7 +98,8 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     drawn = np.random.default_rng(seed).integers(noise.size, size=(DRAWS, noise.size))
     shares = _shares(steps.sum(axis=1), noise.sum())
     low, high = np.quantile(_shares(steps[:, drawn].sum(axis=2), noise[drawn].sum(axis=1)), (0.05, 0.95), axis=1)
-    names = [("own parameters", "parameters"), *((name, "effect") for name in _added(chain)), *REST]
+    added = [BY_RUN] if varying else [(name, "effect") for name in _added(chain)]
+    names = [("own parameters", "parameters"), *added, *REST]
     lines = [
         Line(*name, float(share), (float(a), float(b)))
         for name, share, a, b in zip(names, shares, low, high, strict=True)
@@ -101,7 +108,8 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     nominal = float(np.sqrt(steps[0].sum() / sum(e[0].size for e in errors)))
     pairs = zip(parts.setting.runs, found.folds, strict=True)
     worse = tuple(part.name for part, f in pairs if np.mean(f.chain[-1] ** 2) > np.mean(f.chain[1] ** 2))
-    return Budget(tuple(lines[:-1]), lines[-1], unit, nominal, worse)
+    *shared, unexplained, named = lines
+    return Budget(tuple(shared), unexplained, named, unit, nominal, worse)
 
 
 def _added(chain: Sequence[Fitted]) -> list[str]:
@@ -131,10 +139,11 @@ def _blocks(squares: np.ndarray) -> np.ndarray:
 
 
 def _shares(steps: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise; last, what is unexplained.
+    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise, shape (S + 3, ...).
 
-    Shape (S + 2, ...).
+    Last, what is unexplained, and what the verdict accounts for: all after the refit, or the refit where that is all.
     """
-    left, noise = steps[-1], np.minimum(noise, steps[-1])
-    found = [*-np.diff(steps, axis=0), left - noise, noise, steps[-2] - noise]
+    left, named, noise = steps[-1], steps[-2], np.minimum(noise, steps[-1])
+    before = steps[min(1, len(steps) - 3)]
+    found = [*-np.diff(steps, axis=0), left - noise, noise, named - noise, before - named]
     return np.array(found) / steps[0]

@@ -6,7 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from typing import Any
 
@@ -19,6 +19,7 @@ from ..plant.parameters import vector
 from .baselines import baselines
 from .budget import Budget, budget
 from .foreign import explained
+from .judged import judged
 from .laws.found import Law, laws
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
@@ -61,21 +62,27 @@ class Diagnosis:
         selection: all hypotheses, weighed.
         probabilities: of every hypothesis, by name.
         verdict: what is said: kind, effects, rivals (what cannot be told from them), channel, probability.
+        left_out: runs, or blocks of time of few runs, left out in turn and predicted by models fitted without them.
+        budget: what the nominal's mean-square error on data left out is made of: lines that add to one, and intervals.
         seed: of the random parts.
         nominal: the simulator that the runs were compared with, by name; "none" where there is none.
         by_default: whether nobody chose it.
         mass_kg: moving mass of the vehicle, where it is known.
+        considered: effects that alone were considered; all of the catalogue where empty.
         progress: told in a few words what is being worked out.
     """
 
     selection: Selection
     probabilities: dict[str, float]
     verdict: Verdict
+    left_out: LeftOut
+    budget: Budget
     seed: int
     progress: Callable[[str], None] | None = field(default=None, compare=False)
     nominal: str = "given parameters"
     by_default: bool = False
     mass_kg: float | None = None
+    considered: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -101,18 +108,6 @@ class Diagnosis:
         """Where the gap lies: channel, runs, windows of time, frequencies, regions of motion."""
         with self._stage("where the gap lies"):
             return locate(self.selection, self.verdict, self.probabilities)
-
-    @cached_property
-    def left_out(self) -> LeftOut:
-        """Runs, or blocks of time of few runs, left out in turn and predicted by models fitted without them."""
-        with self._stage("runs left out one after the other"):
-            return left_out(self.selection, self.verdict)
-
-    @cached_property
-    def budget(self) -> Budget:
-        """What the nominal's mean-square error on data left out is made of: lines that add to one, and intervals."""
-        with self._stage("the gap budget"):
-            return budget(self.selection, self.verdict, self.seed, self.left_out)
 
     @cached_property
     def held_out(self) -> dict[str, Any]:
@@ -143,9 +138,8 @@ class Diagnosis:
     @cached_property
     def document(self) -> dict[str, Any]:
         """The whole diagnosis as plain data, schema vtank.diagnosis/2."""
-        with ThreadPoolExecutor(2) as pool:  # those in a row do not need one another
-            for row in (("where", "left_out", "next_experiment", "laws"), ("held_out", "budget")):
-                list(pool.map(partial(getattr, self), row))
+        with ThreadPoolExecutor(2) as pool:  # they do not need one another
+            list(pool.map(partial(getattr, self), ("where", "next_experiment", "laws", "held_out")))
         left = self.budget.unexplained
         parts = self.summary() | {
             "budget": [line.document() for line in self.budget.lines],
@@ -168,8 +162,9 @@ class Diagnosis:
 
     def summary(self) -> dict[str, Any]:
         """The parts of the document that take no time."""
-        v, noise = self.verdict, self.selection.setting.noise
-        water = {"sigma_m_s2": noise.sigma, "memory_s": noise.correlation_time, "plausible": plausible(noise)}
+        v, setting = self.verdict, self.selection.setting
+        size, memory = setting.noise.sigma, setting.noise.correlation_time
+        water = {"sigma_m_s2": size, "memory_s": memory, "plausible": plausible(setting.noise, setting.usual)}
         return {
             "schema": SCHEMA,
             "nominal": self.nominal,
@@ -182,6 +177,7 @@ class Diagnosis:
             "estimates": estimates(v, self.mass_kg),
             "absorbed": [effect.name for effect in CATALOGUE if effect.standing == "absorbed"],
             "tied": [[effect.name, effect.same_as] for effect in CATALOGUE if effect.same_as],
+            "considered": list(self.considered),
             "baselines": baselines(self.selection),
             "seed": self.seed,
         }
@@ -209,9 +205,14 @@ def diagnose(
             nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)
-        found = Diagnosis(selection, chances, decide(selection, chances), seed, progress)
-        if nominal is None:
-            found = replace(found, nominal="none")
+        verdict = decide(selection, chances)
+        say("runs left out one after the other")
+        parts = left_out(selection, verdict)
+        shares = budget(selection, verdict, seed, parts)
+        verdict = judged(verdict, shares, selection.setting)
+        name = "none" if nominal is None else Diagnosis.nominal
+        chosen = tuple(names or ())
+        found = Diagnosis(selection, chances, verdict, parts, shares, seed, progress, name, considered=chosen)
     for text in found.failures():
         warnings.warn(text, stacklevel=2)
     return found

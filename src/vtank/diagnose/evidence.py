@@ -30,6 +30,7 @@ VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touc
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
+STILL_SIGMA = 1e-3  # [m/s2] disturbance of still water: what a vehicle leaves and meets again in a tank; a guess
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -49,6 +50,7 @@ class Setting:
         flags: per run, the measurements that are lone outliers, shape (M,) of bool.
         weight: per run, the factor on each measurement's variance (FLAGGED: left out), shape (M,).
         foreign: whether the nominal is but the recordings' own refit, a first guess.
+        usual: disturbance that is no surprise in this water [m/s2].
     """
 
     runs: tuple[Observed, ...]
@@ -58,6 +60,7 @@ class Setting:
     flags: tuple[np.ndarray, ...]
     weight: tuple[np.ndarray, ...]
     foreign: bool = False
+    usual: float = STILL_SIGMA
 
     def with_noise(self, noise: Noise) -> Setting:
         """The same setting at another noise level."""
@@ -205,9 +208,12 @@ def evaluate(
         filtered = _filtered(problem, np.clip(theta, prior.low, prior.high))
         found.append((problem, prior, climb(problem, theta, prior, filtered, *([1] if rough else []))))
     problem, prior, optimum = min(found, key=lambda one: one[2].cost)
+    filtered = _filtered(problem, optimum.theta)
     if setting.noise.sigma > 0.0 and not rough:  # once more with the gains of the optimum
-        optimum = climb(problem, optimum.theta, prior, _filtered(problem, optimum.theta), steps=4)
-    return weigh(setting, hypothesis, problem, prior, optimum)
+        before, optimum = optimum, climb(problem, optimum.theta, prior, filtered, steps=4)
+        if not np.array_equal(optimum.theta, before.theta):
+            filtered = _filtered(problem, optimum.theta)
+    return weigh(setting, hypothesis, problem, prior, optimum, filtered)
 
 
 def _filtered(problem: Problem, theta: np.ndarray) -> list[Filtered]:
@@ -226,9 +232,16 @@ def first_guesses(setting: Setting, hypothesis: Hypothesis) -> list[Start]:
     return starts
 
 
-def weigh(setting: Setting, hypothesis: Hypothesis, problem: Problem, prior: Prior, optimum: Optimum) -> Fitted:
-    """Likelihood and evidence at an optimum."""
-    filtered = _filtered(problem, optimum.theta)
+def weigh(
+    setting: Setting,
+    hypothesis: Hypothesis,
+    problem: Problem,
+    prior: Prior,
+    optimum: Optimum,
+    filtered: list[Filtered] | None = None,
+) -> Fitted:
+    """Likelihood and evidence at an optimum; filtered: the innovations there, where they are known already."""
+    filtered = filtered or _filtered(problem, optimum.theta)
     if not all(np.isfinite(f.innovation).all() and np.all(f.variance < LOST) for f in filtered):
         return Fitted(hypothesis, problem, prior, optimum, filtered, -np.inf, -np.inf, {})
     extra: dict[str, float] = {}

@@ -89,7 +89,7 @@ def _more(selection: Selection) -> list[tuple[Hypothesis, Start]]:
         hypothesis = Hypothesis((*best.hypothesis.effects, *single.hypothesis.effects))
         names = frozenset(e.name for e in hypothesis.effects)
         if len(names) == len(hypothesis.effects) and names not in known:
-            promise = score(selection.setting, near, single, selection.refit.log_evidence)
-            found.append((promise, hypothesis, {**single.start(), **best.start()}))
+            gain, start = score(selection.setting, near, single, selection.refit.log_evidence)
+            found.append((gain, hypothesis, {**single.start(), **start, **best.start()}))
     promising = sorted((f for f in found if f[0] > PAIR_GAIN), key=lambda f: -f[0])
     return [(hypothesis, start) for _, hypothesis, start in promising[:TRIED]]

@@ -45,7 +45,7 @@ class Model:
     @cached_property
     def weighed(self) -> tuple[str, ...]:
         """Those that a run's start tells; a simulator's own that differ by run stay as they are."""
-        return tuple(name for name in self.per_run if name in PARAMETERS)
+        return tuple(name for name in self.per_run if name in PARAMETERS and PARAMETERS[name].per_run)
 
     @cached_property
     def grid(self) -> np.ndarray:
@@ -71,9 +71,10 @@ class Model:
         return p
 
 
-def model_of(fit: Fitted) -> Model:
-    """The model of a fitted hypothesis, spikes of the tachometer repaired as it says."""
-    p, bounds = fit.vector(), {name: q.bounds for name, q in fit.hypothesis.parameters()}
+def model_of(fit: Fitted, run: int = 0) -> Model:
+    """The model of a fitted hypothesis for a run, spikes of the tachometer repaired as it says."""
+    p = fit.problem.model(fit.optimum.theta, run)[0]
+    bounds = {name: q.bounds for name, q in fit.hypothesis.parameters()}
     for name, value in fit.extra.items():
         p[slot(name)] = np.clip(value, *bounds[name])
     return Model(p, fit.problem.per_run)

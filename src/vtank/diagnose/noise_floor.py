@@ -15,15 +15,14 @@ from functools import partial
 import numpy as np
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
-from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch
+from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch, together
 from ..estimate.problem import Noise, Problem
-from .evidence import Fitted, Setting, evaluate
+from ..estimate.simplex import Walk
+from .evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from .freeform.pursuit import pursue
 
-# Disturbance of still water, and how much more there may be [powers of e]. A stated range where nothing else tells:
-# turbulence that a vehicle leaves in a tank and meets again moves it by millimetres in seconds; a guess
-STILL_SIGMA, STILL_SPREAD, SEVERAL = 1e-3, 0.7, 4.0  # [m/s2], [-], [-]
-STILL_MEMORY_S = 2.0  # [s] memory of the same; a guess
+# How much more of a disturbance than usual there may be, what is several times as much, and the memory of what is usual
+STILL_SPREAD, SEVERAL, STILL_MEMORY_S = 0.7, 4.0, 2.0  # [powers of e], [-], [s]; guesses
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of log sigma that no longer matters
@@ -43,32 +42,36 @@ def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
     case where the simulation runs away, which the filter may well follow.
     """
     linear = partial(squares_and_logs, linearised(problem, theta))
-    (plain, cost), (coloured, other) = (
-        min((_search(linear, problem.noise, time_s, kind) for time_s in STARTS_S), key=lambda f: f[1])
-        for kind in (False, True)
-    )
+    tried = together([_search(linear, problem.noise, time_s, kind) for kind in (False, True) for time_s in STARTS_S])
+    (plain, cost), (coloured, other) = (min(some, key=lambda f: f[1]) for some in (tried[:2], tried[2:]))
     found = coloured if other < cost - COLOURED else plain
     if not exact and min(cost, other) < HOPELESS:
         return found
-    return _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)[0]
+    exactly = _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)
+    return together([exactly])[0][0]
 
 
-def _filtered(problem: Problem, theta: np.ndarray, noise: Noise) -> tuple[float, float, int]:
+def _filtered(problem: Problem, theta: np.ndarray, noises: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray, int]:
     """The same as `squares_and_logs`, by the extended Kalman filter."""
-    filtered = problem.with_noise(noise).filter(theta)
-    e = np.concatenate([f.innovation[problem.used(k)] for k, f in enumerate(filtered)])
-    S = np.concatenate([f.variance[problem.used(k)] for k, f in enumerate(filtered)])
-    return float(np.sum(e * e / S)), float(np.sum(np.log(S))), e.size
+    found, used = [], np.concatenate([problem.used(k) for k in range(len(problem.runs))])
+    for noise in noises:
+        filtered = problem.with_noise(noise).filter(theta)
+        e, S = (
+            np.concatenate(parts)[used] for parts in zip(*((f.innovation, f.variance) for f in filtered), strict=True)
+        )
+        found.append((np.sum(e * e / S), np.sum(np.log(S))))
+    squares, logs = np.array(found).T
+    return squares, logs, int(used.sum())
 
 
-def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[Noise, float]:
-    """Likeliest noise level of one kind, and its cost (negative log-likelihood but for a constant)."""
+def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[NoiseSearch, Walk]:
+    """The search for the likeliest noise level of one kind."""
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
     parts = (DISTURBANCE, COLOUR)[: 1 + coloured]
     search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S, parts)
-    return search.likeliest(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
+    return search, search.walk(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
 def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> tuple[Setting, float]:
@@ -87,36 +90,48 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     if setting.foreign:
         likely, noise = max(alone, key=lambda pair: pair[0])
         return setting.with_noise(noise), likely
-    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1]))
+    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1], setting.usual))
     likely, noise = max([(least, setting.noise), *alone, beyond], key=lambda pair: pair[0])
     return setting.with_noise(noise), likely
 
 
-def still(noise: Noise) -> Noise:
-    """The noise in still water: no more of a disturbance than there usually is, and no coloured error."""
-    if noise.sigma <= STILL_SIGMA:
+def still(noise: Noise, usual: float = STILL_SIGMA) -> Noise:
+    """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error."""
+    if noise.sigma <= usual and noise.correlation_time <= STILL_MEMORY_S:
         return replace(noise, colour_sigma=0.0)
-    return replace(noise, sigma=STILL_SIGMA, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    return replace(noise, sigma=min(noise.sigma, usual), correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
 
 
-def plausible(noise: Noise) -> bool:
+def plausible(noise: Noise, usual: float = STILL_SIGMA) -> bool:
     """Whether a disturbance is no more than water that was left alone has, several times over."""
-    return noise.sigma <= SEVERAL * STILL_SIGMA
+    return noise.sigma <= SEVERAL * usual
 
 
-def log_prior(noise: Noise) -> float:
-    """Log density of a disturbance beforehand, over its largest: falls above what still water shows."""
-    return -0.5 * float(max(np.log(max(noise.sigma, LEAST_SIGMA) / STILL_SIGMA), 0.0) / STILL_SPREAD) ** 2
+def log_prior(noise: Noise, usual: float = STILL_SIGMA) -> float:
+    """Log density of a disturbance beforehand, over its largest: falls where it moves more than still water does.
+
+    By its size, and by the speed that it gives in its memory: a weak one that lasts moves a vehicle as far.
+    """
+    return _above(noise.sigma / usual * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
+
+
+def rarity(noise: Noise, usual: float = STILL_SIGMA) -> float:
+    """The same by its size alone, however long it lasts."""
+    return _above(noise.sigma / usual)
+
+
+def _above(times: float) -> float:
+    return -0.5 * float(np.log(max(times, 1.0)) / STILL_SPREAD) ** 2
 
 
 def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with what has no name beside it, and the noise level that then is left."""
     found = []
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
-        found.append((fit.log_evidence + free.gain + log_prior(noise), noise))
-        if not free.components:
+        found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
+        if not free.components or turn == ROUNDS - 1:
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
         if abs(np.log(noise.sigma / before.sigma)) < SETTLED:
@@ -132,4 +147,4 @@ def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break
-    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise)), noise
+    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise, setting.usual)), noise

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import betaln
 
+from ..compiled import law
 from ..effects.effect import Effect
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Filtered
@@ -26,6 +27,7 @@ SPIKE_RANKS = (0.2, 0.5, 0.8)  # sizes tried: these quantiles of how far lone re
 UNSEEN_SHARE = 0.3  # size of spikes that nobody saw, over the root mean square of the input; a guess
 HIDDEN = (2.5, 3.5, 5.0)  # deviations late at which a search for hidden late pings begins; choices
 SHAPES = np.array([0.5, 1.0, 2.0, 6.0, 40.0])  # [deviations] normals that the noise is mixed of at first; choices
+NOISE, LATE, EVEN = np.array([0.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0, -1.0])  # sides: see `_mixed`
 FIRST_SHARE = 0.01  # [-] late pings at first; a choice
 PER_DEVIATION = 4  # classes of innovations to a robust deviation; a choice
 ROUNDS = 60  # of expectation and maximisation; a choice
@@ -135,12 +137,12 @@ def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
     deviation, best = max(1.4826 * float(np.median(np.abs(e))), 1e-9), (none_seen(e.size), 0.0, 0.0)
     late, classes = e[e > THRESHOLD * deviation], _classes(e, deviation)
     starts = [deviation * k for k in HIDDEN] + ([float(np.median(late))] if late.size >= FEWEST else [])
-    even = _mixed(*classes, deviation, 0.0, ())[0]
+    even = _mixed(*classes, deviation, 0.0, NOISE)[0]
     for start in starts:
-        found, p, extra = _mixed(*classes, deviation, start, (1.0,))
+        found, p, extra = _mixed(*classes, deviation, start, LATE)
         gain = found - even - float(np.log(e.size) + 0.5 * np.log(max(p * e.size, 1.0)) + np.log(len(starts)))
         if gain > best[0] and p * e.size >= FEWEST and p < most and extra > least_m:
-            both = _mixed(*classes, deviation, start, (1.0, -1.0))[0]
+            both = _mixed(*classes, deviation, start, EVEN)[0]
             best = max(best, (min(gain, found - both), p, extra))
     return best
 
@@ -152,26 +154,33 @@ def _classes(e: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
     return middle * width, count
 
 
-def _mixed(
-    e: np.ndarray, count: np.ndarray, deviation: float, extra: float, sides: Sequence[float]
-) -> tuple[float, float, float]:
+@law
+def _mixed(e, count, deviation, extra, sides):  # type: ignore[no-untyped-def]
     """Log-likelihood of innovations e, `count` times each, the share of echoes and their excess path [m].
 
-    sides: 1 for late echoes, -1 for early ones, as many of each; none for noise alone.
+    sides: 0 for the noise itself, then 1 for late echoes, -1 for early ones, as many of each, shape (K,).
     """
-    sd, share = deviation * SHAPES, np.full(SHAPES.size, 1.0 / SHAPES.size)
-    p, turned = FIRST_SHARE * bool(sides), np.array([0.0, *sides])[:, None, None]
-    chance = np.empty(turned.shape)
+    S, K, likelihood, p = SHAPES.size, sides.size, 0.0, FIRST_SHARE * (sides.size > 1)
+    sd, share, density = deviation * SHAPES, np.full(S, 1.0 / S), np.empty((K, S))
     for _ in range(ROUNDS):
-        chance[0], chance[1:] = 1.0 - p, p / max(len(sides), 1)
-        off = e[:, None] - extra * turned  # (1 + sides, C, 1)
-        density = chance * share / sd * np.exp(-0.5 * (off / sd) ** 2)
-        total = np.sum(density, axis=(0, 2)) + 1e-300
-        own = density * (count / total)[:, None]
-        share = np.sum(own, axis=(0, 1)) / np.sum(count)
-        sd = np.sqrt(np.sum(own * off**2, axis=(0, 1)) / (share * np.sum(count) + 1e-300) + (0.1 * deviation) ** 2)
-        if sides:
-            p = float(np.sum(own[1:])) / np.sum(count)
-            pull = own[1:] / sd**2
-            extra = float(np.sum(pull * e[:, None] * turned[1:]) / (np.sum(pull) + 1e-300))
-    return float(count @ np.log(total)), float(p), extra
+        own, square, echoes, moved, likelihood = np.zeros(S), np.zeros(S), np.zeros(S), np.zeros(S), 0.0
+        for c in range(e.size):
+            for k in range(K):
+                chance = p / (K - 1) if k > 0 else 1.0 - p
+                for i in range(S):
+                    off = (e[c] - extra * sides[k]) / sd[i]
+                    density[k, i] = chance * share[i] / sd[i] * np.exp(-0.5 * off * off)
+            total = np.sum(density) + 1e-300
+            likelihood += count[c] * np.log(total)
+            for k in range(K):
+                for i in range(S):
+                    part = density[k, i] * count[c] / total
+                    own[i] += part
+                    square[i] += part * (e[c] - extra * sides[k]) ** 2
+                    echoes[i] += part * (k > 0)
+                    moved[i] += part * e[c] * sides[k]
+        share, sd = own / np.sum(count), np.sqrt(square / (own + 1e-300) + (0.1 * deviation) ** 2)
+        p = np.sum(echoes) / np.sum(count)
+        if K > 1:
+            extra = np.sum(moved / sd**2) / (np.sum(echoes / sd**2) + 1e-300)
+    return likelihood, p, extra

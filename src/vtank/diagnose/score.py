@@ -70,17 +70,23 @@ def linearise(fit: Fitted) -> Linearised:
     return Linearised(fit, *fit.problem.linearise(theta, fit.filtered))
 
 
-def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> float:
-    """Log-likelihood that the effect of `second` promises on top of a fit; refit: log evidence of the refit alone."""
+def score(setting: Setting, near: Linearised, second: Fitted, refit: float) -> tuple[float, Start]:
+    """Log-likelihood that the effect of `second` promises on top of a fit, and the values at which it does.
+
+    refit: log evidence of the refit alone.
+    """
     (effect,) = second.hypothesis.effects
+    own: Start = {k: v for k, v in second.start().items() if k in effect.slots()}
     if all(q.counted for q in effect.parameters):
-        return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered)[0]
+        return outliers.judged(effect, np.empty(0), setting.runs, near.fit.filtered)[0], own
     if effect.outliers:
-        return max(second.log_evidence - refit, 0.0)
-    starts: list[Start] = [{k: v for k, v in second.start().items() if k in effect.slots()}]
+        return max(second.log_evidence - refit, 0.0), own
+    starts: list[Start] = [own]
     starts += [{**values} for values in starting_values(effect, setting.runs)]
     columns = _shifted(near.fit, starts) - near.residual[:, None]
-    return max(0.0, *(near.explain(column[:, None])[0] for column in columns.T))
+    gains = [near.explain(column[:, None])[0] for column in columns.T]
+    tried = [(0.0, own), *zip(gains, starts, strict=True), *(scan(near, effect.wave) if effect.wave else ())]
+    return max(tried, key=lambda found: found[0])
 
 
 def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
@@ -95,22 +101,21 @@ def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
     return np.concatenate(parts)
 
 
-def scan(setting: Setting, refit: Fitted, wave: tuple[str, str, str]) -> list[Start]:
-    """First guesses of a wave's amplitude, frequency and phases, by slot: the frequencies at which it explains most."""
-    near, count = linearise(refit), len(setting.runs)
+def scan(near: Linearised, wave: tuple[str, str, str]) -> list[tuple[float, Start]]:
+    """Frequencies at which a wave explains most on top of a fit: how much, and its first guesses by slot."""
     _, pace, _ = wave
-    rows = np.cumsum([f.innovation.size for f in refit.filtered])[:-1]
+    rows = np.cumsum([f.innovation.size for f in near.fit.filtered])[:-1]
     tried = product(SCANNED_RAD_S, (0.0, 0.5 * np.pi))
     probes: list[Start] = [dict(zip(wave, (PROBE_M_S, float(w), phase), strict=True)) for w, phase in tried]
-    parts = np.split((_shifted(refit, probes) - near.residual[:, None]) / PROBE_M_S, rows)
+    parts = np.split((_shifted(near.fit, probes) - near.residual[:, None]) / PROBE_M_S, rows)
     found = []
     for j, frequency in enumerate(SCANNED_RAD_S):
         gain, c = near.explain(block_diag(*(part[:, 2 * j : 2 * j + 2] for part in parts)))
-        found.append((gain, frequency, c.reshape(count, 2)))
-    out: list[Start] = []
-    for _, frequency, c in sorted(found, key=lambda f: -f[0]):
-        if all(abs(frequency - other[pace]) > 0.1 for other in out) and len(out) < TRIES:
+        found.append((gain, frequency, c.reshape(len(parts), 2)))
+    out: list[tuple[float, Start]] = []
+    for gain, frequency, c in sorted(found, key=lambda f: -f[0]):
+        if all(abs(frequency - other[pace]) > 0.1 for _, other in out) and len(out) < TRIES:
             amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))
             phase = np.arctan2(c[:, 1], c[:, 0])
-            out.append(dict(zip(wave, (amplitude, float(frequency), phase), strict=True)))
+            out.append((gain, dict(zip(wave, (amplitude, float(frequency), phase), strict=True))))
     return out

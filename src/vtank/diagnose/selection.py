@@ -19,6 +19,7 @@ from .hypothesis import Hypothesis, candidates
 from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
 from .prior import weight
+from .rest import still_sigma
 from .score import linearise, scan, score
 
 FIRST_NOISE = Noise(sigma=0.01, correlation_time=1.0)  # where the search for the noise level starts; a guess
@@ -100,22 +101,20 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     refit = evaluate(setting, Hypothesis())
     setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
+    setting = replace(setting, usual=still_sigma(refit))
     say(f"{len(effects)} effects, one by one")
     singles = [Hypothesis(refit=False), Hypothesis(), *(Hypothesis((effect,)) for effect in effects)]
     fits = weigh_all(setting, singles, [_near(setting, refit, h) for h in singles])
     say("noise level")
     setting, likely = settle(setting, fits)
-    fits = again(setting, fits)
-    for count in range(2, LARGEST + 1 - setting.foreign):  # there, more are added one by one
-        more = _larger(setting, fits, count)
-        if not more:
-            break
-        say(f"{len(more)} sets of {count} effects")
-        fits += weigh_all(setting, [h for h, _ in more], [[start] for _, start in more])
+    fits = _with_larger(setting, again(setting, fits), say)
+    asked = ""
+    while len((best := max(fits, key=lambda f: f.log_evidence).hypothesis).effects) > 1 and best.name != asked:
+        say("noise level beside several effects")
+        asked, before = best.name, setting.noise
+        setting, likely = settle(setting, fits, likely)
+        fits = fits if setting.noise == before else _with_larger(setting, again(setting, fits), say)
     say("what has no name")
-    if max(fits, key=lambda f: f.log_evidence).hypothesis.name not in (h.name for h in singles):
-        before, (setting, _) = setting, settle(setting, fits, likely)
-        fits = fits if setting.noise == before.noise else again(setting, fits)
     found = Selection(setting, fits[0], fits[1], tuple(sorted(fits[2:], key=lambda f: -f.log_evidence)))
     if found.best.log_evidence == -np.inf:
         listed = ", ".join(run.name for run in setting.runs)
@@ -123,7 +122,20 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
             f"run {listed}: no simulator follows these recordings, whatever its drag and thrust; "
             "expected numbers that a vehicle driven by its input could reach, in SI units"
         )
-    return with_nameless(found)
+    return _with_own_noise(with_nameless(found), likely)
+
+
+def _with_own_noise(selection: Selection, likely: float) -> Selection:
+    """Everything weighed again at the noise level of own parameters that vary, where that is likelier than `likely`."""
+    varying = [free.fit for free in selection.free if free.fit.hypothesis.varying]
+    if not varying or selection.setting.foreign:
+        return selection
+    setting, _ = settle(selection.setting, varying, likely)
+    if setting.noise == selection.setting.noise:
+        return selection
+    nominal, refit, *named = again(setting, selection.fits)
+    named.sort(key=lambda f: -f.log_evidence)
+    return with_nameless(replace(selection, setting=setting, nominal=nominal, refit=refit, named=tuple(named)))
 
 
 def with_nameless(selection: Selection) -> Selection:
@@ -144,7 +156,7 @@ def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start
     if not hypothesis.refit:
         return [{STATES: refit.start()[STATES]}]
     wave = hypothesis.effects[0].wave if len(hypothesis.effects) == 1 else None
-    own = scan(setting, refit, wave) if wave else first_guesses(setting, hypothesis)
+    own = [start for _, start in scan(linearise(refit), wave)] if wave else first_guesses(setting, hypothesis)
     return [{**refit.start(), **start} for start in own]
 
 
@@ -168,20 +180,31 @@ def again(setting: Setting, fits: Sequence[Fitted]) -> list[Fitted]:
         return list(pool.map(of, fits))
 
 
+def _with_larger(setting: Setting, fits: list[Fitted], say: Report) -> list[Fitted]:
+    """All hypotheses, and the sets of two and three effects that promise more than any of them."""
+    for count in range(2, LARGEST + 1 - setting.foreign):  # there, more are added one by one
+        more = _larger(setting, fits, count)
+        if more:
+            say(f"{len(more)} sets of {count} effects")
+        fits = fits + weigh_all(setting, [h for h, _ in more], [[start] for _, start in more])
+    return fits
+
+
 def _larger(setting: Setting, fits: Sequence[Fitted], count: int) -> list[tuple[Hypothesis, Start]]:
     """Leaders among the sets of count - 1 effects, each with the effects whose score on top of it is promising."""
     refit, singles = fits[1].log_evidence, [f for f in fits if len(f.hypothesis.effects) == 1]
     smaller = [f for f in fits if len(f.hypothesis.effects) == count - 1 and f.log_evidence > refit + PAIR_GAIN]
     ranked = sorted(smaller, key=lambda f: -f.log_evidence)
+    known = {frozenset(e.name for e in f.hypothesis.effects) for f in fits}
     found: dict[frozenset[str], tuple[float, Hypothesis, Start]] = {}
     for leader in ranked[:LEADERS]:
         near = linearise(leader)
         for second in singles:
             names = frozenset(e.name for e in (*leader.hypothesis.effects, *second.hypothesis.effects))
-            if len(names) == count and names not in found:
+            if len(names) == count and names not in found and names not in known:
                 larger = Hypothesis((*leader.hypothesis.effects, *second.hypothesis.effects))
-                gain = leader.log_evidence + score(setting, near, second, refit)
-                found[names] = gain, larger, {**second.start(), **leader.start()}
+                gain, start = score(setting, near, second, refit)
+                found[names] = leader.log_evidence + gain, larger, {**second.start(), **start, **leader.start()}
     best = max((f.log_evidence for f in fits), default=0.0)
     promising = sorted((f for f in found.values() if f[0] > best + PAIR_GAIN), key=lambda f: -f[0])
     return [(larger, start) for _, larger, start in promising[:MOST_PAIRS]]

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from ..estimate.observed import Observed
+from ..estimate.problem import FLAGGED
 from .evidence import STATES, Fitted, Setting, evaluate
 from .holdout import Prediction, fraction_closed, model_of, rms, targets_of
 from .new_data import Gaps, NewData
@@ -68,21 +69,34 @@ class Parts:
         setting: the parts in the place of runs.
         parent: index of the run that each part is of.
         rows: measurements of each part among those of all runs, shapes (sum M,) of bool.
+        source: the runs themselves.
     """
 
     setting: Setting
     parent: tuple[int, ...]
     rows: tuple[np.ndarray, ...]
+    source: Setting
 
     @property
     def whole(self) -> bool:
         """Whether the parts are the runs."""
         return len(set(self.parent)) == len(self.parent)
 
+    def without(self, k: int) -> Setting:
+        """What is left to fit: all other runs, or all measurements but those of a block, whose run goes on without."""
+        parent, source = self.parent[k], self.source
+        if self.whole:
+            return without(source, parent)
+        first = sum(run.time_s.size for run in source.runs[:parent])
+        weight = list(source.weight)
+        inside = self.rows[k][first : first + weight[parent].size]
+        weight[parent] = np.where(inside, FLAGGED, weight[parent])
+        return replace(source, weight=tuple(weight))
 
-def parts_of(setting: Setting) -> Parts:
-    """The runs where there are enough of them, else even blocks of time."""
-    count = -(-FEWEST_PARTS // len(setting.runs))
+
+def parts_of(setting: Setting, blocks: bool = False) -> Parts:
+    """The runs where there are enough of them, else even blocks of time; blocks: of time in any case."""
+    count = max(-(-FEWEST_PARTS // len(setting.runs)), 1 + blocks)
     cuts = [piece for k, run in enumerate(setting.runs) for piece in _cut(run, k, count)]
     size = np.cumsum([0] + [run.time_s.size for run in setting.runs])
     rows = []
@@ -91,7 +105,8 @@ def parts_of(setting: Setting) -> Parts:
         rows[-1][size[k] : size[k + 1]] = inside
     flags, weight = (tuple(part[k][inside] for k, inside, _ in cuts) for part in (setting.flags, setting.weight))
     runs = tuple(run for _, _, run in cuts)
-    return Parts(replace(setting, runs=runs, flags=flags, weight=weight), tuple(k for k, _, _ in cuts), tuple(rows))
+    parts = replace(setting, runs=runs, flags=flags, weight=weight)
+    return Parts(parts, tuple(k for k, _, _ in cuts), tuple(rows), setting)
 
 
 def _cut(run: Observed, k: int, count: int) -> Iterator[tuple[int, np.ndarray, Observed]]:
@@ -137,25 +152,32 @@ class LeftOut:
 
 
 def left_out(selection: Selection, verdict: Verdict) -> LeftOut:
-    """Leave out every part in turn."""
-    parts, chain = parts_of(selection.setting), chain_of(selection, verdict)
+    """Leave out every part in turn; what a run has for itself is only told by its other blocks."""
+    chain = chain_of(selection, verdict)
+    parts = parts_of(selection.setting, blocks=bool(chain[-1].hypothesis.varying))
     with ThreadPoolExecutor(2) as pool:
         folds = pool.map(partial(leave_out, selection, parts, chain=chain), range(len(parts.parent)))
         return LeftOut(parts, chain, tuple(folds))
 
 
 def chain_of(selection: Selection, verdict: Verdict) -> tuple[Fitted, ...]:
-    """Nominal, refit, the named effects one after the other as far as they were fitted alone, and the verdict's fit."""
+    """Nominal, refit, the named effects one after the other as far as they were fitted alone, and the verdict's fit.
+
+    Where own parameters vary, the model that has them for every run comes last.
+    """
     known = {frozenset(e.name for e in f.hypothesis.effects): f for f in selection.named}
     sets = [frozenset(verdict.effects[: i + 1]) for i in range(len(verdict.effects) - 1)]
     between = [known[names] for names in sets if names in known]
     before = selection.refit if selection.setting.foreign else selection.nominal  # its own refit is all there is
-    return (before, selection.refit, *between, *([verdict.fit] if verdict.fit.hypothesis.effects else []))
+    last = [verdict.fit] if verdict.fit.hypothesis.effects else []
+    if verdict.kind == "varying":
+        last = [free.fit for free in selection.free if free.fit.hypothesis.varying]
+    return (before, selection.refit, *between, *last)
 
 
 def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted] = ()) -> Fold:
     """Choose and fit without part k, then predict it; chain: models that predict it besides."""
-    setting = without(parts.setting, k)
+    setting = parts.without(k)
     rest = {f.hypothesis.name: f.log_evidence - log_likelihood(f, parts, k) for f in selection.named}
     ranked = sorted(selection.named, key=lambda f: -rest[f.hypothesis.name])
     leaders = [f for f in ranked[:MOST] if rest[f.hypothesis.name] > rest[ranked[0].hypothesis.name] - WITHIN]
@@ -168,7 +190,8 @@ def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted
     fitted = {f.hypothesis.name: f for f in fits}
     fitted |= {f.hypothesis.name: again(setting, f, parts, k) for f in chain if f.hypothesis.name not in fitted}
     wanted = {f.hypothesis.name: fitted[f.hypothesis.name] for f in (nominal, refit, best, *chain)}
-    errors = {name: Prediction(model_of(f), target).errors() for name, f in wanted.items()}
+    run = 0 if parts.whole else parts.parent[k]
+    errors = {name: Prediction(model_of(f, run), target).errors() for name, f in wanted.items()}
     three, steps = (tuple(errors[f.hypothesis.name] for f in some) for some in ((nominal, refit, best), chain))
     return Fold(three, best.hypothesis.name, steps)
 
@@ -185,11 +208,11 @@ def without(setting: Setting, k: int) -> Setting:
 
 
 def again(setting: Setting, fit: Fitted, parts: Parts, k: int) -> Fitted:
-    """A hypothesis fitted without part k, starting from where it was with it; blocks have starts of their own."""
-    parent = np.delete(parts.parent, k)
-    start = {n: v for n, v in fit.start().items() if parts.whole or n != STATES}
-    own = {*fit.problem.per_run, STATES}
-    return evaluate(setting, fit.hypothesis, [{n: np.asarray(v)[parent] if n in own else v for n, v in start.items()}])
+    """A hypothesis fitted without part k, starting from where it was with it."""
+    start, own = fit.start(), {*fit.problem.per_run, STATES}
+    if parts.whole:
+        start = {n: np.delete(v, parts.parent[k], axis=0) if n in own else v for n, v in start.items()}
+    return evaluate(setting, fit.hypothesis, [start])
 
 
 def log_likelihood(fit: Fitted, parts: Parts, k: int) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from math import log
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
-from .noise_floor import log_prior as log_prior_of_noise
+from .noise_floor import plausible, rarity
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
@@ -33,6 +34,7 @@ class Verdict:
         probability: of the verdict's class, or of the kind.
         fit: the explanation that goes with it.
         varying: own parameters that differ from run to run.
+        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats or disturbance.
     """
 
     kind: str
@@ -42,16 +44,21 @@ class Verdict:
     probability: float
     fit: Fitted = field(repr=False)
     varying: tuple[str, ...] = ()
+    doubt: str = ""
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
         said = {"kind": self.kind, "effects": list(self.effects), "class": list(self.rivals)}
-        said |= {"varying": list(self.varying)}
+        said |= {"varying": list(self.varying), "doubt": self.doubt}
         return said | {"channel": self.channel, "probability": self.probability}
 
 
 def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
-    """Posterior probability of every hypothesis; names of sets are joined by `+`."""
+    """Posterior probability of every hypothesis; names of sets are joined by `+`.
+
+    What is too small to be told from simpler explanations counts as these: an effect as the refit alone, own parameters
+    as none that are off.
+    """
     fits, frozen = selection.fits, calibration()
     before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
     logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
@@ -60,8 +67,22 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
+    for small, simpler in _invisible(selection):
+        weights[simpler] += weights[small]
+        weights[small] = 0.0
     total, doubt, whole = sum(weights.values()), frozen.doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
+
+
+def _invisible(selection: Selection) -> Iterator[tuple[str, str]]:
+    """Hypotheses too small to be seen beside simpler ones, by their gain of likelihood, and these; effects first."""
+    nominal, refit, least = selection.nominal, selection.refit, 0.5 * SEPARABLE**2
+    for fit in selection.named:
+        alone = len(fit.hypothesis.effects) == 1 and not fit.hypothesis.outliers
+        if alone and fit.log_likelihood - refit.log_likelihood < least:
+            yield fit.hypothesis.name, "parameters"
+    if refit.log_likelihood - nominal.log_likelihood < least:
+        yield "parameters", "none"
 
 
 def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
@@ -97,7 +118,9 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
         if not free.own and (fit is selection.best or not foreign):
             explained = max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
             form = explained if foreign else IMPERFECT * explained
-            out["unknown"].append(base + max(free.gain - form, _strange(selection)))
+            out["unknown"].append(
+                base + max(free.gain - form, -np.inf if fit.hypothesis.effects else _strange(selection))
+            )
         if fit is selection.best and fit is not selection.nominal:
             before = refit if fit.hypothesis.effects else selection.nominal
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - before.log_evidence, 0.0)))
@@ -107,9 +130,11 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
 
 
 def _strange(selection: Selection) -> float:
-    """Log evidence that a disturbance beyond what water does by itself is a cause; there is none within."""
-    rare = log_prior_of_noise(selection.setting.noise)
-    return -rare - 1.0 if rare < 0.0 and not selection.setting.foreign else -np.inf
+    """Log evidence that a disturbance beyond what water does is a cause, where none is named; there is none within."""
+    setting = selection.setting
+    if setting.foreign or plausible(setting.noise, setting.usual):
+        return -np.inf
+    return -rarity(setting.noise, setting.usual) - 1.0
 
 
 def decide(selection: Selection, chances: dict[str, float]) -> Verdict:

@@ -101,10 +101,10 @@ def innovations(
     for lanes, shared in groups:
         for first in range(0, lanes.size, WIDTH):
             block = lanes[first : first + WIDTH]
-            given = (a if a is None or a.ndim == 1 else _eight(a[:, block]) for a in (value, forcing))
+            given = (a if a is None or a.ndim == 1 else _filled(a, block) for a in (value, forcing))
             found = np.empty((run.time_s.size, WIDTH))
             kernels(run.plant).simulate(
-                _eight(P[:, block]), _eight(S[:, block]), shared, run.record, *given, gain, noise.memory, found,
+                _filled(P, block), _filled(S, block), shared, run.record, *given, gain, noise.memory, found,
                 track if block[0] == 0 else None,
             )  # fmt: skip
             if block.size == P.shape[1]:
@@ -118,9 +118,9 @@ def simulated(run: Observed, p: np.ndarray, start: np.ndarray) -> np.ndarray:
     return innovations(run, p, start, Noise(), no_gain(run))
 
 
-def _eight(a: np.ndarray) -> np.ndarray:
-    """Columns of an array, shape (N, L), filled up to eight by the last one."""
-    return np.ascontiguousarray(a[:, np.minimum(np.arange(WIDTH), a.shape[1] - 1)])
+def _filled(a: np.ndarray, lanes: np.ndarray) -> np.ndarray:
+    """Those columns of an array, shape (N, L), filled up to WIDTH by the last one."""
+    return np.take(a, lanes[np.minimum(np.arange(WIDTH), lanes.size - 1)], axis=1)
 
 
 def _alike(run: Observed, p: np.ndarray) -> list[tuple[np.ndarray, Steps]]:

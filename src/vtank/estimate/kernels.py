@@ -5,7 +5,7 @@ stands for turbulence; beside it, a coloured error of the sensor. Measurements a
 differentiated. Between stamps the input is held; a measurement is compared with the state at the instant it was true,
 so that latency and clock skew cost nothing but a shift of the instant.
 
-`simulate` moves eight parameter sets, or one set in eight neighbouring states, at the price of one (`lanes`).
+`simulate` moves W parameter sets, or one set in W neighbouring states, at the price of one (`lanes`; W is its WIDTH).
 Ljung, System Identification (1999), ch. 7: prediction-error methods; Kristensen, Madsen, Jorgensen, Automatica 40
 (2004): grey-box models with process noise.
 """
@@ -177,11 +177,11 @@ def renewed(i, over, steps, record, forcing, memory, p):
 
 
 def simulate(parameters, start, steps, record, value, forcing, gain, memory, out, track):
-    """Innovations [unit of the channel] of eight models with given Kalman gains, written into `out`, shape (M, 8).
+    """Innovations [unit of the channel] of W models with given Kalman gains, written into `out`, shape (M, W).
 
-    parameters: shape (P, 8); start: states at the first measurement, shape (S, 8); value: measurements, shape (M,) or,
-    each model its own, (M, 8); forcing: known acceleration [m/s2] on the first axis, held like the input, shape (I,) or
-    (I, 8), or None; gain: shape (M, S + A + 1), the last of the coloured error, zeros for pure simulation;
+    parameters: shape (P, W); start: states at the first measurement, shape (S, W); value: measurements, shape (M,) or,
+    each model its own, (M, W); forcing: known acceleration [m/s2] on the first axis, held like the input, shape (I,) or
+    (I, W), or None; gain: shape (M, S + A + 1), the last of the coloured error, zeros for pure simulation;
     memory [s]: of the disturbance and of the coloured error; track: where given, shape (M, S + A), the states of the
     first model at each measurement.
     """
@@ -213,7 +213,7 @@ def kalman(
 ):
     """Extended Kalman filter along a run; fills innovations `out` (M,), their variances (M,) and gains (M, S + A + 1).
 
-    parameters: shape (P, 8), eight times the same; start, start_sd: mean and standard deviation of the states at the
+    parameters: shape (P, W), all columns the same; start, start_sd: mean and standard deviation of the states at the
     first measurement, shape (S,); sigma [m/s2]: stationary deviation of the disturbance on each axis, shape (A,);
     memory [s]: of the disturbance and of the coloured error, whose deviation is colour_sigma [m]; noise_var: variance
     of each measurement, shape (M,); inf skips a measurement.
@@ -277,7 +277,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):
 
     Fills the error of each measurement, shape (M,), the time since the one before [s], shape (M,), the transition in
     that time of place and speed, and by a unit acceleration, shape (M, 2, 3), and the derivative of the measurement
-    with respect to place, speed and its coloured error, shape (M, 3). parameters: shape (P, 8); start: shape (S, 8).
+    with respect to place, speed and its coloured error, shape (M, 3). parameters: shape (P, W); start: shape (S, W).
     """
     p = taken(rows(parameters))
     place, speed = PLACES[0], SPEEDS[0]
@@ -312,7 +312,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):
 
 # --- the filter's algebra --------------------------------------------------------------------------------------------
 def nudge(s, x):
-    """Fill x, shape (B, S, 8), with states s, shape (S,): in each lane but the first, one is nudged."""
+    """Fill x, shape (B, S, W), with states s, shape (S,): in each lane but the first, one is nudged."""
     for i in range(SIZE):
         for c in range(x.shape[0]):
             for q in range(WIDTH):
@@ -321,7 +321,7 @@ def nudge(s, x):
 
 
 def differentiate(x, s, F):
-    """The nudged states one step later, shape (B, S, 8): new states into s, shape (S,), and their Jacobian into F."""
+    """The nudged states one step later, shape (B, S, W): new states into s, shape (S,), and their Jacobian into F."""
     for i in range(SIZE):
         s[i] = x[0, i, 0]
         for q in range(SIZE):

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from ..tank.tank import Tank
 from . import noise as streams
 from .plan import Plan
 from .scenario import SHALLOWEST_M
+
+if TYPE_CHECKING:  # a quarter of a second, and the surge model needs no tank
+    from ..tank.tank import Tank
 
 Array = NDArray[np.float64]
 HALF_BREADTH_M = 0.3  # [m] what the hull needs to either side of its centre, and below it; a choice, generous

@@ -10,11 +10,12 @@ from typing import Any
 from ..record.table import Table
 from .law import FACTORS, KINDS, OPERATIONS, SLOTS, VARIABLES
 
-UNITS = {
-    "u": {"m": 1.0, "s": -1.0}, "n": {"rev": 1.0, "s": -1.0}, "x": {"m": 1.0}, "gap": {"m": 1.0}, "t": {"s": 1.0},
-    "a": {"m": 1.0, "s": -2.0}, "z": {"m": 1.0, "s": -2.0}, "speed": {"m": 1.0, "s": -1.0},
-    "turning": {"rev": 1.0, "s": -1.0},
+UNITS: dict[str, dict[str, float]] = {
+    "u": {"m": 1.0, "s": -1.0}, "x": {"m": 1.0}, "gap": {"m": 1.0}, "t": {"s": 1.0}, "a": {"m": 1.0, "s": -2.0},
+    "z": {"m": 1.0, "s": -2.0}, "speed": {"m": 1.0, "s": -1.0},
 }  # fmt: skip
+INPUTS: dict[str, dict[str, float]] = {"n_rev_s": {"rev": 1.0, "s": -1.0}, "command": {}, "thrust_N": {"N": 1.0}}
+KEPT = ("u", "n", "x", "gap", "t", "a", "z", "speed", "turning")  # what a memory may keep
 ACTS = {"force": {"m": 1.0, "s": -2.0}, "range": {"m": 1.0}}
 SENSED = ("u", "speed", "x", "gap", "t")  # what an error of the range may depend on
 SPOKEN = {"speed": "|u|", "turning": "|n|"}
@@ -58,7 +59,11 @@ class Factor:
 
 @dataclass(frozen=True)
 class Memory:
-    """What a law remembers: it follows a quantity in a [s], sums it up, or latches on above a and off below b."""
+    """What a law remembers of a quantity.
+
+    It follows it in a [s], sums it up, latches on above a and off below b, is what it was a [s] ago, or drags behind it
+    with play of a to either side.
+    """
 
     kind: str
     quantity: Factor
@@ -72,17 +77,20 @@ class Memory:
             "follows": f"follow({q}; {self.a:.3g} s)",
             "sums": f"sum({q})",
             "latches": f"latch({q}; on above {self.a:.3g}, off below {self.b:.3g})",
+            "delays": f"late({q}; {self.a:.3g} s)",
+            "plays": f"play({q}; {self.a:.3g})",
         }[self.kind]
 
 
 @dataclass(frozen=True)
 class Formula:
-    """A law: what it acts on ("force" or "range"), its size in SI, its factors and its memory."""
+    """A law: it acts on "force" or "range"; its size in SI, its factors, its memory, and the column that n is."""
 
     acts: str
     factors: tuple[Factor, ...]
     memory: Memory | None = None
     size: float = 1.0
+    fed: str = "n_rev_s"
 
     def text(self) -> str:
         """The law without its unit, such as `du/dt += -0.12 |u|^1.5 sign(u) [gap < 1.2]`."""
@@ -110,7 +118,8 @@ class Formula:
             return self.unit
         if part.startswith("memory"):
             assert self.memory
-            return "s" if self.memory.kind == "follows" else spelled(UNITS[self.memory.quantity.variable])
+            timed = self.memory.kind in ("follows", "delays")
+            return "s" if timed else spelled(self.dimension(self.memory.quantity.variable))
         f = self.factors[int(part[-1]) - 1]
         if f.operation != "sine":
             return spelled(self.dimension(f.variable))
@@ -125,9 +134,9 @@ class Formula:
     def dimension(self, variable: str) -> Mapping[str, float]:
         """Exponents of the units of a variable."""
         if variable not in ("w", "fresh") or self.memory is None:
-            return UNITS[variable]
+            return INPUTS[self.fed] if variable in ("n", "turning") else UNITS[variable]
         q, kind = self.memory.quantity, self.memory.kind
-        of = defaultdict(float, {unit: q.a * exponent for unit, exponent in UNITS[q.variable].items()})
+        of = defaultdict(float, {unit: q.a * power for unit, power in self.dimension(q.variable).items()})
         if kind == "sums":
             of["s"] += 1.0
         return {} if kind == "latches" else of
@@ -156,14 +165,14 @@ class Formula:
         names = [f"law.{self.acts}"]
         for i, f in enumerate(self.factors, start=1):
             names += [f"law.{part}{i}" for part in ("a", "b")[: f.count]]
-        kinds = {"follows": ("a",), "sums": (), "latches": ("a", "b")}
-        names += [f"law.memory_{part}" for part in (kinds[self.memory.kind] if self.memory else ())]
+        kinds = {"sums": (), "latches": ("a", "b")}
+        names += [f"law.memory_{part}" for part in (kinds.get(self.memory.kind, ("a",)) if self.memory else ())]
         return tuple(names)
 
     def moved(self, values: Mapping[str, float]) -> Formula:
         """The same formula with other numbers, by slot."""
         now = self.values() | {name: value for name, value in values.items() if name in SLOTS}
-        return formula_of(now)  # type: ignore[return-value]
+        return formula_of(now, self.fed)  # type: ignore[return-value]
 
 
 def spelled(dimension: Mapping[str, float]) -> str:
@@ -171,8 +180,8 @@ def spelled(dimension: Mapping[str, float]) -> str:
     return " ".join(u if p == 1.0 else f"{u}^{p:g}" for u, p in sorted(dimension.items()) if p) or "-"
 
 
-def formula_of(values: Mapping[str, float]) -> Formula | None:
-    """The law in values of slots; None where there is none."""
+def formula_of(values: Mapping[str, float], fed: str = "n_rev_s") -> Formula | None:
+    """The law in values of slots, of a vehicle fed by that column; None where there is none."""
     acts = next((acts for acts in ACTS if values.get(f"law.{acts}", 0.0) != 0.0), None)
     if acts is None:
         return None
@@ -185,7 +194,7 @@ def formula_of(values: Mapping[str, float]) -> Formula | None:
         values[f"law.memory_{part}"] for part in ("kind", "variable", "operation", "power", "a", "b")
     )
     memory = Memory(KINDS[int(kind)], Factor(VARIABLES[int(v)], OPERATIONS[int(o)], power), a, b) if kind else None
-    return Formula(acts, tuple(factors), memory, values[f"law.{acts}"])
+    return Formula(acts, tuple(factors), memory, values[f"law.{acts}"], fed)
 
 
 def law_lines(formula: Formula, table: str = "law") -> list[str]:
@@ -197,6 +206,7 @@ def law_lines(formula: Formula, table: str = "law") -> list[str]:
     lines = [
         f"[{table}] # {formula.text()}",
         f'acts = "{formula.acts}"',
+        f'input = "{formula.fed}"',
         f"size = {formula.size:.12g} # {formula.unit}",
     ]
     factors = ", ".join(words(f.variable, f.operation, f.a, f.b) for f in formula.factors)
@@ -209,24 +219,31 @@ def law_lines(formula: Formula, table: str = "law") -> list[str]:
 
 def read_law(file: Table) -> dict[str, float]:
     """Slots and values of the law in a file's table [law]; none where it has none. InputError names file and key."""
+    found = read_formula(file)
+    return found.values() if found else {}
+
+
+def read_formula(file: Table) -> Formula | None:
+    """The law in a file's table [law]; None where it has none. InputError names file and key."""
     if not file.has("law"):
-        return {}
-    table = file.table("law").check_keys(("acts", "size", "factors", "memory"))
+        return None
+    table = file.table("law").check_keys(("acts", "input", "size", "factors", "memory"))
     acts, size = table.choice("acts", tuple(ACTS)), table.number("size")
+    fed = table.choice("input", tuple(INPUTS)) if table.has("input") else "n_rev_s"
     texts = table.texts("factors")
     if len(texts) > FACTORS:
         raise table.error("factors", f"expected at most {FACTORS}, found {len(texts)}")
     factors = tuple(Factor(*_words(table, "factors", text, (VARIABLES[1:], OPERATIONS), 2)) for text in texts)
     memory = None
     if table.has("memory"):
-        choices = (KINDS[1:], tuple(UNITS), ("power", "signed"))
+        choices = (KINDS[1:], KEPT, ("power", "signed"))
         kind, variable, operation, power, a, b = _words(table, "memory", table.text("memory"), choices, 3)
         memory = Memory(kind, Factor(variable, operation, power), a, b)
     if acts == "range" and (memory or any(f.variable not in SENSED for f in factors)):
         raise table.error("factors", f"expected those of {', '.join(SENSED)} for a range, without memory")
     if memory is None and any(f.variable in ("w", "fresh") for f in factors):
         raise table.error("memory", "missing, but a factor asks for what it holds")
-    return Formula(acts, factors, memory, size).values()
+    return Formula(acts, factors, memory, size, fed)
 
 
 def _words(table: Table, key: str, text: str, choices: tuple[tuple[str, ...], ...], count: int) -> tuple[Any, ...]:

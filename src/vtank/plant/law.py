@@ -4,7 +4,8 @@
 
 Which variable and which operation is told by numbers in the parameter vector, so that a formula found in recordings is
 obeyed by everything that reads the vector: surge model, tank, fits, predictions. One memory can be had beside it: a
-value w that follows a quantity q, sums it up or latches on it; it takes the place of the hull's wake among the states.
+value w that follows a quantity q, sums it up, latches on it, is what it was a while ago or drags behind it with play.
+It takes the place of the hull's wake among the states.
 `formula.py` writes these numbers and says in words what they mean.
 """
 
@@ -20,9 +21,9 @@ from ..lanes import where
 # "": no factor; speed: |u|; turning: |n|; a: acceleration by all other forces; z: thrust; w: memory; fresh: q - w
 VARIABLES = ("", "u", "n", "x", "gap", "t", "a", "z", "w", "fresh", "speed", "turning")
 OPERATIONS = ("power", "signed", "above", "beyond", "sine", "decay", "from")
-KINDS = ("", "follows", "sums", "latches")
+KINDS = ("", "follows", "sums", "latches", "delays", "plays")
 FACTORS = 3
-LATCH_S = 0.1  # [s] in which a latch falls over: a tick, since nothing quicker is seen; a choice
+LATCH_S = 0.1  # [s] in which a latch falls over and play is taken up: a tick, nothing quicker is seen; a choice
 TINY = 1e-9  # below this a power of a variable is that of this; keeps negative powers finite
 
 # Slots of the parameter vector: name -> (unit, value where nothing is stated)
@@ -126,8 +127,20 @@ def memory_rate(t, x, u, z, w, n, m):
         return (q - w) / m[4]
     if m[0] == 2.0:
         return q
+    if m[0] == 4.0:
+        return 2.0 * (q - w) / m[4]
+    if m[0] == 5.0:
+        return (max(q - w - m[4], 0.0 * q) - max(w - q - m[4], 0.0 * q)) / LATCH_S
     up = where(q > m[4], 1.0 + 0.0 * q, where(q < m[5], 0.0 * q, where(w > 0.5, 1.0 + 0.0 * q, 0.0 * q)))
     return (up - w) / LATCH_S
+
+
+@law
+def recalled(w, q, m):
+    """What a memory gives as w: its state, but for a delay, which is Pade's first: 2 w - q with half its lag."""
+    if m[0] == 4.0:
+        return 2.0 * w - q
+    return w
 
 
 @law
@@ -135,7 +148,8 @@ def remember(t, x, u, z, n, m):
     """What a memory holds along samples, and what is new in its quantity, shape (2, I)."""
     out, w = np.empty((2, t.size)), 0.0
     for i in range(t.size):
-        out[0, i], out[1, i] = w, driven(t[i], x[i], u[i], z[i], n[i], m) - w
+        q = driven(t[i], x[i], u[i], z[i], n[i], m)
+        out[0, i], out[1, i] = recalled(w, q, m), q - w
         h = t[i + 1] - t[i] if i + 1 < t.size else 0.0
         for _ in range(2):  # two half steps by the midpoint rule: stable for a latch at 5 Hz
             g = 0.5 * h

@@ -106,7 +106,8 @@ def law_product(t, x, u, z, wake, n, gap, acceleration, p):
     """Product of the factors of a law that is data, in SI."""
     fresh = 0.0 * u
     if p[MEMORY] != 0.0:
-        fresh = law.driven(t, x, u, z, n, p[MEMORY:MEMORY_END]) - wake
+        now = law.driven(t, x, u, z, n, p[MEMORY:MEMORY_END])
+        fresh, wake = now - wake, law.recalled(wake, now, p[MEMORY:MEMORY_END])
     return law.product(t, x, u, z, wake, n, gap, acceleration, fresh, p[FACTORS:MEMORY])
 
 
@@ -121,7 +122,7 @@ def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
         u_r = u_r - p[CURRENT]
     if p[SEICHE_U] != 0.0:
         u_r = u_r - seiche.velocity(t, p[SEICHE_U], p[SEICHE_W], p[SEICHE_PHASE])
-    if p[WAKE_K] != 0.0:
+    if p[MEMORY] == 0.0:  # else it is a law's memory; without a wake it is zero
         u_r = u_r - wake
     drag = p[ALPHA] * drag_asymmetry.signed_square(u_r, p[DRAG_ASYMMETRY])
     if p[WALL_DRAG] != 0.0:

@@ -108,11 +108,16 @@ def verdict(document: Document) -> str:
             return f"{text.capitalize()}." if document["estimates"] else alone
         case "undecided" if not effects:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
-            return f"Undecided: perhaps {perhaps}, but these recordings do not settle it."
+            return f"Undecided: perhaps {perhaps}, but {doubt(document)}."
         case "undecided":
-            return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but these recordings do not settle it."
+            return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but {doubt(document)}."
     whole = "drag and thrust" if foreign(document) else "the simulator"
     return f"Something is missing from {whole}, and no known effect explains it."
+
+
+def doubt(document: Document) -> str:
+    """Why nothing is decided."""
+    return str(WORDS["doubt"].get(document["verdict"].get("doubt"), "these recordings do not settle it"))
 
 
 def likeliest(document: Document) -> str:
@@ -178,6 +183,8 @@ def explanation(document: Document) -> list[str]:
         possible = [f"{hypothesis(name)} ({percent(chances[name])})" for name in ranked[:OTHERS]]
         lines.append(f"Possible as well: {listed(possible)}.")
     lines.append(f"Probability: {percent(v['probability'])}.")
+    if only := document.get("considered"):
+        lines.append(f"No other effects were considered than {listed([effect_name(name) for name in only])}.")
     return lines
 
 

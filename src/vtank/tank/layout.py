@@ -15,7 +15,7 @@ from ..plant import parameters
 from ..water.record import starts
 
 SURGE, TRIM = "vtank/surge", "vtank/trim"  # names of the actuators
-SURGING, TRIMMING, FINNING = 6.283185e-139, 6.283185e-140, 6.283185e-141  # first of their rows: nobody else writes that
+SURGING, TRIMMING, FINNING = 0.0628321, 0.0628322, 0.0628323  # first number of their rows: nobody else writes that
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),

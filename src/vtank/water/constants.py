@@ -18,7 +18,7 @@ def set_const(model: mujoco.MjModel) -> None:
 
     They are body_invweight0, dof_invweight0, tendon_invweight0 and stat.meaninertia, on which the softness of contacts,
     limits and friction depends. Raises InputError for settings that would use the dry mass: the PGS solver, noslip
-    iterations, the flags sleep and diagexact, MuJoCo's own fluid; and for mass that is not positive definite.
+    iterations, the flags sleep, diagexact and ipc, MuJoCo's own fluid; and for mass that is not positive definite.
     """
     wet = [i for i in range(1, model.nbody) if model.nuser_body >= SIZE and model.body_user[i, 0] == MAGIC]
     _check_settings(model)
@@ -46,6 +46,7 @@ def _check_settings(model: mujoco.MjModel) -> None:
         "noslip_iterations": option.noslip_iterations > 0,
         "the flag sleep": option.enableflags & ENABLE.mjENBL_SLEEP,
         "the flag diagexact": option.enableflags & ENABLE.mjENBL_DIAGEXACT,
+        "the flag ipc": option.enableflags & ENABLE.mjENBL_IPC,
         "density or viscosity": option.density or option.viscosity,
     }
     for name, found in wrong.items():

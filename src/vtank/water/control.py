@@ -4,7 +4,8 @@ MuJoCo calls mjcb_control in every Runge-Kutta stage after it has built and fact
 anything is solved with it. Here J'M_A J of every wet body is added, J taking generalized velocities to the body's own,
 and M is factored anew; actuators, contacts, joints and sensors then see one body whose inertia includes the water's.
 J'M_A J couples only joints that are ancestors of each other, for which M has room. What remains of the water's force
-(forces.py) goes to qfrc_fluid, and by that into qfrc_passive; qfrc_applied stays the user's.
+(forces.py) goes to qfrc_fluid, and by that into qfrc_passive; qfrc_applied stays the user's. Every integrator treats
+these forces explicitly: a time step must be short against mass over drag.
 
 MuJoCo may call again without having built M, or found velocities, anew (mjd_transitionFD, mj_step1). So M is marked as
 wet in a number that only mj_makeM writes, the world's entry of mjData.crb, which is always zero there; and qfrc_fluid

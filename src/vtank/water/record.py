@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-MAGIC = 6.283185e-137  # first number of a wet body's row; any value nobody else would write there will do
-SEA = 6.283185e-138  # first number of the world's row where there are waves
+MAGIC = 0.0628318  # first number of a wet body's row: nobody else would write it there, and XML keeps it
+SEA = 0.0628319  # first number of the world's row where there are waves
 COMPONENT = (
     5  # numbers of a wave: wave number along x and y [1/m], frequency [rad/s], amplitude, real and imaginary [m]
 )

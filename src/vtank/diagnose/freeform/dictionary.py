@@ -15,6 +15,7 @@ import numpy as np
 
 from ...estimate.observed import SPEED
 from ..evidence import Fitted
+from .events import Events, events
 from .functions import functions_of, products_of
 from .motion import Motion, motions
 
@@ -26,6 +27,7 @@ BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s
 SCANNED_RAD_S = np.arange(0.08, 3.2, 0.045)  # frequencies of lines; 120 s resolve about 0.05 rad/s
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
 QUICK = 12  # frequencies above those at which an error of the readings is loudest, that are looked at besides; a choice
+TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 
 
@@ -34,7 +36,7 @@ class Piece:
     """Columns made in one go, of all runs together or of one run.
 
     Attributes:
-        kind: "function", "window" or "line".
+        kind: "function", "window", "event" or "line".
         channel: where it acts.
         about: what it goes with, in words.
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
@@ -42,6 +44,7 @@ class Piece:
         each: columns of one group, where the piece holds several side by side.
         edges: of the bins of windows [s].
         frequencies: of lines [rad/s].
+        events: where each column of short events is.
     """
 
     kind: str
@@ -52,6 +55,7 @@ class Piece:
     each: int
     edges: np.ndarray = field(default_factory=lambda: np.zeros(0))
     frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    events: Events | None = None
 
 
 def pieces(fit: Fitted) -> list[Piece]:
@@ -62,6 +66,7 @@ def pieces(fit: Fitted) -> list[Piece]:
         *_forces(fed),
         *_errors(read),
         *(piece for k in range(len(moved)) for piece in _windows(k, moved)),
+        *(piece for k in range(len(moved)) for piece in _events(k, fit)),
         _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
         _lines("error", SENSOR, False, np.concatenate([SCANNED_RAD_S, _loudest(fit)]), [m.t for m in read]),
     ]
@@ -121,6 +126,17 @@ def _windows(k: int, moved: list[tuple[Motion, Motion]]) -> Iterator[Piece]:
         yield Piece("window", SENSOR, about, False, own(bins(read.t, values)), 1, edges)
 
 
+def _events(k: int, fit: Fitted) -> Iterator[Piece]:
+    """Readings of one run that are off for a moment, shorter than the bins of windows."""
+    run, f = fit.problem.runs[k], fit.filtered[k]
+    counts = fit.problem.used(k) & (run.kind == np.min(run.kind))  # judged by range before position before speed
+    off = np.where(counts, f.innovation / np.sqrt(f.variance), np.nan)
+    found = events(run.time_s, off, SHORTEST_S)
+    if found.spans:
+        own = tuple(found.inside if i == k else None for i in range(len(fit.problem.runs)))
+        yield Piece("event", SENSOR, "reading", False, own, 1, events=found)
+
+
 def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: list[np.ndarray]) -> Piece:
     """Sines and cosines of time, of a phase of its own in every run."""
     waves = tuple(_waves(np.outer(t - t[0], rad_s)) for t in stamps)
@@ -129,7 +145,10 @@ def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: lis
 
 def _waves(phase: np.ndarray) -> np.ndarray:
     """Sine and cosine of every column of phases, side by side, shape (I, 2 K)."""
-    return np.stack([np.sin(phase), np.cos(phase)], axis=2).reshape(phase.shape[0], -1)
+    out = np.empty((*phase.shape, 2))
+    np.sin(phase, out=out[:, :, 0])
+    np.cos(phase, out=out[:, :, 1])
+    return out.reshape(phase.shape[0], -1)
 
 
 def _loudest(fit: Fitted) -> np.ndarray:
@@ -168,19 +187,22 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
 
     def of(k: int) -> np.ndarray:
         run, f = problem.runs[k], fit.filtered[k]
-        out, base = [], (f.innovation / np.sqrt(f.variance))[:, None]
-        for force in (True, False):
-            side = [piece.functions[k] for piece in made if piece.force is force]
-            columns = np.hstack([functions for functions in side if functions is not None])
-            size = np.max(np.abs(columns), axis=0) + 1e-300
-            if force:
-                there = problem.varied(theta, f, k, forcing=PROBE_M_S2 * columns / size)
-                out.append((there - base) * (size / PROBE_M_S2))
-            else:
-                scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * columns
-                there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
-                out.append((there - base) * (size / PROBE_M))
-        return np.hstack(out)
+        sides = [[own for piece in made if piece.force is force and (own := piece.functions[k]) is not None]
+                 for force in (True, False)]  # fmt: skip
+        out = np.empty((run.time_s.size, sum(own.shape[1] for side in sides for own in side)))
+        base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
+        for force, columns in zip((True, False), map(np.hstack, sides), strict=True):
+            for first in range(0, columns.shape[1], TOGETHER):
+                some = columns[:, first : first + TOGETHER]
+                size = np.max(np.abs(some), axis=0) + 1e-300
+                if force:
+                    there, probe = problem.varied(theta, f, k, forcing=PROBE_M_S2 * some / size), PROBE_M_S2
+                else:
+                    scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * some
+                    there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
+                    probe = PROBE_M
+                np.multiply(there - base, size / probe, out=out[:, done : (done := done + some.shape[1])])
+        return out
 
     with ThreadPoolExecutor(2) as pool:
         return list(pool.map(of, range(len(problem.runs))))

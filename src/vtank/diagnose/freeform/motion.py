@@ -33,7 +33,9 @@ def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
 class Motion:
     """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,).
 
-    lag_s: of the thrust behind the input.
+    lag_s: of the thrust behind the input; past: whether a rate is that of the step before an instant, which no later
+    input has touched. A controller answers to the noise of a reading at once: what goes with a reading's error must not
+    know that answer.
     """
 
     t: np.ndarray
@@ -42,11 +44,12 @@ class Motion:
     z: np.ndarray
     n: np.ndarray
     lag_s: float
+    past: bool = False
 
     @cached_property
     def variables(self) -> dict[str, np.ndarray]:
         """What a missing term may depend on, by name."""
-        a = _rate(self.t, self.u)
+        a = _rate(self.t, self.u, self.past)
         found = {"speed": self.u, "input": self.n, "place": self.x, "time": self.t - self.t[0], "acceleration": a}
         for memory in MEMORIES_S:
             found[f"speed of the last {memory:g} s"] = faded(self.t, self.u, memory)
@@ -79,14 +82,22 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
             fed[2], states[2] = (np.array([thrust_target(*at, p) for at in zip(*pair, strict=True)]) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
         out.append(
-            (Motion(run.input_time_s, x, u, z, run.input, lag_s), Motion(run.time_s, xm, um, zm, held_input, lag_s))
+            (
+                Motion(run.input_time_s, x, u, z, run.input, lag_s),
+                Motion(run.time_s, xm, um, zm, held_input, lag_s, past=True),
+            )
         )
     return out
 
 
-def _rate(t: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """d/dt of what is sampled at t; zero where there is one sample."""
-    return np.gradient(values, t) if t.size > 1 and np.all(np.diff(t) > 0.0) else np.zeros(t.size)
+def _rate(t: np.ndarray, values: np.ndarray, past: bool = False) -> np.ndarray:
+    """d/dt of what is sampled at t, about each instant or over the step before it; zero where there is one sample."""
+    if t.size < 2 or np.any(np.diff(t) <= 0.0):
+        return np.zeros(t.size)
+    if not past:
+        return np.asarray(np.gradient(values, t))
+    rate = np.diff(values) / np.diff(t)
+    return np.concatenate([rate[:1], rate])
 
 
 @law

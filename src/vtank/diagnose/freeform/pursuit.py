@@ -26,13 +26,13 @@ from ..score import Linearised, linearise
 from .dictionary import Piece, changes, pieces
 
 SIZES = np.logspace(
-    0.5, 2.5, 5
-)  # [-] whitened norm of a group's change: what would be seen, up to what cannot be missed
+    1.0, 2.5, 4
+)  # [-] whitened norm of a group's change: from what can be seen to what cannot be missed
 TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
 BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
 MOST = 12  # groups found at most; for the time it takes
-KINDS = ("function", "run", "window", "line")  # each has an even share of the prior
+KINDS = ("function", "run", "window", "event", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
 LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24)  # of windows, in bins
 
@@ -118,12 +118,14 @@ class Freeform:
 
     def by_run(self) -> dict[str, np.ndarray]:
         """Own parameters that differ from run to run, by slot: their values in every run, shape (R,)."""
-        p, out = self.fit.vector(), {}
+        p = self.fit.vector()
+        out: dict[str, np.ndarray] = {}
         for c in self.components:
             if c.own:
                 name = OWN[c.about]
                 factor = {"drag": 1.0, "thrust": p[slot(name)], "lag": -1.0}[c.about]  # a longer lag: less of dz/dt
-                out[name] = p[slot(name)] + factor * c.coefficients
+                there = np.array([np.any(functions, axis=0) for functions in c.functions])
+                out[name] = out.get(name, p[slot(name)]) + factor * (there @ c.coefficients)
         return out
 
     def varying(self) -> tuple[tuple[str, float, float], ...]:
@@ -207,11 +209,15 @@ class _Group:
 
 @dataclass(frozen=True)
 class _Tried:
-    """Groups side by side: their gains and deviations, shapes (G,), and each when it is asked for."""
+    """Groups side by side: their gains and deviations, shapes (G,), each when it is asked for, and how many there were.
+
+    Those that were left out beforehand have been looked at as well.
+    """
 
     gains: np.ndarray
     sizes: np.ndarray
     group: Callable[[int], _Group]
+    looked: int
 
 
 class _Pursuit:
@@ -302,7 +308,7 @@ class _Pursuit:
         tried["run"] = self._by_run()
         weighed = []
         for some in tried.values():
-            paid = np.log(len(KINDS) * max(sum(one.gains.size for one in some), 1))
+            paid = np.log(len(KINDS) * max(sum(one.looked for one in some), 1))
             weighed += [(one.gains - paid, one) for one in some if one.gains.size]
         gains, one = max(weighed, key=lambda pair: float(np.max(pair[0])))
         j = int(np.argmax(gains))
@@ -315,16 +321,21 @@ class _Pursuit:
         A, b = self._left(i)
         gains, sizes = evidence(A, b, np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0))
 
+        if piece.events:
+            gains = np.minimum(gains, evidence(*_alone(piece.events.lean))[0])
+
         def group(j: int) -> _Group:
             pick = np.zeros((piece.each, self._own(i, runs[0]).shape[1]))
             pick[:, j * piece.each : (j + 1) * piece.each] = np.eye(piece.each)
+            if piece.events:
+                return _Group("window", piece, ((runs[0], pick),), (runs[0], *piece.events.spans[j]))
             if piece.kind == "function":
                 return _Group("function", piece, tuple((k, pick) for k in runs))
             apart = np.eye(len(runs))
             combine = tuple((k, np.kron(apart[n][:, None], pick)) for n, k in enumerate(runs))
             return _Group("line", piece, combine, frequency=float(piece.frequencies[j]))
 
-        return _Tried(gains, sizes, group)
+        return _Tried(gains, sizes, group, piece.events.looked if piece.events else gains.size)
 
     def _windows(self, i: int) -> _Tried:
         """All windows of a term in one run."""
@@ -342,7 +353,7 @@ class _Pursuit:
             window = k, float(piece.edges[lo[j]]), float(piece.edges[hi[j]])
             return _Group("window", piece, ((k, pick),), window)
 
-        return _Tried(gains, sizes, group)
+        return _Tried(gains, sizes, group, gains.size)
 
     def _by_run(self) -> list[_Tried]:
         """Own terms, each with a factor of its own in every run."""
@@ -351,18 +362,21 @@ class _Pursuit:
             if piece.kind == "window" and piece.force:
                 by_term.setdefault(piece.about, []).append(i)
         count, g = len(self.columns), self.g
-        varying = [self._varying(members, g) for members in by_term.values()] if count > 1 else []
+        apart = [tuple(range(count)), *((k,) for k in range(count))] if count > 1 else []  # all of them, or one alone
+        varying = [self._varying(members, runs, g) for members in by_term.values() for runs in apart]
         wandering = [self._wandering(by_term["thrust"], g)] if self.wandering else []
         return varying + wandering
 
-    def _varying(self, members: list[int], g: np.ndarray) -> _Tried:
-        E = np.array([self.taken[k][self.where[i][k]].sum(axis=0) for k, i in enumerate(members)])
-        q = np.array([self.pull[k][self.where[i][k]].sum() for k, i in enumerate(members)])
-        raw = np.array([self.squares[i][0][0].sum() for i in members])
+    def _varying(self, members: list[int], runs: Sequence[int], g: np.ndarray) -> _Tried:
+        """An own term, by run its piece, with a factor of its own in each of some runs."""
+        pairs = [(k, members[k]) for k in runs]
+        E = np.array([self.taken[k][self.where[i][k]].sum(axis=0) for k, i in pairs])
+        q = np.array([self.pull[k][self.where[i][k]].sum() for k, i in pairs])
+        raw = np.array([self.squares[i][0][0].sum() for _, i in pairs])
         gains, sizes = evidence((np.diag(raw) - E @ E.T)[None], (E @ g - q)[None], np.array([raw.sum()]))
-        apart = np.eye(len(members))
-        combine = tuple((k, np.outer(apart[k], np.ones(self._own(i, k).shape[1]))) for k, i in enumerate(members))
-        return _Tried(gains, sizes, lambda j: _Group("run", self.pieces[members[0]], combine))
+        own = zip(pairs, np.eye(len(pairs)), strict=True)
+        combine = tuple((k, np.outer(row, np.ones(self._own(i, k).shape[1]))) for (k, i), row in own)
+        return _Tried(gains, sizes, lambda j: _Group("run", self.pieces[pairs[0][1]], combine), 1)
 
     def _wandering(self, members: list[int], g: np.ndarray) -> _Tried:
         """An own term with a factor of its own in every bin of every run: what comes and goes without a rule."""
@@ -373,7 +387,7 @@ class _Pursuit:
         ends = np.cumsum([0] + [self._own(i, k).shape[1] for k, i in enumerate(members)])
         apart = np.eye(ends[-1])
         combine = tuple((k, apart[:, ends[k] : ends[k + 1]]) for k in range(len(members)))
-        return _Tried(gains, sizes, lambda j: _Group("wander", self.pieces[members[0]], combine))
+        return _Tried(gains, sizes, lambda j: _Group("wander", self.pieces[members[0]], combine), 1)
 
     def _columns_of(self, group: _Group) -> np.ndarray:
         """Whitened columns of a group, shape (sum M, K)."""
@@ -476,6 +490,11 @@ def _inside(products: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     total = np.zeros((products.shape[0] + 1,) * 2)
     total[1:, 1:] = np.cumsum(np.cumsum(products, axis=0), axis=1)
     return np.asarray(total[hi, hi] - total[lo, hi] - total[hi, lo] + total[lo, lo])
+
+
+def _alone(deviations: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Single coefficients that are off by so many deviations, for `evidence`."""
+    return np.ones((deviations.size, 1, 1)), deviations[:, None], np.ones(deviations.size)
 
 
 def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

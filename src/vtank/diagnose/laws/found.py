@@ -12,6 +12,7 @@ import numpy as np
 
 from ...plant.formula import Formula
 from ..evidence import Fitted, Setting, evaluate
+from ..freeform import pursue
 from ..noise_floor import noise_at
 from ..prior import calibration
 from .heldout import Left, closed, floor
@@ -25,8 +26,11 @@ MOST = 3  # laws that are shown
 TRIED, CARRIED = 10, 6  # formulas of one modulator that are fitted, and formulas that are fitted to the end
 QUIETER = 0.7  # fall of the disturbance, once a law is known, from which all is weighed anew; a choice
 FORMULAS = 8.0  # [nats] log of the number of structures that were looked at
-WITHIN = 3.0  # [nats] of the best that a formula with fewer numbers may be behind and stand for it
+WITHIN = 3.0  # [nats] by which formulas that are called as good as each other differ
+SAME = 1.0  # [nats] that tell two formulas apart on average, below which they are one in two forms; a choice
 WORTH = 0.03  # share of the gap that a further factor must close; a choice
+OVER = 50.0  # [nats] left over at which nothing is left of a probability; keeps numbers finite
+UNSEEN = 0.1  # odds beforehand that a law has no form of the grammar; a choice
 NINETY = 1.644854  # deviations of a 90 % interval
 
 
@@ -39,7 +43,7 @@ class Law:
         parameters: its numbers by slot: value, interval90, unit.
         sentence: what it says.
         gap_closed: share of the gap between refit and floor of noise that it closes on stretches left out.
-        probability: that it is the law, among all that were weighed.
+        probability: that it is the law, among all that were weighed and none of these.
         tied: formulas as good as this, in text.
         fit: of the whole simulator with it.
     """
@@ -73,7 +77,8 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
     """
     ranged = channel == "sensor" and all(run.has_position for run in setting.runs)
     tables = [
-        Table(motions(fit, fitted, sensor), "range" if sensor else "force") for sensor in (False, True)[: 1 + ranged]
+        Table(motions(fit, fitted, sensor), "range" if sensor else "force", setting.runs[0].input_name)
+        for sensor in (False, True)[: 1 + ranged]
     ]
     setting, fit, found = _weighed(setting, fit, tables)
     left = Left(fit)
@@ -83,22 +88,14 @@ def laws(setting: Setting, fit: Fitted, channel: str, fitted: Sequence[np.ndarra
         return ()
     before, least = left.squares(setting), floor(setting, pairs[0][0].fit)
     shares = [closed(before, own.squares(setting), least) for _, own in pairs]
-    ranked = _spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True)])
-    chances = _chances([r.weight - own.cost for r, own, _ in ranked])
+    ranked = _distinct(_spare([(*pair, share) for pair, share in zip(pairs, shares, strict=True) if share > 0.0]))
+    if not ranked:
+        return ()
+    chances = _chances([r.weight - own.cost for r, own, _ in ranked]) * _sure(ranked[0][0])
     out = []
     for (r, _, share), chance in list(zip(ranked, chances, strict=True))[:MOST]:
         tied = tuple(o.formula.text() for o, _, _ in ranked if o is not r and abs(o.weight - r.weight) < WITHIN)
-        out.append(
-            Law(
-                r.formula,
-                numbers(r),
-                sentence(r.formula),
-                share,
-                (1.0 - calibration().doubt) * float(chance),
-                tied,
-                r.fit,
-            )
-        )
+        out.append(Law(r.formula, numbers(r), sentence(r.formula), share, float(chance), tied, r.fit))
     return tuple(out)
 
 
@@ -108,6 +105,17 @@ def _spare(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, L
         (r, own, share) for r, own, share in ranked
         if not any(within(o.formula, r.formula) and other > share - WORTH for o, _, other in ranked)
     ]  # fmt: skip
+
+
+def _distinct(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted, Left, float]]:
+    """Without formulas that say the same as a better one in another form: no recording could tell them apart."""
+    out, shown = list[tuple[Refitted, Left, float]](), list[np.ndarray]()
+    for one in ranked:
+        whitened = np.concatenate([f.innovation / np.sqrt(f.variance) for f in one[0].fit.filtered])
+        if all(0.5 * float(np.sum((whitened - other) ** 2)) > SAME for other in shown):
+            out.append(one)
+            shown.append(whitened)
+    return out
 
 
 def _weighed(setting: Setting, fit: Fitted, tables: Sequence[Table]) -> tuple[Setting, Fitted, list[Refitted]]:
@@ -135,6 +143,11 @@ def _chances(weights: Sequence[float]) -> np.ndarray:
     power = 0.5 * calibration().tempering * np.asarray(weights)
     odds = np.exp(power - np.max(power))
     return np.asarray(odds / np.sum(odds))
+
+
+def _sure(best: Refitted) -> float:
+    """Probability that the law is among these forms: what the best leaves over speaks for none of them."""
+    return (1.0 - calibration().doubt) / (1.0 + UNSEEN * float(np.exp(min(pursue(best.fit).gain, OVER))))
 
 
 def numbers(r: Refitted) -> dict[str, dict[str, Any]]:

@@ -16,17 +16,21 @@ from ...plant.formula import Factor, Memory
 from .motion import Motion
 
 SHARES = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)  # of the motion's samples that a threshold cuts off
-SHARP = {"u": 0.01, "speed": 0.01, "n": 0.3, "turning": 0.3}  # [m/s, rev/s] over which a threshold goes from 0 to 1
+SHARP = {"u": 0.01, "speed": 0.01}  # [m/s] over which a threshold goes from 0 to 1
 SOFT = 0.03  # the same over the span of any other variable; choices
+SIGN = 0.01  # [SI, or the input's unit] over which a sign changes
 LAGS_S = (0.25, 0.7, 2.0, 5.0, 12.0, 30.0)  # [s] memories that are tried
+DELAYS_S = (0.35, 0.7, 1.4, 2.8, 5.6)  # [s] delays that are tried
+PLAYS = (0.03, 0.07, 0.15, 0.3)  # of the span of a quantity, half the play that is tried
 MOST_CYCLES = 60  # of a wave within the span of its variable; a choice
 Modulator = tuple[Factor, Memory | None]
 
-SIGNED = {"u": (0.0, 0.5, 1.0, 1.5, 2.0, 3.0), "n": (0.0, 1.0, 2.0), "z": (1.0,), "a": (1.0,), "x": (1.0,)}
+POWERS = (0.0, 0.5, 1.0, 1.5, 2.0, 3.0)
+SIGNED = {"u": POWERS, "n": POWERS, "z": (1.0,), "a": (1.0,), "x": (1.0, 2.0, 3.0)}
 EVEN = {"speed": (1.0, 2.0), "turning": (1.0, 2.0)}
 CORES: tuple[tuple[Factor, ...], ...] = (
     (),
-    *((Factor(v, "signed", k, SHARP.get(v, 0.0)),) for v, powers in SIGNED.items() for k in powers),
+    *((Factor(v, "signed", k, SIGN),) for v, powers in SIGNED.items() for k in powers),
     *((Factor(v, "power", k),) for v, powers in EVEN.items() for k in powers),
 )
 RANGE_CORES = tuple(core for core in CORES if not core or core[0].variable in ("u", "speed", "x"))
@@ -39,14 +43,14 @@ def modulators(runs: Sequence[Motion], thrust: bool) -> Iterator[Modulator]:
     yield from ((Factor(v, "power", k), None) for v in names if v not in "uxnt" for k in (0.5, 1.0, 2.0))
     yield from ((Factor("gap", "power", -k), None) for k in (1.0, 2.0, 3.0))
     yield from ((Factor(v, "signed", 1.0), None) for v in ("u", "x", "t", *("n" * thrust)))
-    yield from ((Factor(v, "power", 2.0), None) for v in ("x", "t"))
+    yield from ((Factor(v, "power", k), None) for v, k in (("x", 1.0), ("x", 2.0), ("t", 2.0)))
     for v in names:
         if v != "gap":
             span = float(np.ptp(np.quantile(spread[v], (0.02, 0.98))))
             edges = np.quantile(spread[v], SHARES) if v not in "un" else (0.0, *np.quantile(spread[v], SHARES))
             for edge, way in product(edges, (1.0, -1.0)):
                 yield Factor(v, "above", float(edge), way * SHARP.get(v, SOFT * span)), None
-                if v in ("speed", "turning", "x"):
+                if v != "t":
                     yield Factor(v, "beyond", float(edge), way), None
     yield from ((Factor("gap", "decay", share * float(np.ptp(spread["gap"]))), None) for share in (0.15, 0.4, 1.0))
     longest = float(max(run.t[-1] - run.t[0] for run in runs))
@@ -67,6 +71,10 @@ def _memories(spread: dict[str, np.ndarray]) -> Iterator[Modulator]:
         if q.variable == "x":
             span = float(np.ptp(spread["x"]))
             yield from ((Factor("w", "decay", way * share * span), memory) for way in (1, -1) for share in (0.15, 0.4))
+    yield from ((Factor("w", "signed", 1.0), Memory("delays", q, delay)) for q, delay in product(kept, DELAYS_S))
+    for v, share in product(("u", "n", "x"), PLAYS):
+        memory = Memory("plays", Factor(v, "signed", 1.0), share * float(np.ptp(spread[v])))
+        yield from ((Factor(part, "signed", 1.0), memory) for part in ("w", "fresh"))
     for v in ("speed", "x", "u", "turning", "n"):
         levels = np.quantile(spread[v], (0.05, 0.2, 0.35, 0.5, 0.65, 0.8, 0.95))
         for low, high in product(levels, levels):

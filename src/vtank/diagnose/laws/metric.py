@@ -16,7 +16,7 @@ from ..evidence import Fitted
 from ..score import linearise
 
 BLOCKS = 300  # blocks of a run at most: 0.4 s of two minutes, quicker than a hull follows; a choice
-PATTERNS = 120  # patterns of force that are kept, those that show most: up to 0.5 Hz in two minutes; a choice
+PATTERNS = {"force": 120, "range": BLOCKS}  # kept, those that show most: of a force, those below 0.5 Hz; a choice
 PROBES = {"force": 1e-3, "range": 1e-3}  # [m/s2, m] of the finite differences, small enough to be linear
 SHOWN = 1e-9  # share of the largest eigenvalue below which a pattern of force is lost to rounding
 
@@ -100,9 +100,9 @@ def metric(fit: Fitted, acts: str) -> Metric:
     rows, out = np.cumsum([0] + [f.innovation.size for f in fit.filtered]), []
     for k, (run, f) in enumerate(zip(problem.runs, fit.filtered, strict=True)):
         here, count = slice(rows[k], rows[k + 1]), (run.time_s if acts == "range" else run.input_time_s).size
-        length = -(-count // BLOCKS)
-        block = np.arange(count) // length
-        step = PROBES[acts] / length * (block[:, None] == np.arange(block[-1] + 1))
+        block = np.arange(count) // -(-count // BLOCKS)
+        held = np.bincount(block)  # instants of each; the last may have fewer
+        step = PROBES[acts] / held * (block[:, None] == np.arange(held.size))
         if acts == "range":
             moved = problem.varied(theta, f, k, value=run.value[:, None] - step)
         else:
@@ -110,7 +110,8 @@ def metric(fit: Fitted, acts: str) -> Metric:
             moved = problem.varied(theta, f, k, forcing=step if push is None else push[:, None] + step)
         G = (moved - near.residual[here, None]) / PROBES[acts]
         values, vectors = np.linalg.eigh(G.T @ G)
-        size, vectors = np.sqrt(np.maximum(values, SHOWN * values[-1]))[-PATTERNS:], vectors[:, -PATTERNS:]
+        size, vectors = np.sqrt(np.maximum(values, SHOWN * values[-1])), vectors
+        size, vectors = size[-PATTERNS[acts] :], vectors[:, -PATTERNS[acts] :]
         patterns, back = (vectors * size).T, vectors / size
         left = back.T @ G.T
         out.append(Seen(patterns.astype(np.float32), left @ near.residual[here],

@@ -15,13 +15,13 @@ from ...plant.parameters import slot, vector
 from ..evidence import Fitted, Setting, weigh
 from .grammar import seen
 from .motion import Motion
+from .screen import length
 
 STEPS = 4  # of a quick fit, and of each half of one that is carried on
 LEVELS = 16  # values of a latch that are tried, since no slope leads to them
 PROMISE = 0.5  # [nats] that a further step of a quick fit must promise
 WIDE = 3.0  # prior deviation of a size over that of its score test; a choice
-FACTOR_COST = 3.0  # [nats] of a further factor: one of about twenty modulators of equal standing; a choice
-LAG_S = (0.05, 300.0)  # [s] bounds of a memory: shorter than a tick, longer than a run
+LAG_S = (0.1, 300.0)  # [s] bounds of a memory: a tick, longer than a run
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def _weighed(
     setting: Setting, fit: Fitted, formula: Formula, problem: Problem, prior: Prior, optimum: Optimum
 ) -> Refitted:
     found = weigh(setting, fit.hypothesis, problem, prior, optimum)
-    weight = found.log_evidence - FACTOR_COST * len(formula.factors)
+    weight = found.log_evidence - length(formula.factors, formula.memory)
     return Refitted(formula.moved(found.values), found, weight)
 
 
@@ -101,9 +101,12 @@ def _prior(formula: Formula, name: str, runs: Sequence[Motion]) -> tuple[float, 
     if name == f"law.{formula.acts}":
         return 0.0, WIDE * abs(value), -np.inf, np.inf
     if name.startswith("law.memory"):
-        if formula.memory and formula.memory.kind == "follows":
+        assert formula.memory
+        if formula.memory.kind in ("follows", "delays"):
             return value, value, *LAG_S
-        values = seen(runs, formula.memory.quantity.variable)  # type: ignore[union-attr]
+        values = seen(runs, formula.memory.quantity.variable)
+        if formula.memory.kind == "plays":
+            return value, value, 0.0, float(np.ptp(values))
         return value, float(np.ptp(values)) / sqrt(12.0), float(values.min()), float(values.max())
     f = formula.factors[int(name[-1]) - 1]
     if f.operation == "sine":

@@ -12,7 +12,9 @@ from .grammar import CORES, RANGE_CORES, Modulator, modulators, waves
 from .metric import Metric, blocks
 from .motion import Motion
 
-COST = 3.0  # [nats] a further number or factor must gain, about half the log of the samples that tell it; a guess
+COST = 3.0  # [nats] a further number must gain, about half the log of the samples that tell it; a guess
+FACTOR_COST = 3.0  # [nats] of a further factor, memory or level: one of about twenty of equal standing; a choice
+BROKEN_COST = 2.0  # [nats] of a power that is not whole, which laws seldom have; a choice
 BESIDE = {"speed": "u", "turning": "n", "gap": "x", "z": "n"}  # variables that are others in disguise
 
 
@@ -44,6 +46,14 @@ def screened(table: Table, metric: Metric, count: int) -> list[Promise]:
             carried = table.carry(promise.formula.factors, promise.formula.memory)
             deep += [p for p in table.scan(metric, carried) if p.worth > promise.worth]
     return simple + [p for p in _best(deep, count // 2) if structure(p.formula) not in map(structure_of, simple)]
+
+
+def length(factors: Sequence[Factor], memory: Memory | None) -> float:
+    """Description length of a formula's structure [nats]: its factors, its memory, and powers that are not whole."""
+    kept = (memory.quantity,) if memory else ()
+    levels = 2 if memory and memory.kind == "latches" else 0  # no slope tells them: the evidence does not charge them
+    broken = sum(f.operation in ("power", "signed") and f.a % 1.0 != 0.0 for f in (*factors, *kept))
+    return FACTOR_COST * (len(factors) + len(kept) + levels) + BROKEN_COST * broken
 
 
 def structure_of(promise: Promise) -> object:
@@ -86,9 +96,9 @@ def _doubled(factors: Sequence[Factor], f: Factor) -> bool:
 class Table:
     """All modulators along all runs, by blocks, and the score tests of their products."""
 
-    def __init__(self, runs: Sequence[Motion], acts: str) -> None:
-        """Work out every modulator along every run."""
-        self.runs, self.acts = runs, acts
+    def __init__(self, runs: Sequence[Motion], acts: str, fed: str) -> None:
+        """Work out every modulator along every run; fed: column of the input."""
+        self.runs, self.acts, self.fed = runs, acts, fed
         thrust, self.memories = acts == "force", dict[Memory, list[np.ndarray]]()
         singles: list[Modulator] = list(modulators(runs, thrust))
         pairs = list(waves(runs, thrust))
@@ -98,7 +108,7 @@ class Table:
         kinds: dict[object, int] = {}
         self.kind = np.array([kinds.setdefault((_bare(f), m and (m.kind, m.quantity)), len(kinds))
                               for f, m in self.all[: self.count + len(pairs)]])  # fmt: skip
-        self.cost = np.array([COST * (len(Formula(acts, (f,), m).fitted())) for f, m in
+        self.cost = np.array([COST * (len(Formula(acts, (f,), m).fitted())) + length((f,), m) for f, m in
                               self.all[: self.count + len(pairs)]])  # fmt: skip
 
     def along(self, factors: Sequence[Factor], memory: Memory | None, k: int) -> np.ndarray:
@@ -140,5 +150,5 @@ class Table:
     def promise(self, c: Carried, modulator: Modulator | None, gain: float, size: float) -> Promise:
         """Worth: the gain less what numbers and factors cost."""
         f, memory = modulator or (None, None)
-        formula = Formula(self.acts, (*c.factors, *((f,) if f else ())), c.memory or memory, size)
-        return Promise(formula, gain, gain - COST * (len(formula.fitted()) + len(formula.factors)))
+        formula = Formula(self.acts, (*c.factors, *((f,) if f else ())), c.memory or memory, size, self.fed)
+        return Promise(formula, gain, gain - COST * len(formula.fitted()) - length(formula.factors, formula.memory))

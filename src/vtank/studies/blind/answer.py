@@ -23,6 +23,7 @@ from ..stage import Stage, silent
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
 SCHEMA = "vtank.blind-answers/1"
+UNSCORED = ("parameters", "baselines")  # of a diagnosis, what no question is asked about
 AnswerCase = Callable[[Path, int, tuple[str, ...], str], dict[str, Any]]  # folder, seed, withheld effects, nominal
 
 
@@ -35,7 +36,7 @@ def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: s
     runs = [observe(run) for run in read_dataset(folder)]
     names = [effect.name for effect in CATALOGUE if effect.name not in withheld] if withheld else None
     diagnosis = diagnose(runs, load_truth(nominal).vector(), seed, names)
-    document = diagnosis.summary() | {"shrink": diagnosis.held_out, "where": diagnosis.where.document()}
+    document = {key: value for key, value in diagnosis.document.items() if key not in UNSCORED}
     return {"document": document, "model": model_text(diagnosis)}
 
 

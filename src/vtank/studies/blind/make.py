@@ -17,7 +17,7 @@ from ..processes import processes
 from ..stage import Stage, silent
 from .case import KINDS, Case, Frequencies, draw_frequencies
 from .fly import TripChunk
-from .seal import Entry, as_written, digest, seal_truth, write_index, write_runs
+from .seal import Entry, as_written, digest, finite, seal_truth, write_index, write_runs
 from .sizing import ready_case
 from .truth import truth_of
 from .vehicles import FLEET
@@ -79,13 +79,15 @@ def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent) -> Non
 
 
 def _made(order: Order, frequencies: Frequencies, number: int) -> Made:
-    """Case `number`, flown; one that hits a wall in the tank, or whose law runs away, is drawn anew."""
+    """Case `number`, flown; one that hits a wall in the tank, or whose law or refit runs away, is drawn anew."""
     attempt = -1
     for _ in range(ROUNDS):
         case, attempt = ready_case(order.seed, number, frequencies, order.familiar, attempt + 1)
         results = _flown(case)
-        if results is not None:
-            truth, held = truth_of(case, results, order.separations)
+        if results is None:
+            continue
+        truth, held = truth_of(case, results, order.separations)
+        if finite(truth):  # no model runs away on its runs
             given = [result.run for result in results[: case.experiment.given]]
             nominal = Path(FLEET[case.craft].nominal).name
             return Made(given, [h.run for h in held], truth | {"attempt": attempt}, nominal, case.withheld)

@@ -73,6 +73,14 @@ def json_bytes(document: Any) -> bytes:
     return (json.dumps(document, indent=1, sort_keys=True, allow_nan=False) + "\n").encode()
 
 
+def finite(document: Any) -> bool:
+    """Whether all its numbers are numbers, as JSON wants them."""
+    try:
+        return bool(json_bytes(document))
+    except ValueError:
+        return False
+
+
 @dataclass(frozen=True)
 class Entry:
     """A case in the index: its name, hashes of its files, effects to do without, commitment to its truth.

@@ -1,0 +1,33 @@
+"""The verdict held against the budget: what the evidence says, data left out must bear out.
+
+The evidence weighs models on data that they were fitted to, step by step ahead; the budget asks what they foretell of
+data they have not seen. Where the two disagree, nothing is decided.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .budget import Budget
+from .evidence import Setting
+from .noise_floor import plausible
+from .verdict import Verdict
+
+REPEATS = 0.1  # least share of the gap that repeats without a name and yet was denied; a choice
+
+
+def judged(verdict: Verdict, found: Budget, setting: Setting) -> Verdict:
+    """The verdict, or that it is undecided, and why."""
+    doubt = "" if verdict.kind in ("unknown", "undecided") else _doubt(verdict, found, setting)
+    return replace(verdict, kind="undecided", doubt=doubt) if doubt else verdict
+
+
+def _doubt(verdict: Verdict, found: Budget, setting: Setting) -> str:
+    """What speaks against it: "worse", "repeats" or "disturbance"; nothing where all agrees."""
+    if verdict.kind != "none" and found.verdict.interval90[1] < 0.0:
+        return "worse"
+    if verdict.kind not in ("none", "parameters"):
+        return ""
+    if any(line.kind == "repeatable" and line.interval90[0] > REPEATS for line in found.lines):
+        return "repeats"
+    return "" if setting.foreign or plausible(setting.noise, setting.usual) else "disturbance"

@@ -1,0 +1,58 @@
+"""Evidence and budget must agree, or nothing is decided."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from recorded import recordings, select
+
+from vtank.diagnose.budget import Budget, Line
+from vtank.diagnose.judged import judged
+from vtank.diagnose.selection import Selection
+from vtank.diagnose.verdict import Verdict, decide, probabilities
+from vtank.estimate.problem import Noise
+
+STILL, STORM = Noise(sigma=1e-3, correlation_time=2.0), Noise(sigma=2e-2, correlation_time=2.0)
+
+
+@pytest.fixture(scope="module")
+def known() -> tuple[Selection, Verdict]:
+    selection = select(recordings({"linear_drag.c": 0.15}), ("linear_drag",))
+    return selection, decide(selection, probabilities(selection))
+
+
+def shares(verdict: tuple[float, float], repeatable: tuple[float, float]) -> Budget:
+    """A budget of which only the intervals of two lines matter."""
+    lines = (Line("repeatable, unnamed", "repeatable", sum(repeatable) / 2, repeatable),)
+    left = Line("not explained", "unexplained", 0.0, (0.0, 0.0))
+    return Budget(lines, left, Line("the verdict", "verdict", sum(verdict) / 2, verdict), "m", 0.1, ())
+
+
+@pytest.mark.parametrize(
+    ("kind", "noise", "verdict", "repeatable", "doubt"),
+    [
+        ("effect", STILL, (0.2, 0.4), (0.3, 0.5), ""),  # part of the gap has no name, which is said beside the cause
+        ("effect", STILL, (-0.4, 0.1), (0.0, 0.0), ""),
+        ("effect", STILL, (-0.4, -0.1), (0.0, 0.0), "worse"),
+        ("varying", STILL, (-0.4, -0.1), (0.0, 0.0), "worse"),
+        ("parameters", STILL, (-0.4, -0.1), (0.0, 0.0), "worse"),
+        ("parameters", STILL, (0.2, 0.4), (0.2, 0.5), "repeats"),
+        ("parameters", STILL, (0.2, 0.4), (0.0, 0.5), ""),
+        ("none", STILL, (-0.4, -0.1), (0.0, 0.0), ""),  # nothing was fitted
+        ("none", STORM, (0.0, 0.0), (0.0, 0.0), "disturbance"),
+        ("effect", STORM, (0.2, 0.4), (0.0, 0.0), ""),
+        ("unknown", STORM, (-0.4, -0.1), (0.2, 0.5), ""),
+    ],
+)
+def test_what_the_budget_does_not_bear_out_is_undecided(
+    known: tuple[Selection, Verdict],
+    kind: str,
+    noise: Noise,
+    verdict: tuple[float, float],
+    repeatable: tuple[float, float],
+    doubt: str,
+) -> None:
+    selection, said = known
+    found = judged(replace(said, kind=kind), shares(verdict, repeatable), selection.setting.with_noise(noise))
+    assert (found.kind, found.doubt) == ("undecided" if doubt else kind, doubt)
