@@ -84,6 +84,16 @@ def test_what_the_parameters_take_up_has_no_evidence() -> None:
     assert evidence(A, np.ones((1, 2)), raw)[0][0] == -np.inf
 
 
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_what_makes_the_motion_run_away_has_no_evidence(number: float) -> None:
+    """And takes none from the others."""
+    A = np.array([np.eye(2), number * np.ones((2, 2)), np.eye(2)])
+    b = np.array([[8.0, 0.0], [1.0, 1.0], [number, 0.0]])
+    gains, sizes = evidence(A, b, np.full(3, 2.0))
+    assert gains[0] == evidence(A[:1], b[:1], np.full(1, 2.0))[0][0] > 0.0
+    assert list(gains[1:]) == [-np.inf, -np.inf] and np.all(np.isfinite(sizes))
+
+
 def leaders(pursuit: _Pursuit) -> dict[str, list[tuple[float, float, _Group]]]:
     """Of every piece, and of the terms by run, the group with the most evidence, before what it pays for the search."""
     tried: dict[str, list[_Tried]] = {kind: [] for kind in ("window", "event", "function", "line")}

@@ -503,8 +503,10 @@ def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
     A, b: what remains of the products of their columns, shape (G, K, K), and of their pull, shape (G, K);
     raw: sum of squares before, shape (G,).
     """
+    known = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(b).all(axis=1)  # else the motion with it runs away
+    A, b = np.where(known[:, None, None], A, 0.0), np.where(known[:, None], b, 0.0)
     trace = np.trace(A, axis1=1, axis2=2)
-    seen = trace > TAKEN_UP * np.maximum(raw, 1e-300)
+    seen = known & (trace > TAKEN_UP * np.maximum(raw, 1e-300))
     scale = np.sqrt(np.where(seen, trace, 1.0))
     values, vectors = np.linalg.eigh(A / (scale**2)[:, None, None])
     values = np.maximum(values, 0.0)
