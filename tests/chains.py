@@ -89,7 +89,7 @@ def force(link: Link, turn: Array, nu: Array, gravity: Array, flow: Array, rate:
     axes, at = water.drag_axes, water.centre_of_drag_m
     nu_r = nu - np.concatenate([turn.T @ flow, np.zeros(3)])
     there = np.concatenate([axes.T @ (nu_r[:3] + np.cross(nu_r[3:], at)), axes.T @ nu_r[3:]])
-    drag = -water.linear_drag * there - water.quadratic_drag * np.abs(there) * there
+    drag = -water.drag_linear * there - water.drag_quadratic * np.abs(there) * there
     drag = drag + strips(water.cross_flow, there)
     push = axes @ drag[:3]
     return total + np.concatenate([push, np.cross(at, push) + axes @ drag[3:]])
@@ -164,8 +164,8 @@ def random_water(rng: np.random.Generator, mass: float, hull: bool) -> Body:
         added_mass=added,
         displaced_kg=mass * rng.uniform(0.7, 1.3),
         centre_of_buoyancy_m=0.1 * rng.normal(size=3),
-        linear_drag=mass * rng.uniform(0.0, 0.5, 6),
-        quadratic_drag=mass * rng.uniform(0.0, 2.0, 6),
+        drag_linear=mass * rng.uniform(0.0, 0.5, 6),
+        drag_quadratic=mass * rng.uniform(0.0, 2.0, 6),
         cross_flow=(-0.6, 0.8, 3.0, 5.0) if hull else (0.0,) * 4,
         centre_of_drag_m=0.1 * rng.normal(size=3) if hull else np.zeros(3),
         drag_axes=Rotation.random(random_state=3).as_matrix() if hull else np.eye(3),

@@ -58,8 +58,9 @@ def test_a_fit_begins_inside_the_bounds_and_away_from_the_null(effect: Effect) -
             assert not q.limit or value < largest_input(runs)
 
 
-def test_all_parameters_that_a_run_has_for_itself_are_weighed() -> None:
+def test_all_parameters_that_a_run_has_for_itself_are_weighed(monkeypatch: pytest.MonkeyPatch) -> None:
     own = ("seiche.phase", "sonar_offset.o")
+    monkeypatch.setitem(PARAMETERS, own[1], replace(PARAMETERS[own[1]], per_run=True))
     model, size = Model(vector({"seiche.amplitude": 0.2}), own), GRID ** len(own)
     assert model.grid.shape == (size, null_vector().size)
     assert all(np.unique(model.grid[:, slot(name)]).size == GRID for name in own)

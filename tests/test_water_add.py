@@ -124,7 +124,7 @@ REFUSED: list[tuple[Callable[[], mujoco.MjSpec], object, dict[str, object], str]
     (spec, {"crate": Body(LOPSIDED)}, {}, "body 'crate': added_mass is not symmetric"),
     (spec, {"crate": Body(np.eye(5))}, {}, r"body 'crate': added_mass has the shape \(5, 5\); expected \(6, 6\)"),
     (spec, {"crate": Body(np.nan * FULL)}, {}, "body 'crate': added_mass has a number that is not finite"),
-    (spec, {"crate": Body(FULL, linear_drag=(-1.0,) * 6)}, {}, "body 'crate': linear_drag is negative"),
+    (spec, {"crate": Body(FULL, drag_linear=(-1.0,) * 6)}, {}, "body 'crate': drag_linear is negative"),
     (spec, CRATE, {"waves": Waves("regular", 0.1, reflection=0.5)}, "waves that a wall reflects"),
     (lambda: spec(XML.replace("<worldbody>", FORCED)), CRATE, {}, "body 'crate': no room for added mass .* 'auto'"),
     (owned, CRATE, {}, "body 'crate' has user data of its own; expected none"),

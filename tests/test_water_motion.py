@@ -85,13 +85,13 @@ def test_order_of_convergence_is_four() -> None:
 
 def smooth(body: Body | None) -> Body | None:
     """Without the corners of |u|u, which no method of fourth order sees through."""
-    return body and replace(body, quadratic_drag=(0.0,) * 6, cross_flow=(0.0,) * 4)
+    return body and replace(body, drag_quadratic=(0.0,) * 6, cross_flow=(0.0,) * 4)
 
 
 def test_free_decay_and_terminal_speed_have_their_closed_forms() -> None:
     """(m + m_A) du/dt = -q u|u|: hyperbola; under net weight W from rest: U tanh(W t/((m + m_A) U)), U = sqrt(W/q)."""
     added, q = 7.0, 30.0
-    body = Body(np.diag([added] * 3 + [0.1] * 3), displaced_kg=8.0, quadratic_drag=(q, q, q, 1.0, 1.0, 1.0))
+    body = Body(np.diag([added] * 3 + [0.1] * 3), displaced_kg=8.0, drag_quadratic=(q, q, q, 1.0, 1.0, 1.0))
     model, data = ball(body)
     data.qvel[0] = 0.8
     with water.forces():
@@ -111,7 +111,7 @@ def test_free_decay_and_terminal_speed_have_their_closed_forms() -> None:
 
 def test_linear_drag_against_a_current_decays_exponentially_to_it() -> None:
     model, data = ball(
-        Body(np.diag([5.0] * 3 + [0.1] * 3), linear_drag=(6.0,) * 3 + (0.1,) * 3), current_m_s=(0.0, 0.3, 0.0)
+        Body(np.diag([5.0] * 3 + [0.1] * 3), drag_linear=(6.0,) * 3 + (0.1,) * 3), current_m_s=(0.0, 0.3, 0.0)
     )
     with water.forces():
         mujoco.mj_step(model, data, 300)
@@ -142,7 +142,7 @@ def test_waves_are_those_of_the_orbit() -> None:
     from vtank.waves.sea import surface
 
     waves = Waves("irregular", height_m=0.4, period_s=4.0, water_depth_m=6.0, components=30)
-    model, data = ball(Body(np.zeros((6, 6)), linear_drag=(1.0,) * 6), waves=waves, seed=3)
+    model, data = ball(Body(np.zeros((6, 6)), drag_linear=(1.0,) * 6), waves=waves, seed=3)
     orbit = point(*surface(waves, np.random.default_rng(3)), -1.5, 6.0, x_m=2.0)
     data.qpos[:3] = (2.0, 5.0, -1.5)
     with water.forces():

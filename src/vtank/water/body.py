@@ -26,7 +26,7 @@ class Body:
         added_mass: shape (6, 6), symmetric, over velocity of the origin and angular velocity [kg, kg m, kg m2].
         displaced_kg: mass of the displaced water; buoyancy is that times gravity [kg].
         centre_of_buoyancy_m: shape (3,) [m].
-        linear_drag, quadratic_drag: along and about the axes of drag, shape (6,) [N/(m/s), N m/(rad/s);
+        drag_linear, drag_quadratic: along and about the axes of drag, shape (6,) [N/(m/s), N m/(rad/s);
             N/(m/s)2, N m/(rad/s)2].
         cross_flow: hindmost and foremost x of the hull [m], drag per length in sway and heave [N/(m/s)2/m]: Healey and
             Lienard's strips, in place of quadratic drag in these axes, pitch and yaw.
@@ -37,8 +37,8 @@ class Body:
     added_mass: Any
     displaced_kg: float = 0.0
     centre_of_buoyancy_m: Sequence[float] | Array = (0.0, 0.0, 0.0)
-    linear_drag: Sequence[float] | Array = (0.0,) * 6
-    quadratic_drag: Sequence[float] | Array = (0.0,) * 6
+    drag_linear: Sequence[float] | Array = (0.0,) * 6
+    drag_quadratic: Sequence[float] | Array = (0.0,) * 6
     cross_flow: Sequence[float] = (0.0,) * 4
     centre_of_drag_m: Sequence[float] | Array = (0.0, 0.0, 0.0)
     drag_axes: Any = ALONG
@@ -64,8 +64,8 @@ def of_vehicle(vehicle: Vehicle, gravity_m_s2: float) -> Body:
         added_mass=vehicle.added_mass,
         displaced_kg=vehicle.buoyancy_N / (abs(gravity_m_s2) or G_M_S2),
         centre_of_buoyancy_m=vehicle.centre_of_buoyancy_m,
-        linear_drag=vehicle.linear_drag,
-        quadratic_drag=vehicle.quadratic_drag,
+        drag_linear=vehicle.linear_drag,
+        drag_quadratic=vehicle.quadratic_drag,
     )
 
 
@@ -86,7 +86,7 @@ def row(body: Body, name: str) -> Array:
     added = field(numbers, "added_mass")
     if not np.allclose(added, added.T, rtol=1e-9, atol=1e-9 * np.abs(added).max()):
         raise InputError(f"body '{name}': added_mass is not symmetric")
-    for key in ("displaced_kg", "linear_drag", "quadratic_drag"):
+    for key in ("displaced_kg", "drag_linear", "drag_quadratic"):
         if field(numbers, key).min() < 0.0:
             raise InputError(f"body '{name}': {key} is negative; expected 0 or more")
     return numbers

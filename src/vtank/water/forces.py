@@ -89,7 +89,7 @@ def cross_flow(user: np.ndarray, nu: Wrench) -> Wrench:
 @term
 def all_drag(user: np.ndarray, nu: Wrench) -> Wrench:
     """Drag axis by axis, and across the hull, at the origin and in the axes of drag."""
-    force = drag(user[AT.linear_drag :], user[AT.quadratic_drag :], nu)
+    force = drag(user[AT.drag_linear :], user[AT.drag_quadratic :], nu)
     return add(force, cross_flow(user, nu)) if user[AT.cross_flow] != user[AT.cross_flow + 1] else force
 
 

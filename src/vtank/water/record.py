@@ -22,8 +22,8 @@ COMPONENT = (
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
     "added_mass": (6, 6),
-    "linear_drag": (6,),
-    "quadratic_drag": (6,),
+    "drag_linear": (6,),
+    "drag_quadratic": (6,),
     "centre_of_drag_m": (3,),
     "drag_axes": (3, 3),  # takes axes of drag to the body's
     "drag_is_moved": (),  # whether these two matter

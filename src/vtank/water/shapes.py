@@ -40,7 +40,7 @@ def ellipsoid(
         drag[i] = 0.5 * density_kg_m3 * drag_coefficient * math.pi * across[0] * across[1]
         strips = semi_axes_m[i] * (across[0] ** 4 + across[1] ** 4)  # 4/15: of sqrt(1 - s2) s3, twice both ways
         drag[3 + i] = 4.0 / 15.0 * density_kg_m3 * drag_coefficient * strips
-    return Body(added, mass, quadratic_drag=drag)
+    return Body(added, mass, drag_quadratic=drag)
 
 
 def ellipsoids(
