@@ -14,6 +14,7 @@ import numpy as np
 
 from .problem import Filtered, Problem
 
+ROUNDING = 1e-12  # [-] damping that keeps curvatures apart which rounding has made one
 PROMISE = 0.01  # log-likelihood that a further step must promise to be taken
 STILL = 1e-9  # the same where an optimum is wanted to the last digits that matter, and as a share of the cost
 FIRST_DAMPING, LEAST_DAMPING, STUCK = 1e-3, 1e-9, 1e9  # relative to the diagonal; at the last no step helps any more
@@ -116,4 +117,4 @@ def _move(H: np.ndarray, gradient: np.ndarray, free: np.ndarray, damping: float)
 
 def _promised(H: np.ndarray, gradient: np.ndarray, free: np.ndarray) -> float:
     """Drop of the cost that the undamped step promises."""
-    return -0.5 * float(gradient @ _move(H, gradient, free, 0.0))
+    return -0.5 * float(gradient @ _move(H, gradient, free, ROUNDING))
