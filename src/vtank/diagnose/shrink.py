@@ -20,7 +20,7 @@ import numpy as np
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED
 from .evidence import STATES, Fitted, Setting, evaluate
-from .holdout import Prediction, fraction_closed, model_of, rms, targets_of
+from .holdout import Prediction, fraction_closed, held, model_of, rms, targets_of
 from .new_data import Gaps, NewData
 from .prior import calibration
 from .selection import Selection
@@ -220,7 +220,8 @@ def log_likelihood(fit: Fitted, parts: Parts, k: int) -> float:
     run = parts.parent[k]
     f, first = fit.filtered[run], sum(f.innovation.size for f in fit.filtered[:run])
     used = fit.problem.used(run) & parts.rows[k][first : first + f.innovation.size]
-    return -0.5 * float(np.sum(f.innovation[used] ** 2 / f.variance[used] + np.log(2.0 * np.pi * f.variance[used])))
+    e, S = held(f.innovation[used]), f.variance[used]  # a simulation may have run away
+    return -0.5 * float(np.sum(e**2 / S + np.log(2.0 * np.pi * S)))
 
 
 # --- new data ----------------------------------------------------------------------------------------------------
