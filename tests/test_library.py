@@ -36,8 +36,9 @@ def test_looking_at_recordings_needs_numpy_alone() -> None:
     assert HEAVY & set(loaded("import sys, vtank; vtank.Run, vtank.load; print(*sys.modules)")) == {"numpy"}
 
 
-def test_a_diagnosis_needs_no_tank() -> None:
-    assert "mujoco" not in loaded("import sys; from vtank.diagnose import diagnosis; print(*sys.modules)")
+def test_a_diagnosis_needs_no_tank_nor_what_is_slow_to_load() -> None:
+    there = loaded("import sys; from vtank.diagnose import diagnosis; print(*sys.modules)")
+    assert not {"mujoco", "scipy.stats", "scipy.signal"} & set(there)
 
 
 @pytest.mark.parametrize(

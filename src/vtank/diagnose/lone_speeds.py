@@ -20,7 +20,7 @@ from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
 from ..estimate.observed import RANGE, Observed
-from .outliers import THRESHOLD
+from . import outliers
 from .smoothing import first_order, local_polynomial
 
 LEAST = 0.01  # share of the largest input below which nothing is flagged; a choice
@@ -82,7 +82,7 @@ class _Look:
     @property
     def spread(self) -> float:
         """Of all readings that are foretold."""
-        return _spread(self.rough[self.group != LIMITER])
+        return outliers.spread(self.rough[self.group != LIMITER])
 
     def alone(self, known: np.ndarray, n: np.ndarray) -> np.ndarray:
         """Distances, with what was known of them before, that are larger than the roughness makes likely; else 0."""
@@ -90,9 +90,11 @@ class _Look:
         for which in np.unique(self.group[self.group != LIMITER]):
             chosen = self.group == which
             if np.sum(chosen) >= MANY:
-                limit[chosen] = _spread(self.rough[chosen])
+                limit[chosen] = outliers.spread(self.rough[chosen])
         off = known + self.away
-        return np.where(np.abs(off) > np.maximum(THRESHOLD * limit, LEAST * np.max(np.abs(n), initial=0.0)), off, 0.0)
+        return np.where(
+            np.abs(off) > np.maximum(outliers.THRESHOLD * limit, LEAST * np.max(np.abs(n), initial=0.0)), off, 0.0
+        )
 
 
 def _plain(n: np.ndarray) -> _Look:
@@ -112,11 +114,6 @@ def _rough(values: np.ndarray) -> np.ndarray:
     if values.shape[0] < SMOOTH[0]:
         return np.zeros_like(values)
     return np.asarray(values - local_polynomial(values, *SMOOTH))
-
-
-def _spread(values: np.ndarray) -> float:
-    """Robust standard deviation about zero."""
-    return 1.4826 * float(np.median(np.abs(values))) if values.size else 0.0
 
 
 class _Pilot:
@@ -163,7 +160,7 @@ class _Pilot:
             H = A.T @ (A * weight[:, None])
             H[np.diag_indices_from(H)] += 1e-12 * np.trace(H) + 1e-300
             rest = b - A @ np.linalg.solve(H, A.T @ (b * weight))
-            spread = _spread(rest[free])
+            spread = outliers.spread(rest[free])
             weight = free * np.minimum(1.0, HUBER * spread / np.maximum(np.abs(rest), 1e-300))
         return spread, rest
 

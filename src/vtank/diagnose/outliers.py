@@ -36,6 +36,11 @@ NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
 
 
+def spread(values: np.ndarray) -> float:
+    """Robust standard deviation about zero; zero of no values."""
+    return 1.4826 * float(np.median(np.abs(values))) if values.size else 0.0
+
+
 def _away(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """How far each reading lies from the median of the chords between neighbours, shape (M,); 0 in steady motion.
 
@@ -134,7 +139,7 @@ def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
     (Dempster, Laird, Rubin, J. Royal Statistical Society B 39, 1977).
     """
     (_, most), (least_m, _) = (q.bounds for q in effect.parameters)
-    deviation, best = max(1.4826 * float(np.median(np.abs(e))), 1e-9), (none_seen(e.size), 0.0, 0.0)
+    deviation, best = max(spread(e), 1e-9), (none_seen(e.size), 0.0, 0.0)
     late, classes = e[e > THRESHOLD * deviation], _classes(e, deviation)
     starts = [deviation * k for k in HIDDEN] + ([float(np.median(late))] if late.size >= FEWEST else [])
     even = _mixed(*classes, deviation, 0.0, NOISE)[0]

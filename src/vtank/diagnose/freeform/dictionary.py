@@ -128,10 +128,8 @@ def _windows(k: int, moved: list[tuple[Motion, Motion]]) -> Iterator[Piece]:
 
 def _events(k: int, fit: Fitted) -> Iterator[Piece]:
     """Readings of one run that are off for a moment, shorter than the bins of windows."""
-    run, f = fit.problem.runs[k], fit.filtered[k]
-    counts = fit.problem.used(k) & (run.kind == np.min(run.kind))  # judged by range before position before speed
-    off = np.where(counts, f.innovation / np.sqrt(f.variance), np.nan)
-    found = events(run.time_s, off, SHORTEST_S)
+    run, (judging, off) = fit.problem.runs[k], _judging(fit, k)
+    found = events(run.time_s, np.where(judging & fit.problem.used(k), off, np.nan), SHORTEST_S)
     if found.spans:
         own = tuple(found.inside if i == k else None for i in range(len(fit.problem.runs)))
         yield Piece("event", SENSOR, "reading", False, own, 1, events=found)
@@ -154,9 +152,9 @@ def _waves(phase: np.ndarray) -> np.ndarray:
 def _loudest(fit: Fitted) -> np.ndarray:
     """Frequencies above the scanned at which all innovations are loudest [rad/s], shape (QUICK,) or less."""
     runs = []
-    for run, f in zip(fit.problem.runs, fit.filtered, strict=True):
-        own = run.kind == np.min(run.kind)  # judged by range before position before speed
-        runs.append((run.time_s[own], (f.innovation / np.sqrt(f.variance))[own]))
+    for k, run in enumerate(fit.problem.runs):
+        own, off = _judging(fit, k)
+        runs.append((run.time_s[own], off[own]))
     step = max(float(np.median(np.diff(t))) for t, _ in runs)
     longest = max(float(np.ptp(t)) for t, _ in runs)
     size = 2 * int(2 ** np.ceil(np.log2(max(longest / step, 2.0))))
@@ -169,6 +167,15 @@ def _loudest(fit: Fitted) -> np.ndarray:
     peak = (inner >= power[:-2]) & (inner > power[2:]) & (rad_s[1:-1] > SCANNED_RAD_S[-1])
     peaks = 1 + np.flatnonzero(peak)
     return rad_s[peaks[np.argsort(-power[peaks])][:QUICK]]
+
+
+def _judging(fit: Fitted, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """By which measurements the readings of a run are judged, range before position before speed; all innovations.
+
+    These over their deviations; shapes (M,).
+    """
+    run, f = fit.problem.runs[k], fit.filtered[k]
+    return run.kind == np.min(run.kind), f.innovation / np.sqrt(f.variance)
 
 
 def _shares(values: list[np.ndarray]) -> list[np.ndarray]:

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtri
-from scipy.stats import rankdata
+
+from ..outliers import spread
 
 LENGTHS = (3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128)  # [readings] of events, two to the octave; choices
 MOST = 4  # events of a run that are looked at; a choice
-TO_SIGMA = 1.4826  # deviation of a normal over its median absolute value
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,13 @@ class Events:
 def events(time: np.ndarray, innovation: np.ndarray, longest_s: float) -> Events:
     """Events among innovations over their deviations at these times, shapes (M,); NaN where one does not count."""
     there = np.flatnonzero(np.isfinite(innovation))
-    scores = ndtri((rankdata(innovation[there]) - 0.5) / max(there.size, 1))
+    _, place, count = np.unique(innovation[there], return_inverse=True, return_counts=True)
+    scores = ndtri((np.cumsum(count) - 0.5 * count)[place] / max(there.size, 1))  # of the middle of equal ranks
     total = np.concatenate([[0.0], np.cumsum(scores)])
     found, looked = [], 0
     for length in (n for n in LENGTHS if n < there.size // 4):
         lean = (total[length:] - total[:-length]) / np.sqrt(length)
-        lean /= max(TO_SIGMA * float(np.median(np.abs(lean))), 1.0)
+        lean /= max(spread(lean), 1.0)
         brief = time[there[length - 1 :]] - time[there[: lean.size]] < longest_s
         looked += int(np.sum(brief))
         at = np.argsort(-np.abs(lean) * brief)[: MOST * length]
