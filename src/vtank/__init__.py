@@ -25,6 +25,7 @@ if not {"OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"} & os.environ.keys():
 if TYPE_CHECKING:
     from . import water as water
     from .diagnosed import Diagnosis as Diagnosis
+    from .diagnosed import WholeDiagnosis as WholeDiagnosis
     from .effects.effect import Effect as Effect
     from .errors import InputError as InputError
     from .estimate.maximum_likelihood import Estimate as Estimate

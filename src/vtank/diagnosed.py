@@ -8,6 +8,7 @@ from shutil import get_terminal_size
 
 from .diagnose import diagnosis
 from .diagnose.model_file import model_text
+from .diagnose.whole import diagnosis as whole
 from .errors import InputError
 from .record import json_text, write_text
 
@@ -51,3 +52,38 @@ class Diagnosis(diagnosis.Diagnosis):
         from .present.page import report_html
 
         return report_html(self, self.document)
+
+
+class WholeDiagnosis(whole.WholeDiagnosis):
+    """A diagnosis of a whole vehicle that can be printed, shown in a notebook, reported and saved."""
+
+    def __str__(self) -> str:
+        """The text that `vtank diagnose` prints."""
+        from .present.whole import terminal_text
+
+        return terminal_text(self.document, min(get_terminal_size((100, 24)).columns, WIDEST))
+
+    def _repr_html_(self) -> str:
+        """The report, in a frame of its own."""
+        return f'<iframe style="width: 100%; height: 80vh; border: 0" srcdoc="{escape(self._page())}"></iframe>'
+
+    def report(self, path: Path | str) -> None:
+        """Write the report, one HTML file that loads nothing; InputError where it cannot be written."""
+        write_text(path, self._page())
+
+    def save(self, path: Path | str, law: int = 0) -> None:
+        """Write the diagnosed simulator as TOML, for `predict`; InputError for a law, which there is none."""
+        from .diagnose.whole.model_file import model_text
+
+        if law:
+            raise InputError(f"no law {law}: the diagnosis of a whole vehicle has none")
+        write_text(path, model_text(self))
+
+    def write_json(self, path: Path | str) -> None:
+        """Write `document` as JSON, schema vtank.diagnosis/2; InputError as `report`."""
+        write_text(path, json_text(self.document))
+
+    def _page(self) -> str:
+        from .present.whole import report_html
+
+        return report_html(self, json_text(self.document))

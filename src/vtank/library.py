@@ -13,10 +13,11 @@ from .record import Run, read_dataset, read_run
 if TYPE_CHECKING:
     import numpy as np
 
-    from .diagnosed import Diagnosis
+    from .diagnosed import Diagnosis, WholeDiagnosis
     from .effects.effect import Effect
     from .estimate.maximum_likelihood import Estimate
     from .plant.truth import Truth
+    from .plant.vehicle import Vehicle
 
 NOMINAL = "paper-ii"  # the simulator that is diagnosed where none is named
 
@@ -78,23 +79,33 @@ def identify(runs: Iterable[Run], model: str = "II", process_noise: bool | None 
 
 def diagnose(
     runs: Iterable[Run],
-    nominal: str | Path | Truth | np.ndarray | None = None,
+    nominal: str | Path | Truth | Vehicle | np.ndarray | None = None,
     seed: int = 0,
     effects: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
-) -> Diagnosis:
+    axes: Sequence[str] | None = None,
+) -> Diagnosis | WholeDiagnosis:
     """Where runs and a nominal simulator part, which effect causes it, and how far the gap shrinks once it is added.
 
     nominal: a truth preset, its name or the path of its TOML file, a parameter vector, shape (P,), or "none" for a
-    foreign vehicle, whose own refit is the simulator; left out, the Phoenix of paper-ii, and it is said.
-    effects: to consider (default: the whole catalogue).
+    foreign vehicle, whose own refit is the simulator; left out, the Phoenix of paper-ii, and it is said. A vehicle, its
+    name or the path of its TOML file, is the simulator of a recording of a whole vehicle, with several inputs or axes.
+    effects: to consider (default: the whole catalogue); of a whole vehicle by name, or by name and place.
+    axes: of a whole vehicle, that are asked about (default: all that something tells of).
     seed: of the simulated new data. progress: told in a few words what is being done.
     InputError where runs do not go together, hold too little, or tell no parameters apart.
     """
     from .diagnose import diagnosis
-    from .diagnose.given import nominal_of, observed
-    from .diagnosed import Diagnosis
+    from .diagnose.given import nominal_of, observed, vehicle_of
+    from .diagnosed import Diagnosis, WholeDiagnosis
 
+    runs = tuple(runs)
+    vehicle = vehicle_of(nominal, runs, axes)
+    if vehicle is not None:
+        from .diagnose.whole import diagnose as diagnose_whole
+
+        whole = diagnose_whole(runs, vehicle, axes, effects, progress)
+        return WholeDiagnosis(**{field.name: getattr(whole, field.name) for field in fields(whole)})
     seen = observed(runs)
     against = nominal_of(NOMINAL if nominal is None else nominal, seen[0])
     found = diagnosis.diagnose(seen, against.p, seed, effects, progress)
@@ -107,12 +118,18 @@ def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
     """How well the simulators of a model file, written by `Diagnosis.save`, predict a run from its input alone.
 
     Returns {"unit": "m" or "m/s", "rms": {"nominal", "refit", "diagnosed"}, "floor"}: root mean square errors, and
-    what noise and turbulence leave to a model that knows everything else. InputError where model or run cannot be
+    what noise and turbulence leave to a model that knows everything else. Of a whole vehicle {"columns": {column:
+    {"nominal", "refit", "diagnosed", "noise"}}}, each in the column's unit. InputError where model or run cannot be
     read, do not go together, or hold too little.
     """
     from .diagnose.model_file import predict_gaps, read_model
+    from .diagnose.whole import model_file as whole_file
     from .estimate.observed import observe, stretches
+    from .record.table import open_table
 
+    table = open_table(Path(model))
+    if table.entries.get("schema") == whole_file.SCHEMA:
+        return whole_file.predict(table, run if isinstance(run, Run) else read_run(run))
     parts = stretches([run if isinstance(run, Run) else read_run(run)])
     return predict_gaps(read_model(model), *map(observe, parts))
 

@@ -17,7 +17,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--nominal", metavar="FILE.toml",
         help=f"simulator to be explained: a truth preset (default {NOMINAL}), the path of one, or 'none' for a foreign "
-        "vehicle, whose own refit is the simulator",
+        "vehicle, whose own refit is the simulator; of a whole vehicle its file, vehicle.toml",
+    )  # fmt: skip
+    parser.add_argument(
+        "--axes", metavar="A,B", type=lambda text: tuple(part.strip() for part in text.split(",")),
+        help="axes of a whole vehicle that are asked about, such as surge,yaw (default: all that something tells of); "
+        "the others enter as known motion where they were measured",
     )  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="OUT", help="write the findings as JSON (schema vtank.diagnosis/2)"
@@ -41,7 +46,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args.json, args.report, args.model)
     runs = load(args.dataset)
     with progress() as say:
-        found = diagnose(runs, args.nominal, args.seed, progress=say)
+        found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes)
         text = str(found)
         for path, write in (
             (args.json, found.write_json), (args.model, partial(found.save, law=args.law)), (args.report, found.report)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,7 +12,12 @@ from ..errors import InputError
 from ..estimate.observed import FEWEST, Observed, observe, stretches
 from ..plant.parameters import SIZE
 from ..plant.truth import Truth, load_truth
+from ..plant.vehicle import Vehicle, load_vehicle
 from ..record import Run
+from ..record.columns import column
+from ..record.run import INPUTS
+from ..record.table import open_table
+from ..resources import models_dir
 
 FOREIGN = "none"  # in place of a nominal: the recordings' own refit
 
@@ -55,7 +60,31 @@ class Nominal:
     mass_kg: float | None = None
 
 
-def nominal_of(nominal: str | Path | Truth | np.ndarray, run: Observed) -> Nominal:
+def vehicle_of(
+    nominal: str | Path | Truth | Vehicle | np.ndarray | None, runs: Sequence[Run], axes: Sequence[str] | None
+) -> Vehicle | None:
+    """The vehicle that is the nominal of whole-vehicle recordings; None where one input and one axis are meant.
+
+    A vehicle file is told by its [body]; a name that is a truth's as well by the columns of the runs. InputError where
+    runs are of a whole vehicle, or axes are asked about, and no vehicle is named.
+    """
+    if isinstance(nominal, Vehicle):
+        return nominal
+    single = all(set(INPUTS) & run.columns.keys() for run in runs)
+    if isinstance(nominal, str | Path) and nominal != FOREIGN:
+        path = Path(nominal)
+        named = (models_dir() / f"{nominal}.toml").is_file() and (bool(axes) or not single)
+        if named or path.suffix == ".toml" and path.is_file() and "body" in open_table(path).entries:
+            return load_vehicle(nominal)
+    if axes or (runs and not single and any(column(name) for run in runs for name in run.columns)):
+        raise InputError(
+            "recordings of a whole vehicle need its file as the simulator: --nominal vehicle.toml, in Python "
+            f'nominal="vehicle.toml"; {"found " + str(nominal) if nominal is not None else "none was given"}'
+        )
+    return None
+
+
+def nominal_of(nominal: str | Path | Truth | Vehicle | np.ndarray, run: Observed) -> Nominal:
     """The nominal simulator; InputError if it cannot be read, or cannot be driven by the input of the run.
 
     nominal: a truth preset, its name or path, a parameter vector, shape (P,), or "none" for a foreign vehicle.
@@ -66,6 +95,7 @@ def nominal_of(nominal: str | Path | Truth | np.ndarray, run: Observed) -> Nomin
         return Nominal("given parameters", nominal)
     if nominal == FOREIGN:
         return Nominal(FOREIGN, None)
+    assert not isinstance(nominal, Vehicle), "a vehicle is the nominal of whole-vehicle recordings"
     truth = nominal if isinstance(nominal, Truth) else load_truth(nominal)
     if run.input_name != "n_rev_s":
         raise InputError(

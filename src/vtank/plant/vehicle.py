@@ -54,6 +54,8 @@ class Vehicle:
         sensors: instruments.
         heave_N_per_m: by which a surface craft is held at its waterline, 0 for what dives [N/m].
         path: of the file it was read from.
+        centre_m: centre of gravity, body axes [m].
+        inertia: of the body about its centre of gravity, roll, pitch and yaw [kg m2], where the file gives it.
     """
 
     name: str
@@ -72,6 +74,8 @@ class Vehicle:
     sensors: tuple[Sensor, ...] = ()
     heave_N_per_m: float = 0.0
     path: Path = Path()
+    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float] | None = None
 
     @property
     def steering(self) -> tuple[Thruster, ...]:
@@ -117,6 +121,8 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         sensors=read_sensors(file.table("sensor")),
         heave_N_per_m=body.number("heave_N_per_m", 0.0, 0.0),
         path=path,
+        centre_m=body.vector("centre_of_gravity_m") if body.has("centre_of_gravity_m") else (0.0, 0.0, 0.0),
+        inertia=body.vector("inertia_kg_m2") if body.has("inertia_kg_m2") else None,
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
 

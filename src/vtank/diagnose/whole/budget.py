@@ -1,0 +1,197 @@
+"""The gap budget of a whole vehicle: whose the error of simulation is, in each measured column and in all.
+
+Each model is simulated through stretches of a recording from where its own filter stands at their beginning, with
+parameters from which the stretch has been left out (the normal equations without it), and mean squares are compared:
+what own parameters take off, what each effect takes off, what is sensor noise, and what is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...rigid.filtered import Filtered, share
+from ...rigid.fit import innovations
+from ...rigid.recorded import Recorded
+from .model import Model
+from .selection import Selection, without
+
+Array = NDArray[np.float64]
+STRETCH_S = 15.0  # [s] that a simulation runs free: long against a vehicle's own times, short of drifting off; a choice
+FOLDS = 5  # parts of time that are left out in turn where there are fewer than MANY runs; a choice
+MANY = 4
+REDRAWN, SEED = 200, 0  # of stretches, for intervals
+
+
+@dataclass(frozen=True)
+class Share:
+    """A line of the budget: share of the nominal's mean square error, and its 90 % interval."""
+
+    name: str
+    kind: str
+    share: float
+    interval90: tuple[float, float]
+
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        return {"name": self.name, "kind": self.kind, "share": self.share, "interval90": list(self.interval90)}
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """Lines in all and by column; root mean square errors by column of nominal, refit and diagnosed, and the noise."""
+
+    lines: tuple[Share, ...]
+    columns: dict[str, tuple[Share, ...]]
+    rms: dict[str, dict[str, float]]
+
+    @property
+    def left(self) -> float:
+        """Share that neither own parameters, effects nor noise explain."""
+        return sum(line.share for line in self.lines if line.kind in ("repeatable", "disturbance"))
+
+
+def ladder(selection: Selection) -> list[tuple[str, str, Model]]:
+    """Models from the nominal to the diagnosed one: what each adds, its kind, and the model."""
+    steps = [("nominal", "nominal", selection.nominal), ("own parameters", "parameters", selection.own)]
+    chain: list[tuple[str, str, Model]] = []
+    model = selection.best
+    while model.effects:
+        if len(model.effects) == 1:
+            chain.append((model.effects[0].name, "effect", model))
+            break
+        lesser = [(without(model, selection.layout, placed, selection.found), placed) for placed in model.effects]
+        smaller, placed = max(lesser, key=lambda pair: pair[0].log_evidence)
+        chain.append((placed.name, "effect", model))
+        model = smaller
+    return steps + chain[::-1]
+
+
+def budget(selection: Selection) -> Budget:
+    """The budget; simulations of every model of the ladder."""
+    steps, noise = ladder(selection), selection.best.fit.noise.variance
+    errors = share([partial(_squares, model) for _, _, model in steps])  # each (stretches, C), and counts
+    count = np.maximum(errors[0][1], 0)
+    seen = count.sum(axis=0) > 0
+    squares = np.array([e for e, _ in errors])
+    names = selection.layout.columns
+
+    def lines(weight: Array, columns: NDArray[np.bool_]) -> Array:
+        """Shares along the ladder, then what is left and noise."""
+        n = np.maximum(weight @ count, 1e-12)
+        level = np.array([np.sum((weight @ e / n / noise)[columns]) for e in squares])
+        floor = float(columns.sum())
+        total = max(level[0], 1e-12)
+        steps_ = (level[:-1] - level[1:]) / total
+        quiet = min(floor, level[-1]) / total
+        return np.concatenate([steps_, [level[-1] / total - quiet, quiet]])
+
+    rng, size = np.random.default_rng(SEED), count.shape[0]
+    draws = [np.bincount(rng.integers(size, size=size), minlength=size).astype(float) for _ in range(REDRAWN)]
+    kinds = [(name, kind) for name, kind, _ in steps[1:]]
+    repeats = bool(selection.blocks and selection.blocks[0].gain > REPEATS)
+    kinds += [("unnamed, repeats" if repeats else "disturbance", "repeatable" if repeats else "disturbance")]
+    kinds += [("sensor noise", "noise")]
+
+    def shares(columns: NDArray[np.bool_]) -> tuple[Share, ...]:
+        now = lines(np.ones(size), columns)
+        others = np.array([lines(weight, columns) for weight in draws])
+        low, high = np.percentile(others, [5.0, 95.0], axis=0)
+        return tuple(Share(name, kind, float(v), (float(a), float(b)))
+                     for (name, kind), v, a, b in zip(kinds, now, low, high, strict=True))  # fmt: skip
+
+    each = {name: shares(np.arange(len(names)) == c) for c, name in enumerate(names) if seen[c]}
+    rms = {}
+    for c in np.flatnonzero(seen):
+        root = [float(np.sqrt(e[:, c].sum() / count[:, c].sum())) for e in squares]
+        rms[names[c]] = {"nominal": root[0], "refit": root[1], "diagnosed": root[-1], "noise": float(np.sqrt(noise[c]))}
+    return Budget(shares(seen), each, rms)
+
+
+REPEATS = 4.6  # log evidence of a free-form part from which what is left is said to repeat: odds of a hundred
+
+
+def _squares(model: Model) -> tuple[Array, Array]:
+    """`free_errors` with parameters from which each part has been left out."""
+    found = replace(model.fit, base=model.vector()).filter(np.array([]))
+    folds = _folds(model)
+    return free_errors(model, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
+
+
+def free_errors(
+    model: Model, found: Sequence[Filtered] | None = None, folds: Sequence[NDArray[np.int64]] | None = None,
+    vectors: Sequence[Array] | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Sums of squared errors of free simulation through stretches, and counts, by stretch and column, (R, C).
+
+    folds: part of every measurement, and the parameters for it; by default the model's own for all.
+    """
+    fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
+    found = found or replace(fit, base=model.vector()).filter(np.array([]))
+    folds = folds or [np.zeros(run.time_s.size, dtype=np.int64) for run in fit.runs]
+    vectors, sums, counts = vectors or [model.vector()], [], []
+    for run, f, fold in zip(fit.runs, found, folds, strict=True):
+        stretch = _stretches(run.time_s - run.late)
+        for part in np.unique(fold):
+            e = _free(run, vectors[part], f, stretch, fit.noise.memory_s)
+            for s in np.unique(stretch[fold == part]):
+                mine = (stretch == s) & (fold == part) & f.counts
+                sums.append(np.bincount(run.column[mine], e[mine] ** 2, columns))
+                counts.append(np.bincount(run.column[mine], minlength=columns))
+    return np.array(sums), np.array(counts)
+
+
+def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memory_s: float) -> Array:
+    """Measured less simulated, (M,), begun anew in each stretch where the filter stands, without its disturbance."""
+    track, restart = np.empty((run.time_s.size, 18)), np.full((run.time_s.size, 18), np.nan)
+    innovations(run, p, f.gain, memory_s, track=track)
+    order = run.steps.which
+    first = np.flatnonzero(np.diff(stretch[order])) + 1
+    restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0
+    e = innovations(run, p, np.zeros_like(f.gain), memory_s, restart=restart)
+    return np.where(f.counts & np.isfinite(e), e, 0.0)
+
+
+def _stretches(time_s: Array) -> NDArray[np.int64]:
+    """Number of the stretch of each measurement."""
+    span = float(np.ptp(time_s)) or 1.0
+    many = max(1, round(span / STRETCH_S))
+    return np.minimum(((time_s - time_s.min()) / span * many).astype(int), many - 1)
+
+
+def _folds(model: Model) -> list[NDArray[np.int64]]:
+    """Which part every measurement belongs to that is left out at a time: whole runs, or parts of time."""
+    runs = model.fit.runs
+    if len(runs) >= MANY:
+        return [np.full(run.time_s.size, k) for k, run in enumerate(runs)]
+    found = []
+    for k, run in enumerate(runs):
+        stretch = _stretches(run.time_s - run.late)
+        parts = min(FOLDS, int(stretch.max()) + 1)
+        found.append(k * FOLDS + stretch * parts // (int(stretch.max()) + 1))
+    return found
+
+
+def _left_out(model: Model, found: Sequence[Filtered], folds: Sequence[NDArray[np.int64]]) -> list[Array]:
+    """Unknowns with each part left out, by one Newton step of the normal equations without it."""
+    count = max(int(fold.max()) for fold in folds) + 1
+    if not model.unknowns:
+        return [model.theta] * count
+    step = np.array([u.step for u in model.unknowns])
+    moved = [model.vector(model.theta + step * (np.arange(step.size) == i)) for i in range(step.size)]
+    J = model.fit.answers(model.vector(), moved, found) / step
+    e = np.concatenate([np.where(f.counts, f.innovation / np.sqrt(f.variance), 0.0) for f in found])
+    H = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
+    part = np.concatenate(list(folds))
+    low, high = np.array([u.low for u in model.unknowns]), np.array([u.high for u in model.unknowns])
+    thetas = []
+    for fold in range(count):
+        mine = part == fold
+        move = np.linalg.solve(H - J[mine].T @ J[mine], J[mine].T @ e[mine]) if mine.any() else 0.0
+        thetas.append(np.clip(model.theta + move, low, high))
+    return thetas

@@ -1,0 +1,174 @@
+"""A whole vehicle diagnosed: verdict with places, probabilities, budget, and everything else as plain data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...plant.vehicle import Vehicle
+from ...record.run import Run
+from ...rigid.layout import AXES
+from ...rigid.places import Placed
+from ...rigid.recorded import record
+from .budget import REPEATS, Budget, budget
+from .model import Model
+from .selection import Selection, select
+
+NAMED = 0.5  # probability that a set of effects must have to be named; below it the answer is undecided; a choice
+RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
+BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
+PER_EFFECT = ("effect", "effects")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What is said.
+
+    Attributes:
+        kind: none, parameters, effect, effects, unknown or undecided.
+        effects, places: parallel, the effects that are named and where. rivals: what the data does not rule out.
+        channel: hydrodynamics, actuator, sensor or None. probability: of the kind, or of the set.
+        unexplained: where something is left that repeats and has no name. doubt: why it is undecided.
+    """
+
+    kind: str
+    effects: tuple[str, ...]
+    places: tuple[str, ...]
+    rivals: tuple[str, ...]
+    channel: str | None
+    probability: float
+    unexplained: tuple[str, ...] = ()
+    doubt: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class WholeDiagnosis:
+    """A diagnosis of a whole vehicle; `document` is all of it as plain data, schema vtank.diagnosis/2."""
+
+    vehicle: Vehicle
+    selection: Selection = field(repr=False)
+    verdict: Verdict
+    budget: Budget = field(repr=False)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def probabilities(self) -> dict[str, float]:
+        """Of none, parameters, every set that was fitted and unknown@PLACE, the most probable first."""
+        return dict(sorted(self.selection.probabilities.items(), key=lambda item: -item[1]))
+
+    @property
+    def where(self) -> dict[str, float]:
+        """Probability of each place: an axis, a thruster, an instrument, the vehicle."""
+        return places_of(self.selection)
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """As plain data."""
+        selection, best = self.selection, self.selection.best
+        noise = best.fit.noise
+        asked = [AXES[i] for i in range(6) if selection.runs[0].asked[i]]
+        shown = {name: p for name, p in self.probabilities.items() if p >= 1e-4}
+        verdict = {
+            "kind": self.verdict.kind, "effects": list(self.verdict.effects), "places": list(self.verdict.places),
+            "class": list(self.verdict.rivals), "channel": self.verdict.channel,
+            "probability": self.verdict.probability, "unexplained": list(self.verdict.unexplained),
+            "doubt": self.verdict.doubt,
+        }  # fmt: skip
+        return {
+            "schema": "vtank.diagnosis/2", "nominal": self.vehicle.name, "axes": asked,
+            "runs": [run.name for run in selection.runs], "verdict": verdict, "probabilities": shown,
+            "where": self.where, "effects": [_effect(best, placed) for placed in best.effects],
+            "parameters": _own(selection), "budget": [line.document() for line in self.budget.lines],
+            "channels": {name: {"budget": [line.document() for line in lines], "rms": self.budget.rms[name]}
+                         for name, lines in self.budget.columns.items()},
+            "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)), "memory_s": noise.memory_s,
+                            "unit": "m/s2, rad/s2"},
+            "unexplained": {"share": self.budget.left,
+                            "blocks": {block.place: block.gain for block in selection.blocks}},
+            "notes": list(self.notes),
+        }  # fmt: skip
+
+
+def _effect(model: Model, placed: Placed) -> dict[str, Any]:
+    numbers = {n.name: n for n in placed.parameters}
+    values = {name: {"value": value, "sd": sd, "unit": numbers[name].unit}
+              for name, (value, sd) in model.values(placed).items()}  # fmt: skip
+    return {"name": placed.effect, "place": placed.place, "column": placed.detail, "channel": placed.channel,
+            "sentence": placed.sentence, "values": values}  # fmt: skip
+
+
+def _own(selection: Selection) -> list[dict[str, Any]]:
+    found, best = [], selection.best
+    sd = best.sd
+    for i, unknown in enumerate(best.unknowns):
+        if not unknown.name.rpartition(".")[0]:
+            nominal = float(np.mean(unknown.base))
+            found.append({"name": unknown.name, "nominal": nominal, "value": nominal + float(best.theta[i]),
+                          "sd": float(sd[i])})  # fmt: skip
+    return found
+
+
+def places_of(selection: Selection) -> dict[str, float]:
+    """Probability that a place has an effect, named or not."""
+    found: dict[str, float] = {}
+    for name, chance in selection.probabilities.items():
+        if name in selection.sets:
+            places = {placed.place for placed in selection.sets[name].effects}
+        else:
+            places = {name.partition("@")[2]}
+        for place in places:
+            found[place] = found.get(place, 0.0) + chance
+    return {place: p for place, p in sorted(found.items(), key=lambda item: -item[1]) if p >= 1e-3}
+
+
+def verdict_of(selection: Selection, spent: Budget) -> Verdict:
+    """The verdict, from probabilities and budget."""
+    chances = dict(sorted(selection.probabilities.items(), key=lambda item: -item[1]))
+    unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
+    name, chance = next(iter(chances.items()))
+    left = tuple(block.place for block in selection.blocks if block.gain > REPEATS)
+    if sum(unknown.values()) > chance:
+        place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
+        return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
+    if name in ("none", "parameters"):
+        if left:
+            return Verdict("unknown", (), left[:1], (), _channel(selection, left[0]), 0.5, left)
+        return Verdict(name, (), (), (), None, chance)
+    model = selection.sets[name]
+    rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
+    effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
+    channels = {placed.channel for placed in model.effects}
+    kind = "effect" if len(effects) == 1 else "effects"
+    gained = sum(line.share for line in spent.lines if line.kind == "effect")
+    doubt = "" if gained > -BETTER else "worse"
+    if chance < NAMED or doubt:
+        kind = "undecided"
+    return Verdict(kind, effects, places, (name, *rivals), channels.pop() if len(channels) == 1 else None, chance, left,
+                   doubt)  # fmt: skip
+
+
+def _channel(selection: Selection, place: str) -> str | None:
+    return next((block.channel for block in (*selection.blocks_alone, *selection.blocks) if block.place == place), None)
+
+
+def diagnose(
+    runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None = None, effects: Sequence[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> WholeDiagnosis:  # fmt: skip
+    """Where recordings of a whole vehicle and its simulator part, and which effect at which place causes it.
+
+    runs: of the columns of a whole vehicle. vehicle: the nominal. axes: that are asked about (default: all that
+    something tells of); the others are known motion where they were measured. effects: names, or names at places, to
+    consider (default: all). InputError where nothing drives the vehicle or too little was measured.
+    """
+    layout, seen, notes = record(tuple(runs), vehicle, axes)
+    selection = select(layout, seen, effects, progress)
+    if progress:
+        progress("the gap budget")
+    spent = budget(selection)
+    assert math.isfinite(selection.best.cost)
+    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes)

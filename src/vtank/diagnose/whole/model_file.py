@@ -1,0 +1,101 @@
+"""The diagnosed simulator of a whole vehicle as a file, and back: the vehicle, and each number that differs from it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...plant.vehicle import Vehicle, load_vehicle
+from ...record.run import Run
+from ...record.table import Table
+from ...rigid.fit import Fit, first_noise
+from ...rigid.layout import Layout
+from ...rigid.recorded import record
+from .budget import free_errors
+from .model import Model
+
+if TYPE_CHECKING:
+    from .diagnosis import WholeDiagnosis
+
+SCHEMA = "vtank.whole/1"
+
+
+def model_text(diagnosis: WholeDiagnosis) -> str:
+    """The file: verdict, axes, noise, and the slots that own parameters and effects moved from the vehicle file's."""
+    selection = diagnosis.selection
+    names, null = selection.layout.names, selection.layout.null
+    values = {}
+    for part, model in (("refit", selection.own), ("diagnosed", selection.best)):
+        p = model.vector()
+        values[part] = {names[i]: float(p[i]) for i in np.flatnonzero(p != null)}
+    noise, verdict, document = selection.best.fit.noise, diagnosis.verdict, diagnosis.document
+    lines = [
+        "# A whole vehicle's simulator, found by vtank diagnose: what differs from the vehicle file.",
+        f"schema = {_word(SCHEMA)}",
+        f"vehicle = {_word(str(diagnosis.vehicle.path))}",
+        f"axes = {_words(document['axes'])}",
+        "",
+        "[verdict]",
+        f"kind = {_word(verdict.kind)}",
+        f"effects = {_words(verdict.effects)}",
+        f"places = {_words(verdict.places)}",
+        f"probability = {verdict.probability:.4g}",
+        "",
+        "[noise]",
+        f"sigma = [{', '.join(f'{s:.6g}' for s in noise.sigma)}]  # of the disturbance, m/s2 and rad/s2",
+        f"memory_s = {noise.memory_s:g}",
+    ]
+    for part, changed in values.items():
+        lines += ["", f"[{part}]", *(f"{_word(name)} = {value:.12g}" for name, value in changed.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _word(text: str) -> str:
+    """Text as TOML has it."""
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _words(texts: Sequence[str]) -> str:
+    return f"[{', '.join(map(_word, texts))}]"
+
+
+def predict(table: Table, run: Run) -> dict[str, Any]:
+    """Root mean square errors by column of nominal, refit and diagnosed, simulated through stretches of a run.
+
+    InputError where the file or the run cannot be used.
+    """
+    vehicle = _vehicle(table)
+    layout, runs, _ = record([run], vehicle, table.texts("axes"))
+    noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
+    fit = Fit(runs, layout.null, np.array([], np.int64), np.array([]), noise)
+    found: dict[str, dict[str, float]] = {}
+    for part in ("nominal", "refit", "diagnosed"):
+        p = layout.null if part == "nominal" else _vector(layout, table.table(part))
+        squares, counts = free_errors(Model(fit, (), (), np.array([]), p))
+        for c, name in enumerate(layout.columns):
+            if counts[:, c].sum():
+                found.setdefault(name, {})[part] = float(np.sqrt(squares[:, c].sum() / counts[:, c].sum()))
+    for c, name in enumerate(layout.columns):
+        if name in found:
+            found[name]["noise"] = float(np.sqrt(noise.variance[c]))
+    return {"columns": found}
+
+
+def _vehicle(table: Table) -> Vehicle:
+    return load_vehicle(table.text("vehicle"))
+
+
+def _vector(layout: Layout, table: Table) -> np.ndarray:
+    p = layout.null.copy()
+    for name in table.entries:
+        if name not in layout.slots:
+            if name.partition("@")[0] in ("latency", "skew", "scale", "bias", "earth") or "rotation" in name:
+                continue  # of an instrument that this run has not
+            raise InputError(f"{table.path}: {table.name}.{name}: no such parameter of {layout.vehicle.name}")
+        p[layout.slot(name)] = table.number(name)
+    return p

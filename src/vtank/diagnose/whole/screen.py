@@ -1,0 +1,127 @@
+"""Score tests over all effects at all places: what each would gain beside a fitted model, from one linearisation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...rigid.filtered import Filtered
+from ...rigid.fit import weighed
+from ...rigid.layout import Layout
+from ...rigid.places import Placed
+from .model import Model
+
+Array = NDArray[np.float64]
+STEP = 0.02  # of finite differences, as a share of a prior deviation
+
+
+@dataclass(frozen=True, eq=False)
+class Promise:
+    """What an effect promises: gain of log evidence, and where its fit may begin."""
+
+    placed: Placed
+    gain: float
+    begin: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Base:
+    """A fitted model's innovations e, (M,), and the derivative J, (M, U), that others are projected off.
+
+    whitened: J such that J'J and the priors together are one: what the model's own unknowns take up of a column c is
+    whitened (whitened' c).
+    """
+
+    e: Array
+    J: Array
+    whitened: Array
+
+    def gram(self, columns: Array) -> Array:
+        """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors."""
+        taken = self.whitened.T @ columns
+        return np.asarray(columns.T @ columns - taken.T @ taken)
+
+
+def based(model: Model, found: Sequence[Filtered]) -> Base:
+    """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
+    step, p, fit = np.array([u.step for u in model.unknowns]), model.vector(), model.fit
+    moved = [model.vector(model.theta + step * (np.arange(step.size) == i)) for i in range(step.size)]
+    e = np.concatenate([weighed(f.innovation, f) for f in found])
+    J = fit.answers(p, moved, found) / step
+    inner = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
+    whitened = np.linalg.solve(np.linalg.cholesky(inner), J.T).T if step.size else J
+    return Base(e, J, np.ascontiguousarray(whitened))
+
+
+def promises(
+    model: Model, base: Base, layout: Layout, candidates: Sequence[Placed], found: Sequence[Filtered]
+) -> list[Promise]:
+    """All candidates that are not in the model, the most promising first."""
+    taken = set(model.names)
+    p, trials = model.vector(), []
+    for placed in candidates:
+        if placed.name in taken:
+            continue
+        free = placed.parameters
+        tries = max(len(number.starts) for number in free) or 1
+        for t in range(tries):
+            begin = tuple(n.starts[min(t, len(n.starts) - 1)] if n.starts else 0.0 for n in free)
+            trials.append((placed, begin, *_sides(p, layout, placed, begin)))
+    vectors = [v for *_, sides in trials for v in sides]
+    e = base.e[:, None] + model.fit.answers(p, vectors, found)
+    best: dict[str, Promise] = {}
+    first = 0
+    for placed, begin, steps, sides in trials:
+        columns = e[:, first : first + len(sides)]
+        first += len(sides)
+        promise = _promise(placed, begin, steps, columns, base)
+        if promise is not None and (placed.name not in best or promise.gain > best[placed.name].gain):
+            best[placed.name] = promise
+    return sorted(best.values(), key=lambda promise: -promise.gain)
+
+
+def _sides(p: Array, layout: Layout, placed: Placed, begin: Sequence[float]) -> tuple[list[float], list[Array]]:
+    """Vectors with the effect at its start, and with each of its free numbers moved from there."""
+    numbers = placed.parameters
+    steps = [STEP * number.scale for number in numbers if number.scale > 0.0]
+
+    def vector(values: Sequence[float]) -> Array:
+        q = p.copy()
+        for number, value in zip(numbers, values, strict=True):
+            at = layout.at(number.slots)
+            q[at] = (p[at] if np.isfinite(number.null) else 0.0) + value
+        return q
+
+    sides = [vector(begin)]
+    for i, number in enumerate(numbers):
+        if number.scale > 0.0:
+            moved = list(begin)
+            moved[i] += STEP * number.scale
+            sides.append(vector(moved))
+    return steps, sides
+
+
+def _promise(placed: Placed, begin: tuple[float, ...], steps: list[float], sides: Array, base: Base) -> Promise | None:
+    """Gain of log evidence, linear about the start, own unknowns readapted, each number within its prior."""
+    free = [(number, b) for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
+    columns = np.column_stack([base.e, sides[:, 0], (sides[:, 1:] - sides[:, :1]) / np.array(steps)])
+    if not np.isfinite(columns).all() or not np.any(columns[:, 1:] - columns[:, :1] * ([1.0] + [0.0] * len(free))):
+        return None
+    scale = np.array([number.scale for number, _ in free])
+    start = np.array([b for _, b in free])
+    low, high = np.array([n.low for n, _ in free]), np.array([n.high for n, _ in free])
+    gram = base.gram(columns)
+    before, at_start, pull, H = gram[0, 0], gram[1, 1], gram[2:, 1], gram[2:, 2:]
+    move = -np.linalg.solve(H + np.diag(scale**-2.0), pull + start * scale**-2.0) if free else start
+    end = np.clip(start + move, low, high)
+    move = end - start
+    after = float(at_start + 2.0 * move @ pull + move @ H @ move + np.sum((end / scale) ** 2))
+    occam = 0.5 * float(np.linalg.slogdet(np.eye(scale.size) + H * np.outer(scale, scale))[1]) if free else 0.0
+    values, i = [], 0
+    for number, b in zip(placed.parameters, begin, strict=True):
+        values.append(float(end[i]) if number.scale > 0.0 else b)
+        i += number.scale > 0.0
+    return Promise(placed, 0.5 * (before - after) - occam, tuple(values))

@@ -1,0 +1,239 @@
+"""Which effects at which places explain the gap: score tests over all, fits of the promising, alone and together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...rigid.filtered import Filtered
+from ...rigid.fit import Fit, Noise, first_noise, innovations, settle
+from ...rigid.layout import Layout
+from ...rigid.places import Placed, Sizes, catalogue
+from ...rigid.recorded import Recorded
+from .model import Model, Unknown, blank, own_unknowns, refit
+from .screen import Base, Promise, based, promises
+from .unnamed import Block, errors, forces
+
+Array = NDArray[np.float64]
+FITTED = 8  # promising effects that are fitted, beside all that promise nearly as much; a choice
+NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
+STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
+MOST = 3  # effects that are named together
+PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
+IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
+ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
+FLOOR = 0.25  # share of a column's fastest scatter below which its white error is not believed
+
+
+@dataclass(frozen=True, eq=False)
+class Selection:
+    """What was found.
+
+    Attributes:
+        layout, runs, sizes, candidates: what was looked at. nominal, own: fits without effects, at the final noise.
+        best: of the sets that were fitted. sets: all of them, by names joined with +.
+        found: the filter at the best. base: its linearisation. blocks: free-form parts beside the best, blocks_alone:
+            beside own parameters alone. probabilities: by name.
+    """
+
+    layout: Layout
+    runs: tuple[Recorded, ...]
+    sizes: Sizes
+    candidates: tuple[Placed, ...]
+    nominal: Model
+    own: Model
+    best: Model
+    sets: dict[str, Model]
+    found: list[Filtered]
+    blocks: list[Block]
+    blocks_alone: list[Block]
+    probabilities: dict[str, float]
+
+
+def select(
+    layout: Layout, runs: tuple[Recorded, ...], effects: Sequence[str] | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Selection:  # fmt: skip
+    """Forward selection, with the noise level found anew beside every effect that is taken in."""
+    say = progress or (lambda text: None)
+    say("noise of the recordings")
+    noise = first_noise(runs)
+    floor = FLOOR**2 * noise.variance
+    own = own_unknowns(layout, runs[0].asked)
+    model = blank(_fit(runs, layout, noise), layout, (), own)
+    model, found = settled(model, floor)
+    sizes = sizes_of(model, found)
+    candidates = catalogue(layout, runs[0].asked, sizes)
+    if effects is not None:
+        candidates = tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
+    best, strongest = model, set[str]()
+    for _ in range(MOST):
+        own_alone = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)]) if best.effects else best
+        say(f"score tests of {len(candidates)} effects at their places")
+        base = based(best, found)
+        fitted, ranked = [], _promising(best, base, layout, candidates, found)
+        strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
+        for promise in _near(ranked):
+            say(f"fitting {promise.placed.name}")
+            fitted.append(extended(best, base, layout, promise.placed, promise.begin, found))
+        fitted.sort(key=lambda m: -m.log_evidence)
+        if not fitted or worth(fitted[0], best, own_alone, candidates) < 0.0:
+            break
+        best, found = settled(fitted[0], floor)
+    strong = tuple(placed for placed in candidates if placed.name in strongest)
+    return _judged(layout, runs, sizes, candidates, strong, own, best, found, say)
+
+
+def _fit(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
+    return Fit(runs, layout.null, np.array([], dtype=np.int64), np.array([]), noise)
+
+
+def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
+    """The fit and its noise, each at the other's, twice."""
+    for rounds in (5, 3):
+        at = replace(model.fit, base=model.vector())
+        noise, found = settle(at, np.array([]), rounds, floor)
+        model = replace(model, fit=replace(model.fit, noise=noise))
+        model = refit(model, found, model.theta)
+    return model, replace(model.fit, base=model.vector()).filter(np.array([]))
+
+
+def extended(
+    model: Model, base: Base, layout: Layout, placed: Placed, begin: Sequence[float], found: Sequence[Filtered]
+) -> Model:
+    """The model with one more effect, fitted from where its score test says."""
+    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
+    wider = blank(model.fit, layout, (*model.effects, placed), own)
+    free = [b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
+    return refit(wider, found, np.concatenate([model.theta, free]), base.J)
+
+
+def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filtered]) -> Model:
+    """The model with one effect less."""
+    left = tuple(other for other in model.effects if other is not placed)
+    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
+    keep = [i for i, u in enumerate(model.unknowns) if not u.name.startswith(placed.name + ".")]
+    return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
+
+
+def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed],
+               found: Sequence[Filtered]) -> list[Promise]:  # fmt: skip
+    """Score tests of all candidates that the model has not, the most promising first."""
+    taken = {slot for placed in model.effects for number in placed.parameters for slot in number.slots}
+    some = [c for c in candidates if not taken & {slot for number in c.parameters for slot in number.slots}]
+    ranked = promises(model, base, layout, some, found)
+    return ranked
+
+
+def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
+    """Those that are fitted."""
+    if not ranked:
+        return []
+    near = [promise for promise in ranked if promise.gain > ranked[0].gain - NEAR]
+    return ranked[: max(FITTED, min(len(near), 2 * FITTED))]
+
+
+def log_prior(model: Model, candidates: Sequence[Placed]) -> float:
+    """Prior of a set of effects: each name alike, each of its places alike."""
+    if not model.effects:
+        return float(np.log(PRIOR["parameters"] if model.unknowns else PRIOR["none"]))
+    total = float(np.log(1.0 - sum(PRIOR.values())))
+    kinds = {placed.effect for placed in candidates}
+    for n, placed in enumerate(model.effects):
+        places = sum(other.effect == placed.effect for other in candidates)
+        total -= float(np.log(len(kinds) * places)) - (float(np.log(ANOTHER)) if n else 0.0)
+    return total
+
+
+def worth(wider: Model, model: Model, own: Model, candidates: Sequence[Placed]) -> float:
+    """Log odds of a model with one more effect, at one noise.
+
+    An effect has hardly the very form that its law has here, nor has a simulator: IMPERFECT of what the effects before
+    have gained may be due to that, and is not laid to one more.
+    """
+    mimicked = IMPERFECT * max(model.log_evidence - own.log_evidence, 0.0)
+    gained = wider.log_evidence - model.log_evidence - mimicked
+    return gained + log_prior(wider, candidates) - log_prior(model, candidates)
+
+
+def _judged(
+    layout: Layout, runs: tuple[Recorded, ...], sizes: Sizes, candidates: tuple[Placed, ...],
+    strong: tuple[Placed, ...], own: list[Unknown], best: Model, found: list[Filtered], say: Callable[[str], None],
+) -> Selection:  # fmt: skip
+    """All sets near the best at its noise, and free-form parts beside it; posterior probabilities."""
+    say("rivals")
+    refitted = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
+    nominal = refit(blank(best.fit, layout, (), []), found, np.array([]))
+    sets = {"none": nominal, "parameters": refitted, _key(best): best}
+    smaller = [without(best, layout, placed, found) for placed in best.effects]
+    for model in smaller:
+        sets.setdefault(_key(model), model)
+    parents = smaller or [refitted]
+    for parent in parents:
+        base = based(parent, found)
+        for promise in _near(_promising(parent, base, layout, strong, found)):
+            model = extended(parent, base, layout, promise.placed, promise.begin, found)
+            if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
+                sets[_key(model)] = model
+    weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
+    for name, model in sets.items():
+        parts = [other for other in sets.values() if set(other.names) < set(model.names) and other.effects]
+        if parts:
+            weights[name] -= IMPERFECT * max(0.0, max(p.log_evidence for p in parts) - refitted.log_evidence)
+    top = sets[max(sets, key=lambda name: weights[name])]
+    if top is not best:
+        best = top
+        found = replace(best.fit, base=best.vector()).filter(np.array([]))
+    say("what has no name")
+    base, tracks = based(best, found), tracks_of(best, found)
+    blocks = sorted(forces(best, base, found, tracks, sizes) + errors(best, base, found, tracks, sizes),
+                    key=lambda block: -block.gain)  # fmt: skip
+    alone = blocks
+    if best.effects:
+        plain = based(refitted, found)
+        alone = sorted(forces(refitted, plain, found, tracks, sizes) + errors(refitted, plain, found, tracks, sizes),
+                       key=lambda block: -block.gain)  # fmt: skip
+    spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
+    for block in alone:
+        weights[f"unknown@{block.place}"] = refitted.log_evidence + block.gain + spread
+    level = max(weights.values())
+    total = sum(np.exp(w - level) for w in weights.values())
+    chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
+    return Selection(layout, runs, sizes, candidates, nominal, refitted, best, sets, found, blocks, alone, chances)
+
+
+def _key(model: Model) -> str:
+    return "+".join(sorted(model.names)) or "parameters"
+
+
+def tracks_of(model: Model, found: Sequence[Filtered]) -> list[Array]:
+    """States and disturbances along the filtered innovations of each run, (M, 18)."""
+    p, out = model.vector(), []
+    for run, f in zip(model.fit.runs, found, strict=True):
+        out.append(np.empty((run.time_s.size, 18)))
+        innovations(run, p, f.gain, model.fit.noise.memory_s, track=out[-1])
+    return out
+
+
+def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
+    """What the vehicle did, by which priors are scaled."""
+    p, tracks = model.vector(), tracks_of(model, found)
+    runs = model.fit.runs
+    motion = np.concatenate(tracks)
+    speed = np.sqrt(np.mean(motion[:, 6:12] ** 2, axis=0)) + 1e-4
+    away = np.sqrt(np.mean(np.concatenate([t[:, :6] - t[0, :6] for t in tracks]) ** 2, axis=0)) + 1e-3
+    hull = runs[0].hull(p)
+    inertia = np.diag(hull.body + hull.water)
+    force = np.zeros(6)
+    for run in runs:
+        force = np.maximum(force, np.sqrt(np.mean(run.drive(p).thrust ** 2, axis=0)))
+    force = np.maximum(force, 0.2 * inertia * speed)  # [1/s] an axis that no thruster pushes turns round in seconds
+    duration = float(max(np.ptp(run.time_s) for run in runs))
+    asked = np.array(
+        [max(float(np.abs(run.inputs[:, k]).max()) for run in runs) for k in range(len(runs[0].layout.pushes))]
+    )
+    return Sizes(force, speed, away, duration, float(p[runs[0].layout.slot("length@hull")]) or 1.0,
+                 runs[0].reach, np.maximum(asked, 1e-9))  # fmt: skip

@@ -1,0 +1,148 @@
+"""The diagnosis of a whole vehicle in words, tables and a picture of the vehicle on which the place lights up."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .blocks import Bars, Block, Details, Drawing, Heading, Paragraph, Table, Terms
+from .document import html, plain
+from .numbers import number, percent
+
+if TYPE_CHECKING:
+    from ..diagnose.whole.diagnosis import WholeDiagnosis
+
+Document = dict[str, Any]
+MOST = 6  # probabilities that are shown
+WIDTH, HEIGHT, ROOM = 420.0, 260.0, 30.0  # [px] of the picture
+DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better"}
+
+
+def terminal_text(document: Document, width: int) -> str:
+    """What `vtank diagnose` prints."""
+    return plain(*facts(document), width=width)
+
+
+def report_html(diagnosis: WholeDiagnosis, numbers: str) -> str:
+    """The report, one page that loads nothing."""
+    document = diagnosis.document
+    lit = dict.fromkeys(document["verdict"]["places"], 1.0) or document["where"]
+    picture = Drawing(vehicle_svg(diagnosis, lit), "The vehicle from above, bow to the right; what is named is filled")
+    blocks = [*facts(document)[:1], picture, *facts(document)[1:], *details(document),
+              Details("All numbers (JSON)", numbers)]  # fmt: skip
+    return html(f"Gap diagnosis of {document['nominal']}", blocks)
+
+
+def facts(document: Document) -> list[Block]:
+    """Verdict, probabilities, sizes and budget."""
+    items: list[tuple[str, tuple[Any, ...]]] = [
+        ("Compared", (Paragraph(f"{', '.join(document['runs'])} with {document['nominal']}: "
+                                f"{', '.join(document['axes'])}"),)),
+        ("Verdict", (Paragraph(sentence(document)),)),
+    ]  # fmt: skip
+    if document["effects"]:
+        items.append(("Sizes", (Table(("effect", "number", "value", "sd", "unit"), _sizes(document), left=2),)))
+    chances = list(document["probabilities"].items())[:MOST]
+    named = "+".join(sorted(_full(e) for e in document["effects"]))
+    items.append(("Probable", (Bars(tuple((name, p, name == named) for name, p in chances)),)))
+    items.append(("Budget", (_budget(document["budget"]),)))
+    if document["notes"]:
+        items.append(("Noticed", (Paragraph("; ".join(document["notes"]) + "."),)))
+    return [Heading(f"Gap diagnosis of {document['nominal']}", 1), Terms(tuple(items))]
+
+
+def sentence(document: Document) -> str:
+    """The verdict in a sentence or three."""
+    verdict = document["verdict"]
+    explained = sum(max(line["share"], 0.0) for line in document["budget"] if line["kind"] == "effect")
+    left = document["unexplained"]["share"]
+    said = {
+        "none": "No gap: what is left is sensor noise and a small disturbance.",
+        "parameters": "The simulator's own parameters are off; nothing else is seen.",
+        "unknown": f"Something acts that has no name here, most likely at {', '.join(verdict['places'])}.",
+        "undecided": "Undecided: " + (DOUBTS.get(verdict["doubt"]) or "several causes are about as likely") + ".",
+    }.get(verdict["kind"], "")
+    if verdict["kind"] in ("effect", "effects"):
+        names = " and ".join(f"{e['name']} at {e['place']} ({e['sentence']})" for e in document["effects"])
+        said = f"{names[:1].upper() + names[1:]}; probability {percent(verdict['probability'])}. "
+        said += f"It explains {percent(explained)} of the mean square error of simulation."
+    if verdict["kind"] in ("effect", "effects") and len(verdict["class"]) > 1:
+        said += f" This data does not rule out {', '.join(verdict['class'][1:])}."
+    if verdict["unexplained"]:
+        said += f" Something that repeats and has no name is left at {', '.join(verdict['unexplained'])}."
+    elif left > 0.1:
+        said += f" {percent(left)} of the error does not repeat and is not sensor noise."
+    return said
+
+
+def _full(effect: Document) -> str:
+    return f"{effect['name']}@{effect['place']}" + (f":{effect['column']}" if effect["column"] else "")
+
+
+def _sizes(document: Document) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        (_full(effect), name, number(v["value"]), number(v["sd"], 2), v["unit"])
+        for effect in document["effects"]
+        for name, v in effect["values"].items()
+    )
+
+
+def _budget(lines: list[Document]) -> Table:
+    rows = tuple((line["name"], percent(max(line["share"], 0.0)),
+                  " to ".join(f"{100.0 * end:.0f}" for end in line["interval90"])) for line in lines)  # fmt: skip
+    return Table(("whose error it is", "share", "90 % interval [%]"), rows)
+
+
+def details(document: Document) -> list[Block]:
+    """Own parameters, and errors by column."""
+    own = tuple(
+        (p["name"], number(p["nominal"]), number(p["value"]), number(p["sd"], 2)) for p in document["parameters"]
+    )
+    columns = tuple(
+        (name, *(number(c["rms"][key], 3) for key in ("nominal", "refit", "diagnosed", "noise")))
+        for name, c in document["channels"].items()
+    )
+    return [
+        Table(("own parameter", "vehicle file", "found", "sd"), own, title="Own parameters"),
+        Table(("column", "nominal", "refit", "diagnosed", "sensor noise"), columns,
+              title="Root mean square error of simulation, each column in its unit"),
+    ]  # fmt: skip
+
+
+def vehicle_svg(diagnosis: WholeDiagnosis, lit: dict[str, float]) -> str:
+    """The vehicle from above: hull, thrusters and their directions, fins, instruments; filled by probability."""
+    vehicle = diagnosis.vehicle
+    sensors = [(s.name, np.array(s.position_m)) for s in vehicle.sensors]
+    thrusters = [(t.name or t.site, np.array(vehicle.sites[t.site]), np.array(t.direction)) for t in vehicle.thrusters]
+    fins = [(f.name, np.array(vehicle.sites[f.site])) for f in vehicle.fins]
+    places = np.array([[0.0, 0.0, 0.0], *(p for _, p, _ in thrusters), *(p for _, p in sensors + fins),
+                       *vehicle.sites.values()])  # fmt: skip
+    reach = np.maximum(np.abs(places[:, :2]).max(axis=0), 1e-3)
+    scale = min((WIDTH / 2 - ROOM) / reach[0], (HEIGHT / 2 - ROOM) / reach[1])
+
+    def at(place: np.ndarray) -> tuple[float, float]:
+        return WIDTH / 2 + scale * float(place[0]), HEIGHT / 2 + scale * float(place[1])
+
+    def mark(name: str, place: np.ndarray, radius: float) -> str:
+        x, y = at(place)
+        filled = lit.get(name, 0.0)
+        text = f"<title>{escape(name)}: {percent(filled)}</title>"
+        return (f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="#D55E00" fill-opacity="{filled:.2f}" '
+                f'stroke="currentColor">{text}</circle><text x="{x + 8:.1f}" y="{y - 6:.1f}" font-size="10" '
+                f'fill="currentColor">{escape(name)}</text>')  # fmt: skip
+
+    parts = [f'<ellipse cx="{WIDTH / 2}" cy="{HEIGHT / 2}" rx="{scale * reach[0]:.1f}" ry="{scale * reach[1]:.1f}" '
+             f'fill="#D55E00" fill-opacity="{0.5 * lit.get("vehicle", 0.0):.2f}" stroke="currentColor"/>']  # fmt: skip
+    for name, place, direction in thrusters:
+        (x, y), (dx, dy) = at(place), 18.0 * direction[:2]
+        parts.append(f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{x + dx:.1f}" y2="{y + dy:.1f}" stroke="currentColor"/>')
+        parts.append(mark(name, place, 6.0))
+    parts += [mark(name, place, 4.0) for name, place in sensors + fins]
+    for i, axis in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw")):
+        filled = lit.get(axis, 0.0)
+        parts.append(f'<rect x="{8 + 68 * i}" y="{HEIGHT - 22}" width="62" height="18" rx="4" fill="#D55E00" '
+                     f'fill-opacity="{filled:.2f}" stroke="currentColor"/><text x="{39 + 68 * i}" y="{HEIGHT - 9}" '
+                     f'font-size="11" text-anchor="middle" fill="currentColor">{axis}</text>')  # fmt: skip
+    return f'<svg viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="vehicle">{"".join(parts)}</svg>'

@@ -1,0 +1,38 @@
+"""What a filter leaves of a run, and how work on several cores is shared out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+FAR = 8.0  # deviations beyond which a measurement is left out of fits: a spike tells of the instrument alone; a choice
+THREADS = 2  # that share simulations out; each is computed alike on any number
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered:
+    """Of one run: innovations, variances, gains, and the variance that the state explains; (M,), (M, 18)."""
+
+    innovation: Array
+    variance: Array
+    gain: Array
+    explained: Array
+
+    @property
+    def counts(self) -> NDArray[np.bool_]:
+        """Measurements that are not spikes."""
+        return np.abs(self.innovation) < FAR * np.sqrt(self.variance)
+
+
+def share(work: Sequence[Callable[[], Any]]) -> list[Any]:
+    """Results of calls that numba runs without Python's lock, in their order."""
+    if len(work) < 2:
+        return [call() for call in work]
+    with ThreadPoolExecutor(THREADS) as pool:
+        return list(pool.map(lambda call: call(), work))

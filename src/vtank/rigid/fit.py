@@ -1,0 +1,228 @@
+"""The fit of a whole vehicle to its runs: innovations, their derivatives, and the noise that goes with them.
+
+Unknowns are named slots of the layout, shared by all runs; where a run starts, its filter finds. Innovations are made
+with the gains of a filter at the present noise, so that a disturbance neither drifts a simulation off nor hides a force
+that repeats.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from . import kernels
+from .filtered import FAR, Filtered, share
+from .recorded import Recorded, channel, scatter
+from .tangent import Path, changes
+
+Array = NDArray[np.float64]
+RUNAWAY = 1e4  # deviations at which a residual is held
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s]."""
+
+    variance: Array
+    sigma: Array
+    memory_s: float = 2.0
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Runs, free slots and noise; the protocol of `estimate.optimum`.
+
+    Attributes:
+        runs: of one layout.
+        base: parameters that are not free, (P,).
+        free: indices of the free slots, (U,).
+        step: of their finite differences, (U,).
+        noise: at which the gains are made.
+    """
+
+    runs: tuple[Recorded, ...]
+    base: Array
+    free: NDArray[np.int64]
+    step: Array
+    noise: Noise
+
+    def vector(self, theta: Array) -> Array:
+        """Parameters, (P,), at the unknowns theta, (U,)."""
+        p = self.base.copy()
+        p[self.free] = theta
+        return p
+
+    def filter(self, theta: Array) -> list[Filtered]:
+        """Kalman filter along every run."""
+        p = self.vector(theta)
+        return share([partial(filtered, run, p, self.noise) for run in self.runs])
+
+    def linearise(self, theta: Array, found: Sequence[Filtered]) -> tuple[Array, Array]:
+        """Innovations over their deviations, (sum M,), and their derivative, (sum M, U), gains held."""
+        sides = [self.vector(theta)]
+        for i in range(theta.size):
+            moved = theta.copy()
+            moved[i] += self.step[i]
+            sides.append(self.vector(moved))
+        columns = self.residuals(sides, found)
+        return columns[:, 0], (columns[:, 1:] - columns[:, :1]) / self.step
+
+    def paths(self, p: Array, found: Sequence[Filtered]) -> list[Path]:
+        """The filters' paths, from which changes are followed."""
+        return [Path(run, p, f, self.noise.memory_s) for run, f in zip(self.runs, found, strict=True)]
+
+    def residuals(self, vectors: Sequence[Array], found: Sequence[Filtered]) -> Array:
+        """Innovations over their deviations at several parameter vectors, (sum M, L); 0 where one is a spike."""
+        work = [
+            partial(_answered, run, p, f, self.noise.memory_s)
+            for p in vectors
+            for run, f in zip(self.runs, found, strict=True)
+        ]
+        parts, runs = share(work), len(self.runs)
+        return np.column_stack([np.concatenate(parts[i : i + runs]) for i in range(0, len(parts), runs)])
+
+    def answers(self, p: Array, vectors: Sequence[Array], found: Sequence[Filtered]) -> Array:
+        """Change of the residuals for other parameter vectors than p, whose filter `found` is, (sum M, L).
+
+        To first order in what follows from a change (`tangent`); a new memory of the hull is simulated.
+        """
+        out, followed = changes(self.runs, p, found, self.noise.memory_s, vectors)
+        rest = np.flatnonzero(~followed)
+        if rest.size:
+            exact = self.residuals([p, *(vectors[int(i)] for i in rest)], found)
+            out[:, rest] = exact[:, 1:] - exact[:, :1]
+        return out
+
+    def log_likelihood(self, found: Sequence[Filtered]) -> float:
+        """Of the innovations that count; a spike counts as one that lies FAR off."""
+        total = 0.0
+        for f in found:
+            z = np.minimum(np.abs(f.innovation) / np.sqrt(f.variance), FAR)
+            total -= 0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
+        return total
+
+
+def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
+    return weighed(innovations(run, p, f.gain, memory_s), f)
+
+
+def weighed(innovation: Array, f: Filtered) -> Array:
+    """Innovations over their deviations; spikes are 0, what ran away is held."""
+    e = np.nan_to_num(innovation / np.sqrt(f.variance), nan=RUNAWAY, posinf=RUNAWAY, neginf=-RUNAWAY)
+    return np.where(f.counts, np.clip(e, -RUNAWAY, RUNAWAY), 0.0)
+
+
+def innovations(
+    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None,
+    restart: Array | None = None, push: Array | None = None, value: Array | None = None,
+) -> Array:  # fmt: skip
+    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`.
+
+    push: known accelerations over the steps, (N, 6); value: measurements in place of the run's, (M,).
+    """
+    out, none = np.empty(run.time_s.size), np.empty((0, kernels.SIZE))
+    drive, record = run.drive(p), run.record
+    kernels.simulate(
+        run.hull(p),
+        run.start,
+        run.steps,
+        record if value is None else record._replace(value=value),
+        drive if push is None else drive._replace(push=push),
+        gain,
+        memory_s,
+        none if restart is None else restart,
+        out,
+        none if track is None else track,
+    )
+    return out
+
+
+def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
+    """Extended Kalman filter along a run; InputError where the motion diverges."""
+    size = run.time_s.size
+    found = Filtered(np.empty(size), np.empty(size), np.zeros((size, kernels.SIZE)), np.empty(size))
+    kernels.kalman(
+        run.hull(p), run.start, run.spread, run.steps, run.record, run.drive(p), noise.variance[run.column],
+        noise.sigma * run.moves, noise.memory_s, found.innovation, found.variance, found.gain, found.explained,
+    )  # fmt: skip
+    if not np.isfinite(found.innovation).all():
+        lost = run.time_s[~np.isfinite(found.innovation)].min()
+        raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
+    return found
+
+
+def first_noise(runs: Sequence[Recorded]) -> Noise:
+    """White errors from what is faster than any hull, disturbances from how far speeds wander at all."""
+    columns = runs[0].layout.columns
+    variance = np.array(
+        [np.median([scatter(run.value[run.column == c]) for run in runs if (run.column == c).any()]) ** 2
+         for c in range(len(columns))]
+    )  # fmt: skip
+    smallest = np.array([_resolution(runs, c) for c in range(len(columns))])
+    return Noise(np.maximum(variance, smallest**2 / 12.0), np.where(runs[0].moves, FIRST_SIGMA, 0.0))
+
+
+FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
+
+
+def _resolution(runs: Sequence[Recorded], c: int) -> float:
+    """Smallest step that a column's values take [its unit]: rounding to it is noise of a twelfth of its square."""
+    values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-9 * max(float(np.abs(values).max(initial=0.0)), 1e-12)]
+    return float(gaps.min()) if gaps.size else 1e-9
+
+
+def settle(fit: Fit, theta: Array, rounds: int = 8, floor: Array | None = None) -> tuple[Noise, list[Filtered]]:
+    """Noise that agrees with the innovations, and the filter at it.
+
+    What the innovation e and the analysis residual share, E[(e - H K e) e], is the white error's variance, and
+    E[H K e e] = H P H' (Desroziers, Berre, Chapnik, Poli, Q. J. R. Meteorol. Soc. 131 (2005)): white errors follow from
+    the first, the disturbance of each axis from the second in the columns that tell of its speed.
+
+    floor: least variance of each column, (C,).
+    """
+    noise, found = fit.noise, fit.filter(theta)
+    for _ in range(rounds):
+        variance, ratio, weight = noise.variance.copy(), np.zeros(6), np.zeros(6)
+        column = np.concatenate([run.column for run in fit.runs])
+        e, S, hph = (np.concatenate(series) for series in
+                     zip(*((f.innovation, f.variance, f.explained) for f in found), strict=True))  # fmt: skip
+        keep = np.abs(e) < FAR * np.sqrt(S)
+        for c, name in enumerate(fit.runs[0].layout.columns):
+            mine = keep & (column == c)
+            if not mine.any():
+                continue
+            variance[c] = np.mean(e[mine] ** 2 * (1.0 - hph[mine] / S[mine]))
+            for axis in np.flatnonzero(TOLD[channel(name)]):
+                share_ = np.mean(hph[mine] / S[mine])
+                ratio[axis] += share_ * mine.sum() * np.mean(e[mine] ** 2 * hph[mine] / S[mine]) / np.mean(hph[mine])
+                weight[axis] += share_ * mine.sum()
+        if floor is not None:
+            variance = np.maximum(variance, floor)
+        sigma = noise.sigma * np.where(weight > 0.0, ratio / np.maximum(weight, 1e-300), 1.0)
+        change = np.abs(np.log(np.maximum(variance, 1e-300) / noise.variance)).max(initial=0.0)
+        change = max(change, float(np.abs(np.log(np.maximum(sigma, 1e-12) / np.maximum(noise.sigma, 1e-12))).max()))
+        noise = replace(noise, variance=variance, sigma=np.maximum(sigma, LEAST_SIGMA * (noise.sigma > 0.0)))
+        fit = replace(fit, noise=noise)
+        found = fit.filter(theta)
+        if change < 0.1:
+            break
+    return noise, found
+
+
+LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
+TOLD = {
+    name: np.array([axis in axes for axis in range(6)])
+    for name, axes in {
+        "range_m": (0,), "position_m": (0,), "north_m": (), "east_m": (), "depth_m": (2,), "roll_rad": (3,),
+        "pitch_rad": (4,), "heading_rad": (5,), "surge_m_s": (0,), "sway_m_s": (1,), "heave_m_s": (2,),
+        "roll_rate_rad_s": (3,), "pitch_rate_rad_s": (4,), "yaw_rate_rad_s": (5,), "accel_x_m_s2": (0,),
+        "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
+    }.items()
+}  # fmt: skip

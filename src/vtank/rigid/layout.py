@@ -1,0 +1,200 @@
+"""Every number of a whole vehicle in one vector, in blocks: the hull, each thruster, fin, instrument and column.
+
+Named QUANTITY@PLACE, as `linear_drag@yaw`, `gain@bow_port`, `latency@dvl`, `bias@dvl.surge_m_s`. What a vehicle file
+states stands in `null`; the other slots are at the value where they do nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..plant.vehicle import Vehicle
+from .push import Push
+
+Array = NDArray[np.float64]
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+G = 9.80665  # standard gravity [m/s2]
+
+# Offsets of quantities within their block; those of an axis take six slots, vectors three.
+MASS, CENTRE, INERTIA, ADDED, COUPLED = 0, 1, 4, 7, 13
+LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
+WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
+CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
+DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_PHASE, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
+HULL = 110
+DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
+DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED = 14, 15, 16, 17, 18, 19, 20, 21
+THRUSTER = 22
+AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, TURN, OFFSET, INDUCED, LATE = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13
+FIN = 14
+LATENCY, SKEW, ROTATED, SITE, EARTH = 0, 1, 2, 5, 8
+SENSOR = 9
+SCALE, BIAS = 0, 1
+COLUMN = 2
+COUPLES = {"surge": "v r", "sway": "u r", "yaw": "u v", "heave": "u q", "pitch": "u w"}
+XYZ = ("x", "y", "z")
+
+
+def _hull_names() -> list[str]:
+    along = [f"{q}@{axis}" for q in ("linear_drag", "quadratic_drag", "drag_asymmetry", "coulomb_friction", "force")
+             for axis in AXES]  # fmt: skip
+    return [
+        "mass@hull", *(f"centre_of_gravity_{i}@hull" for i in XYZ), *(f"inertia@{axis}" for axis in AXES[3:]),
+        *(f"added_mass@{axis}" for axis in AXES),
+        *(f"added_mass_{pair}@hull" for pair in ("sway_yaw", "heave_pitch", "surge_pitch", "sway_roll")),
+        *along, "weight@hull", "buoyancy@hull", *(f"centre_of_buoyancy_{i}@hull" for i in XYZ), "waterline@heave",
+        *(f"{quantity}_{i}@hull" for quantity in ("current", "pull") for i in ("north", "east", "down")),
+        "tether@hull", "coriolis@hull", "munk@hull", *(f"coupling@{axis}" for axis in COUPLES),
+        "crossflow_h@hull", "crossflow_v@hull", "length@hull",
+        *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
+        *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_phase") for axis in AXES[:3]),
+        *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ),
+    ]  # fmt: skip
+
+
+THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
+                  "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
+                  "share", "slower", "misread", "yawed", "pitched")  # fmt: skip
+FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "gain",
+             "offset", "induced_drag", "late")  # fmt: skip
+SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
+                *(f"position_{i}" for i in XYZ), "earth")  # fmt: skip
+COLUMN_NAMES = ("scale", "bias")
+COUPLED_AT = ((1, 5), (2, 4), (0, 4), (1, 3))
+
+
+class Hull(NamedTuple):
+    """Parameters (P,) for the kernels, counts of blocks, `masses`, and where the run began: place and heading (4,).
+
+    gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed.
+    """
+
+    p: Array
+    counts: NDArray[np.int64]
+    body: Array
+    water: Array
+    inverse: Array
+    home: Array
+    gears: Array
+    losing: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where each number of a vehicle and of its recorded columns stands.
+
+    Attributes:
+        vehicle: the nominal one.
+        pushes: what pushes it: its thrusters, or the wrench that was recorded.
+        sensors: names of the instruments that recorded, "" for columns without one.
+        columns: the recorded channels, with their instrument before a dot where they have one.
+    """
+
+    vehicle: Vehicle
+    pushes: tuple[Push, ...]
+    sensors: tuple[str, ...]
+    columns: tuple[str, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Of all slots, shape (P,)."""
+        blocks = [(THRUSTER_NAMES, push.name) for push in self.pushes]
+        blocks += [(FIN_NAMES, fin.name) for fin in self.vehicle.fins]
+        blocks += [(SENSOR_NAMES, name) for name in self.sensors] + [(COLUMN_NAMES, name) for name in self.columns]
+        return (*_hull_names(), *(f"{quantity}@{place}" for names, place in blocks for quantity in names))
+
+    @cached_property
+    def slots(self) -> dict[str, int]:
+        """Index of each name."""
+        return {name: i for i, name in enumerate(self.names)}
+
+    @cached_property
+    def counts(self) -> NDArray[np.int64]:
+        """Thrusters, fins, instruments, columns; for the kernels."""
+        vehicle = self.vehicle
+        return np.array([len(self.pushes), len(vehicle.fins), len(self.sensors), len(self.columns)], np.int64)
+
+    def slot(self, name: str) -> int:
+        """Index of a name; InputError for an unknown one."""
+        if name not in self.slots:
+            raise InputError(f"no parameter '{name}' of {self.vehicle.name}")
+        return self.slots[name]
+
+    @cached_property
+    def starts(self) -> tuple[int, int, int, int]:
+        """First slots of the blocks of thrusters, fins, instruments and columns."""
+        ends = np.cumsum([HULL, *(self.counts[:3] * (THRUSTER, FIN, SENSOR))])
+        return tuple(int(end) for end in ends)  # type: ignore[return-value]
+
+    @cached_property
+    def null(self) -> Array:
+        """The nominal vehicle, shape (P,)."""
+        vehicle, p = self.vehicle, np.zeros(len(self.names))
+        p[MASS], p[CENTRE : CENTRE + 3], p[INERTIA : INERTIA + 3] = vehicle.mass_kg, vehicle.centre_m, vehicle.inertia
+        p[ADDED : ADDED + 6] = np.diag(vehicle.added_mass)
+        p[COUPLED : COUPLED + 4] = [vehicle.added_mass[at] for at in COUPLED_AT]
+        p[LINEAR : LINEAR + 6], p[QUADRATIC : QUADRATIC + 6] = vehicle.linear_drag, vehicle.quadratic_drag
+        p[WEIGHT], p[BUOYANCY] = vehicle.mass_kg * G, vehicle.buoyancy_N
+        p[BUOYED : BUOYED + 3], p[WATERLINE] = vehicle.centre_of_buoyancy_m, vehicle.heave_N_per_m
+        p[CORIOLIS] = p[MUNK] = 1.0
+        p[RECOVERY : RECOVERY + 6] = 5.0  # [s] of a wake that there is not
+        p[LENGTH] = vehicle.ends_m[0] - vehicle.ends_m[1]
+        thrusters, fins, sensors, columns = self.starts
+        for k, push in enumerate(self.pushes):
+            own = p[thrusters + THRUSTER * k :][:THRUSTER]
+            own[DIRECTION : DIRECTION + 9] = *push.direction, *push.place_m, *push.couple
+            own[GAIN], own[SHARE], own[SATURATION], own[LAG] = 1.0, 1.0, np.inf, push.lag_s
+        for k, fin in enumerate(vehicle.fins):
+            own = p[fins + FIN * k :][:FIN]
+            own[AXIS : AXIS + 3], own[SEAT : SEAT + 3] = fin.axis, vehicle.sites[fin.site]
+            own[PRESSURE], own[LIFT] = 0.5 * fin.density_kg_per_m3 * fin.area_m2, fin.lift_per_rad
+            own[STALL], own[DRAG], own[TURN] = fin.stall_rad, fin.drag, 1.0
+        known = {sensor.name: sensor for sensor in vehicle.sensors}
+        for k, name in enumerate(self.sensors):
+            own = p[sensors + SENSOR * k :][:SENSOR]
+            if name in known:
+                own[LATENCY], own[ROTATED : ROTATED + 3] = known[name].latency_s, np.radians(known[name].rotation_deg)
+                own[SITE : SITE + 3] = known[name].position_m
+        p[columns + SCALE :: COLUMN] = 1.0
+        return p
+
+    def vector(self, values: dict[str, float]) -> Array:
+        """The nominal vector with some slots set, shape (P,)."""
+        p = self.null.copy()
+        for name, value in values.items():
+            p[self.slot(name)] = value
+        return p
+
+    def at(self, names: Iterable[str]) -> NDArray[np.int64]:
+        """Indices of several slots."""
+        return np.array([self.slot(name) for name in names], dtype=np.int64)
+
+
+def masses(p: Array, moved: Sequence[bool] | NDArray[np.bool_]) -> tuple[Array, Array, Array]:
+    """Mass matrices of the body and of the water, and the inverse of their sum over the axes that move; (6, 6) each.
+
+    InputError where they are not positive definite. Fossen (2011), eq. (3.44): M_RB about the body's origin.
+    """
+    m, (x, y, z) = p[MASS], p[CENTRE : CENTRE + 3]
+    S = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    body = np.block([[m * np.eye(3), -m * S], [m * S, np.diag(p[INERTIA : INERTIA + 3]) - m * S @ S]])
+    water = np.diag(p[ADDED : ADDED + 6])
+    for (i, j), value in zip(COUPLED_AT, p[COUPLED : COUPLED + 4], strict=True):
+        water[i, j] = water[j, i] = value
+    if p[TRIM]:
+        x, y, z = p[TRIM + 1 : TRIM + 4]
+        T = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        body = body + p[TRIM] * np.block([[np.eye(3), -T], [T, -T @ T]])
+    free, inverse = np.flatnonzero(moved), np.zeros((6, 6))
+    inner = (body + water)[np.ix_(free, free)]
+    if np.linalg.eigvalsh(inner)[0] <= 0.0:
+        raise InputError("body and added mass together are not positive definite")
+    inverse[np.ix_(free, free)] = np.linalg.inv(inner)
+    return body, water, inverse

@@ -1,0 +1,296 @@
+"""The catalogue of a whole vehicle: every effect at every place where it may act, with what is known of it beforehand.
+
+An effect at a place moves some slots of the layout. Sizes are scaled by what the vehicle did: forces by those that its
+thrusters made along that axis, speeds by its speeds, so that no number here belongs to one vehicle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .layout import AXES, COUPLES, XYZ, Layout
+from .readings import ACCEL, CHANNELS, ROLL_RATE
+from .recorded import channel
+
+Array = NDArray[np.float64]
+EARTH = ("north", "east", "down")
+FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
+SPEED_UNIT = ("m/s", "rad/s")
+HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect: its slots (more than one move alike), unit, prior deviation, bounds, where fits begin.
+
+    Attributes:
+        name: as in the effect's law. slots: names in the layout. unit: SI.
+        scale: prior standard deviation about `null`; 0 fixes the number at its only start.
+        null: value that does nothing, added to what the vehicle file has.
+        low, high: bounds, about the vehicle file's.
+        starts: where fits begin.
+    """
+
+    name: str
+    slots: tuple[str, ...]
+    unit: str
+    scale: float
+    low: float = -np.inf
+    high: float = np.inf
+    starts: tuple[float, ...] = ()
+    null: float = 0.0
+
+
+@dataclass(frozen=True)
+class Placed:
+    """An effect at a place.
+
+    Attributes:
+        effect, place: `linear_drag`, `yaw`. channel: hydrodynamics, actuator or sensor.
+        parameters: its numbers. sentence: what it is.
+        detail: which column of an instrument, where it is one of several.
+    """
+
+    effect: str
+    place: str
+    channel: str
+    parameters: tuple[Parameter, ...]
+    sentence: str
+    detail: str = ""
+
+    @property
+    def name(self) -> str:
+        """EFFECT@PLACE, and the column where the effect is that of one."""
+        return f"{self.effect}@{self.place}" + (f":{self.detail}" if self.detail else "")
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What the vehicle did, by axis: root mean squares of force, speed and displacement, shape (6,); duration [s]."""
+
+    force: Array
+    speed: Array
+    away: Array
+    duration_s: float
+    length_m: float
+    reach: Array
+    asked: Array
+
+
+def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: Sizes) -> tuple[Placed, ...]:
+    """Every effect at every place of a vehicle and its recordings."""
+    axes = [i for i in range(6) if asked[i]]
+    found = [placed for i in axes for placed in _axis(i, layout, sizes)]
+    found += [placed for k in range(len(layout.pushes)) for placed in _thruster(k, layout, sizes)]
+    found += [placed for fin in layout.vehicle.fins for placed in _fin(fin.name)]
+    found += [placed for sensor in layout.sensors for placed in _sensor(sensor, layout, sizes)]
+    return (*found, *_vehicle(layout, asked, sizes))
+
+
+def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
+    axis, newton, speed = AXES[i], ("N", "N m")[i > 2], SPEED_UNIT[i > 2]
+    F, U = s.force[i], s.speed[i]
+    away = ("m", "rad")[i > 2]
+
+    def one(effect: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]) -> Placed:
+        number = Parameter("size", (f"{slot}@{axis}",), unit, scale, **more)  # type: ignore[arg-type]
+        return Placed(effect, axis, HYDRODYNAMICS, (number,), words)
+
+    yield one("linear_drag", "linear_drag", f"{newton} per {speed}", 0.3 * F / U,
+              "drag grows with speed itself, which the simulator leaves out", low=0.0)  # fmt: skip
+    yield one("coulomb_friction", "coulomb_friction", newton, 0.3 * F, "something rubs with a constant force", low=0.0)
+    if layout.null[layout.slot(f"quadratic_drag@{axis}")] > 0.0:
+        yield one("drag_asymmetry", "drag_asymmetry", "-", 0.3, "the two ends do not drag alike", low=-1.0, high=1.0)
+    yield one("ambient_current", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
+    yield one("tether", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0)
+    yield one("constant_force", "force", newton, 0.3 * F, "something pushes all the time")
+    yield Placed("wake_memory", axis, HYDRODYNAMICS, (
+        Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
+        Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
+    ), "the hull meets the water again that it has set in motion")  # fmt: skip
+    if axis in COUPLES and axis in ("surge", "sway", "heave"):
+        yield one("coriolis", "coupling", "kg", 0.3 * _mass(layout, i),
+                  f"another mass turns with the hull than the simulator has: {COUPLES[axis]}")  # fmt: skip
+    if axis in ("pitch", "yaw"):
+        yield one("munk_moment", "coupling", "kg", 0.3 * _mass(layout, 1 if i == 5 else 2),
+                  f"the moment of the hull in oblique flow is another: {COUPLES[axis]}")  # fmt: skip
+
+
+def _mass(layout: Layout, i: int) -> float:
+    return float(layout.null[0] + layout.null[layout.slot(f"added_mass@{AXES[i]}")])
+
+
+def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
+    push = layout.pushes[k]
+    reach, unit = float(s.asked[k]), {"rev_s": "rev/s", "command": "-", "N": "N"}[push.column.rpartition("_")[2]
+                                     if push.column.rpartition("_")[2] in ("command", "N") else
+                                     "rev_s" if push.thruster is not None else "N"]  # fmt: skip
+
+    def one(effect: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]) -> Placed:
+        number = Parameter("size", (f"{slot}@{push.name}",), unit, scale, **more)  # type: ignore[arg-type]
+        return Placed(effect, push.name, ACTUATOR, (number,), words)
+
+    yield one("thruster_dead", "share", "-", 0.5, "it makes only part of its force, or none", low=-1.0, high=0.0,
+              starts=(-0.5, -1.0))  # fmt: skip
+    yield one("thruster_reversed", "share", "-", 0.0, "it pushes the other way", starts=(-2.0,))
+    yield one(
+        "thrust_deadband", "deadband", unit, 0.2 * reach, "below a threshold it makes no force", low=0.0, high=reach
+    )
+    yield Placed("thrust_saturation", push.name, ACTUATOR, (
+        Parameter("size", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.0, 1.2 * reach,
+                  (0.9 * reach, 0.7 * reach, 0.5 * reach), np.inf),
+    ), "beyond some input it pushes no harder")  # fmt: skip
+    yield one("thrust_asymmetry", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)
+    yield one("thrust_lag", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2,))
+    yield one("command_delay", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1,))
+    flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
+    yield one("thrust_loss", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
+              "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
+    yield one("supply_sag", "sag", "1/s", 0.3 / s.duration_s, "it pushes less and less with time", low=0.0)
+    yield one("tachometer_bias", "misread", unit, 0.1 * reach, "its recorded input is off")
+    if push.thruster is not None:
+        yield Placed("thruster_turned", push.name, ACTUATOR, (
+            Parameter("yaw", (f"yawed@{push.name}",), "rad", 0.3, -3.2, 3.2),
+            Parameter("pitch", (f"pitched@{push.name}",), "rad", 0.3, -3.2, 3.2),
+        ), "it does not push in the direction that the vehicle file has")  # fmt: skip
+
+
+def _force(layout: Layout, k: int, reach: float) -> float:
+    push = layout.pushes[k]
+    return float(np.abs(push.table(reach)[-1])) + 1e-9
+
+
+def _fin(name: str) -> Iterator[Placed]:
+    for effect, slot, unit, scale, low, words in (
+        ("fin_offset", "offset", "rad", 0.1, -1.5, "it does not stand straight when it is told to"),
+        ("fin_weak", "gain", "-", 0.5, -1.0, "it turns or lifts less than it is told to"),
+        ("fin_delay", "late", "s", 0.3, 0.0, "it obeys late"),
+        ("fin_drag", "induced_drag", "N s2/m2", 5.0, 0.0, "it drags with the square of its angle"),
+    ):
+        number = Parameter("size", (f"{slot}@{name}",), unit, scale, low)
+        yield Placed(effect, name, ACTUATOR, (number,), words)
+
+
+def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
+    columns = [column for column in layout.columns if column.rpartition(".")[0] == name]
+    channels = {channel(column): column for column in columns}
+    place = name or "recording"
+    turned = [i for i, angle in enumerate(("roll_rad", "pitch_rad", "heading_rad")) if angle in channels]
+    vectors = [kind for kind in ("surge_m_s", "roll_rate_rad_s", "accel_x_m_s2") if _three(kind) & channels.keys()]
+
+    def placed(effect: str, words: str, *numbers: Parameter, detail: str = "") -> Placed:
+        return Placed(effect, place, SENSOR_CHANNEL, numbers, words, detail)
+
+    yield placed("sensor_latency", "it is recorded late", Parameter("d", (f"latency@{name}",), "s", 0.3, 0.0, 30.0))
+    yield placed("clock_offset", "its clock is apart from the others'",
+                 Parameter("o", (f"latency@{name}",), "s", 0.3, -30.0, 0.0))  # fmt: skip
+    yield placed("clock_skew", "its clock runs slow or fast",
+                 Parameter("s", (f"skew@{name}",), "-", 0.3 / s.duration_s, -0.1, 0.1))  # fmt: skip
+    for kinds, words in ((_group(channels), "all that it reads is wrong by a factor"),):
+        if len(kinds) > 1:
+            yield placed(
+                "sensor_scale", words, Parameter("s", tuple(f"scale@{c}" for c in columns), "-", 0.2, -3.0, 3.0)
+            )
+    for kind, column in channels.items():
+        slot, several = (f"scale@{column}",), len(columns) > 1
+        if kind in ("roll_rad", "pitch_rad", "heading_rad", "accel_z_m_s2", "depth_m"):
+            continue
+        detail = column if several else ""
+        yield placed(
+            "sensor_scale", "it is wrong by a factor", Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail
+        )
+        yield placed(
+            "wrong_sign", "it has the other sign", Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail
+        )
+    for kind in ("roll_rad", "pitch_rad", "heading_rad", "depth_m"):
+        if kind in channels:
+            detail = channels[kind] if len(columns) > 1 else ""
+            slot = (f"scale@{channels[kind]}",)
+            yield placed(
+                "wrong_sign", "it has the other sign", Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail
+            )
+            if kind == "depth_m":
+                yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
+    if {"surge_m_s", "sway_m_s"} <= channels.keys():
+        yield placed("earth_axes", "velocity is recorded along north and east",
+                     Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip
+    if vectors or len(turned) == 3:
+        numbers = tuple(Parameter(angle, (f"rotation_{angle}@{name}",), "rad", 0.2, -3.2, 3.2)
+                        for angle in ("roll", "pitch", "yaw"))  # fmt: skip
+        if vectors:
+            yield placed("sensor_rotated", "it is mounted at other angles", *numbers)
+    if {"surge_m_s", "accel_x_m_s2", "north_m", "depth_m"} & channels.keys():
+        numbers = tuple(Parameter(i, (f"position_{i}@{name}",), "m", 0.3 * s.length_m, -10.0, 10.0) for i in XYZ)
+        if {"surge_m_s", "accel_x_m_s2", "north_m"} & channels.keys():
+            yield placed("sensor_displaced", "it sits elsewhere", *numbers)
+    for effect, kinds, unit, scale, words in (
+        ("gyro_bias", CHANNELS[ROLL_RATE:ACCEL], "rad/s", 0.05, "it turns where nothing turns"),
+        ("accelerometer_bias", CHANNELS[ACCEL:], "m/s2", 0.3, "it reads what is not there"),
+        ("magnetometer_bias", ("heading_rad",), "rad", 0.2, "the heading is off by an angle"),
+        ("depth_offset", ("depth_m",), "m", 0.5, "it was set to zero elsewhere"),
+        ("sonar_offset", ("range_m",), "m", 0.3, "it measures from another point"),
+    ):  # fmt: skip
+        some = [kind for kind in kinds if kind in channels]
+        if some:
+            biases = (Parameter(kind, (f"bias@{channels[kind]}",), unit, scale) for kind in some)
+            yield placed(effect, words, *biases)
+
+
+def _three(kind: str) -> set[str]:
+    return {
+        "surge_m_s": {"surge_m_s", "sway_m_s", "heave_m_s"},
+        "roll_rate_rad_s": {"roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"},
+        "accel_x_m_s2": {"accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"},
+    }[kind]
+
+
+def _group(channels: dict[str, str]) -> list[str]:
+    return [kind for kind in channels if not kind.endswith("_rad")]
+
+
+def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes) -> Iterator[Placed]:
+    L, W = max(s.length_m, 0.1), float(layout.null[layout.slot("weight@hull")])
+    mass = float(layout.null[0])
+
+    def placed(effect: str, words: str, *numbers: Parameter) -> Placed:
+        return Placed(effect, "vehicle", HYDRODYNAMICS, numbers, words)
+
+    def along(slot: str, names: Sequence[str], unit: str, scale: float, high: float) -> tuple[Parameter, ...]:
+        return tuple(Parameter(i, (f"{slot}_{i}@hull",), unit, scale, -high, high) for i in names)
+
+    if asked[3] or asked[4]:
+        yield placed("centre_of_gravity", "the centre of gravity is elsewhere",
+                     *along("centre_of_gravity", XYZ, "m", 0.03 * L, L))  # fmt: skip
+        yield placed("centre_of_buoyancy", "the centre of buoyancy is elsewhere",
+                     *along("centre_of_buoyancy", XYZ, "m", 0.03 * L, L))  # fmt: skip
+    if asked[2]:
+        yield placed("buoyancy", "it is lighter or heavier in water",
+                     Parameter("B", ("buoyancy@hull",), "N", 0.03 * W))  # fmt: skip
+        if asked[3] or asked[4]:
+            yield placed("trim_weight", "a weight was added and forgotten",
+                         Parameter("m", ("trim@hull",), "kg", 0.05 * mass, 0.0, mass, (0.02 * mass,)),
+                         *along("trim", XYZ, "m", 0.3 * L, L))  # fmt: skip
+    if sum(bool(asked[i]) for i in range(6)) > 1:
+        yield placed("coriolis_left_out", "terms of turning of the added mass are left out of what the vehicle does",
+                     Parameter("share", ("munk@hull",), "-", 0.7, -2.0, 1.0, (-1.0,)))  # fmt: skip
+    if asked[5] and asked[1] or asked[4] and asked[2]:
+        planes = [("sway", "h", 1, 5), ("heave", "v", 2, 4)]
+        cross = [
+            Parameter(name, (f"crossflow_{end}@hull",), "N s2/m3", 0.3 * s.force[i] / s.speed[i] ** 2 / L, 0.0)
+            for name, end, i, k in planes
+            if asked[i] and asked[k]
+        ]
+        yield placed("cross_flow_drag", "every strip of the hull drags in the flow that it meets itself", *cross)
+    flow = 0.3 * float(np.max(s.speed[:3]))
+    drift = [
+        i for i, k in zip(EARTH, (0, 1, 2), strict=True) if asked[k] or (k < 2 and asked[5] and (asked[0] or asked[1]))
+    ]
+    if drift:
+        yield placed("current", "the water drifts steadily over ground", *along("current", drift, "m/s", flow, 5.0))
+        F = 0.3 * float(np.max(s.force[:3]))
+        stiffness = Parameter("k", ("tether@hull",), "N/m", F / max(float(np.max(s.away[:3])), 1e-3), 0.0)
+        yield placed("tether", "a cable pulls at the hull", *along("pull", drift, "N", F, np.inf), stiffness)

@@ -1,0 +1,313 @@
+"""A recording of a whole vehicle as the estimators see it: held inputs, measurements in order of time, known motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import savgol_filter
+
+from ..errors import InputError
+from ..plant.vehicle import Vehicle
+from ..record.columns import MOTION
+from ..record.run import TIME, Run
+from .kernels import Drive, Record, Steps, held, plan, thrusts
+from .layout import AXES, HULL, LATE, LATENCY, LOSS, SENSOR, THRUSTER, Hull, Layout, masses
+from .motion import gears
+from .push import pushes
+from .readings import CHANNELS, RANGE
+
+Array = NDArray[np.float64]
+FASTEST_HZ = 12.0  # samples of a channel that come faster are averaged to about ten a second: no hull moves faster
+SPEEDS = ("surge_m_s", "sway_m_s", "heave_m_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
+ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
+TELLS = {  # channel -> axes whose motion it tells
+    "range_m": (0,), "position_m": (0,), "north_m": (0, 1), "east_m": (0, 1), "depth_m": (2,), "roll_rad": (3,),
+    "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
+    "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
+}  # fmt: skip
+SMOOTH_S = 1.0  # [s] over which known motion is smoothed by a local parabola; a choice
+FEWEST = 20  # measurements of a channel below which it says nothing; a choice
+
+
+def channel(column: str) -> str:
+    """The channel of a column, without its instrument."""
+    return column.rpartition(".")[2]
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """One run of a whole vehicle.
+
+    Attributes:
+        name: of the run.
+        layout: of the parameters.
+        asked: axes that are fitted and judged, shape (6,) of bool.
+        knows: attitude (3), velocity (6) and acceleration (6) that enter as known motion, shape (15,) of bool.
+        known: these over a grid of times [s], shapes (T,) and (T, 15).
+        stamps: of the inputs [s], (I,); inputs of what pushes, (I, K), and angles of fins, (I, F).
+        time_s, kind, sensor, column, value: of the measurements, (M,).
+        start: first guess of place, attitude and velocity, (12,), and its standard deviations.
+        wall: distance to the wall ahead of the start [m].
+    """
+
+    name: str
+    layout: Layout
+    asked: NDArray[np.bool_]
+    knows: NDArray[np.bool_]
+    known: tuple[Array, Array]
+    stamps: Array
+    inputs: Array
+    angles: Array
+    reach: Array
+    tables: Array
+    time_s: Array
+    kind: NDArray[np.int64]
+    sensor: NDArray[np.int64]
+    column: NDArray[np.int64]
+    value: Array
+    start: Array
+    spread: Array
+    wall: float
+    _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def moves(self) -> NDArray[np.bool_]:
+        """Axes that the equations of motion move, shape (6,)."""
+        return ~self.knows[3:9]
+
+    @cached_property
+    def resting(self) -> bool:
+        """Whether the vehicle lies still at the start, so that its thrusters have not pushed yet."""
+        return bool(np.all(np.abs(self.start[6:12]) <= self.spread[6:12]))
+
+    @cached_property
+    def record(self) -> Record:
+        """The measurements for the kernels."""
+        return Record(
+            self.kind, self.sensor, self.column, self.value, self.time_s, self.late, self.wall, float(self.start[5])
+        )  # fmt: skip
+
+    def hull(self, p: Array) -> Hull:
+        """Parameters for the kernels."""
+        turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
+        return Hull(p, self.layout.counts, *masses(p, self.moves), self.start[[0, 1, 2, 5]], turn, bool(losses.any()))
+
+    @cached_property
+    def late(self) -> Array:
+        """Nominal delay of each measurement, (M,) [s]."""
+        first = self.layout.starts[2]
+        block = self.layout.null[first : first + SENSOR * len(self.layout.sensors)].reshape(-1, SENSOR)
+        return np.asarray(block[self.sensor, LATENCY])
+
+    @cached_property
+    def steps(self) -> Steps:
+        """Steps of a simulation through the instants at which measurements were true."""
+        return Steps(*plan(self.time_s - self.late, self.stamps))
+
+    def drive(self, p: Array) -> Drive:
+        """What pushes over each step."""
+        steps, (_, fins, sensors, _) = self.steps, self.layout.starts
+        key = p[HULL:sensors].tobytes()
+        if key not in self._drives:
+            if len(self._drives) > 64:
+                self._drives.clear()
+            force, size = thrusts(
+                steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
+                self.resting,
+            )  # fmt: skip
+            grid, values = self.known
+            known = np.zeros((steps.now.size, 15))
+            for i in np.flatnonzero(self.knows):
+                known[:, i] = np.interp(steps.now, grid, values[:, i])
+            angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
+            self._drives[key] = Drive(
+                force @ gears(p, self.layout.counts[0]), size, angles, known, self.knows, np.zeros((0, 6))
+            )
+        return self._drives[key]
+
+
+def record(
+    runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None = None
+) -> tuple[Layout, tuple[Recorded, ...], tuple[str, ...]]:
+    """The layout that fits a vehicle and its recordings, the runs, and what is told of columns that are not used.
+
+    axes: that are asked about, of AXES (default: all of whose motion something is told). InputError where nothing
+    drives the vehicle or nothing is measured of an axis that is asked about.
+    """
+    named = {name for run in runs for name, values in run.columns.items() if np.isfinite(values).any()}
+    pushed = pushes(vehicle, named)
+    seen = sorted((name for name in named if channel(name) in MOTION), key=lambda n: (n.rpartition(".")[0], n))
+    told_of = {axis for name in seen for axis in TELLS[channel(name)]}
+    asked = np.zeros(6, dtype=bool)
+    for axis in axes or ():
+        if axis not in AXES:
+            raise InputError(f"axis '{axis}': expected some of {', '.join(AXES)}")
+        if AXES.index(axis) not in told_of:
+            raise InputError(f"axis {axis}: nothing that was recorded tells its motion")
+        asked[AXES.index(axis)] = True
+    if not axes:
+        asked[list(told_of)] = True
+    speeds = {channel(name) for name in seen}
+    known = ~asked & np.array([(SPEEDS[i] in speeds) or (i > 2 and ATTITUDE[i - 3] in speeds) for i in range(6)])
+    placed = {a for i in range(3) if asked[i] and SPEEDS[i] in speeds for a in (i,)}
+    used = [name for name in seen if _says(channel(name), asked, known, placed)]
+    if not used:
+        raise InputError("no measurement to fit; expected velocity, attitude or place of an axis that is asked about")
+    layout = Layout(vehicle, pushed, tuple(dict.fromkeys(n.rpartition(".")[0] for n in used)), tuple(used))
+    driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
+    notes = [f"column {name} is not used" for name in sorted(named - driving - set(used)) if name != TIME]
+    notes = [note if _kept(note, known, seen) else note.replace("not used", "known motion") for note in notes]
+    missing = [push.column for push in pushed if push.column not in named]
+    missing += [t.column for t in vehicle.thrusters if (t.name or t.site) not in {push.name for push in pushed}]
+    notes += [f"no column {name}: taken as at rest" for name in missing]
+    reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
+                          run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
+    tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
+    return layout, tuple(_recorded(run, layout, asked, known, reach, tables) for run in runs), tuple(notes)
+
+
+def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
+    """Whether a note stands as it is: the column does not tell known motion."""
+    name = note.split()[1]
+    if name not in seen or channel(name) not in (*SPEEDS, *ATTITUDE):
+        return True
+    return not known[TELLS[channel(name)][0]]
+
+
+def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measured: set[int]) -> bool:
+    """Whether a channel tells of axes that are asked about; a place only where their speed is not measured itself."""
+    axes = TELLS[name]
+    if not known.any():
+        return any(asked[a] for a in axes)
+    if len(axes) > 1 or name in ("position_m", "range_m"):
+        return any(asked[a] and a not in measured for a in axes)
+    return bool(asked[axes[0]])
+
+
+def _recorded(
+    run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array
+) -> Recorded:
+    """One run; InputError where it holds nothing that was asked for."""
+    parts = [(c, *_thinned(*_samples(run, name))) for c, name in enumerate(layout.columns) if name in run.columns]
+    parts = [part for part in parts if part[1].size >= FEWEST]
+    if not parts:
+        raise InputError(f"run {run.name}: fewer than {FEWEST} samples of {', '.join(layout.columns)}")
+    column = np.concatenate([np.full(time.size, c) for c, time, _ in parts])
+    time, value = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
+    order = np.argsort(time, kind="stable")
+    kind = np.array([CHANNELS.index(channel(name)) for name in layout.columns])[column]
+    sensor = np.array([layout.sensors.index(name.rpartition(".")[0]) for name in layout.columns])[column]
+    stamps, inputs, angles = _inputs(run, layout)
+    start, spread = _start(layout, time, value, column, known)
+    walls = value[kind == RANGE][:5]
+    grid, knows, motion = _known(run, known)
+    start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
+    spread[3:12][knows[:9]] = 0.0
+    return Recorded(
+        run.name, layout, asked, knows, (grid, motion), stamps, inputs, angles, reach, tables, time[order], kind[order],
+        sensor[order], column[order], value[order], start, spread, float(np.median(walls)) if walls.size else 0.0,
+    )  # fmt: skip
+
+
+def _thinned(time: Array, value: Array) -> tuple[Array, Array]:
+    """Samples that come faster than FASTEST_HZ averaged over tenths of a second.
+
+    What averaging takes off where a series curves, half its curvature times the spread of the times, is given back.
+    """
+    if time.size < 3 or 1.0 / np.median(np.diff(time)) <= FASTEST_HZ:
+        return time, value
+    bins = np.floor((time - time[0]) * 10.0 + 1e-9).astype(int)
+    count = np.bincount(bins)
+    full = count > 0
+    at, mean, square = (np.bincount(bins, series)[full] / count[full] for series in (time, value, time * time))
+    ahead, behind = at[2:] - at[1:-1], at[1:-1] - at[:-2]
+    bend = 2.0 * ((mean[2:] - mean[1:-1]) / ahead - (mean[1:-1] - mean[:-2]) / behind) / (ahead + behind)
+    mean[1:-1] -= 0.5 * (square - at * at)[1:-1] * bend
+    return at, mean
+
+
+def _samples(run: Run, name: str) -> tuple[Array, Array]:
+    """Samples of a column; angles go on beyond half a turn."""
+    time, value = run.samples(name)
+    return time, np.unwrap(value) if channel(name) in ATTITUDE else value
+
+
+def _inputs(run: Run, layout: Layout) -> tuple[Array, Array, Array]:
+    """Stamps at which any input changes, and all inputs and fin angles from there on; what has no column rests."""
+    fins = [fin.column for fin in layout.vehicle.fins]
+    columns = [push.column for push in layout.pushes] + fins
+    has = [name for name in columns if name in run.columns]
+    rows = np.any([~np.isnan(run.columns[name]) for name in has], axis=0) if has else np.zeros(run.time_s.size, bool)
+    if not rows.any():
+        raise InputError(f"run {run.name}: no value of {', '.join(columns)}; nothing drives the vehicle")
+    table = np.zeros((int(rows.sum()), len(columns)))
+    for i, name in enumerate(columns):
+        if name in run.columns:
+            values = run.columns[name][rows]
+            last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(values.size)))
+            table[:, i] = np.where(last < 0, 0.0, values[np.maximum(last, 0)])
+    keep = np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)]
+    split = len(layout.pushes)
+    return run.time_s[rows][keep], np.ascontiguousarray(table[keep, :split]), np.ascontiguousarray(table[keep, split:])
+
+
+def _start(layout: Layout, time: Array, value: Array, column: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Place, attitude and velocity that the first samples tell, and how sure that is."""
+    start = np.zeros(12)
+    spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [0.1] * 3 + [0.05] * 3)
+    states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
+    for c, name in enumerate(layout.columns):
+        state, mine = states.get(channel(name)), column == c
+        if state is not None and mine.any():
+            start[state], spread[state] = value[mine][0], max(4.0 * scatter(value[mine]), 1e-4)
+    return start, spread
+
+
+def scatter(series: Array) -> float:
+    """Standard deviation of what is faster than a parabola through neighbours, by third differences, robustly.
+
+    The third difference of white noise has 20 times its variance.
+    """
+    if series.size < 8:
+        return float(np.std(series)) + 1e-12
+    third = np.diff(series, 3)
+    return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0)) + 1e-12
+
+
+def _known(run: Run, known: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_], Array]:
+    """Grid of times, which of attitude, velocity and acceleration are known, and these, (T, 15)."""
+    step = float(np.median(np.diff(run.time_s)))
+    grid = np.arange(run.time_s[0], run.time_s[-1] + step, step)
+    knows, motion = np.zeros(15, dtype=bool), np.zeros((grid.size, 15))
+    window = min(2 * int(0.5 * SMOOTH_S / step) + 1, grid.size - (grid.size + 1) % 2)
+    for axis in np.flatnonzero(known):
+        rate, angle = _series(run, SPEEDS[axis], grid), None
+        if axis > 2:
+            angle = _series(run, ATTITUDE[axis - 3], grid)
+            if angle is not None:
+                knows[axis - 3], motion[:, axis - 3] = True, angle
+        series = rate if rate is not None else angle
+        assert series is not None
+        smooth = window >= 5
+        orders = (0, 1) if rate is not None else (1, 2)
+        for order, place in zip(orders, (3 + axis, 9 + axis), strict=True):
+            if smooth:
+                motion[:, place] = savgol_filter(series, window, 2, deriv=order, delta=step)
+            else:
+                motion[:, place] = series if order == 0 else np.gradient(series, step)
+            knows[place] = True
+    return grid, knows, motion
+
+
+def _series(run: Run, name: str, grid: Array) -> Array | None:
+    """The first recorded column of a channel on a grid of times."""
+    for column in run.columns:
+        if channel(column) == name:
+            time, value = run.samples(column)
+            if time.size > 1:
+                return np.interp(grid, time, np.unwrap(value) if name in ATTITUDE else value)
+    return None

@@ -1,0 +1,118 @@
+"""The rigid body in six degrees of freedom: against equations written out once more, and against MuJoCo's tank."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vtank.experiment.whole import fly_vehicle
+from vtank.plant.vehicle import load_vehicle
+from vtank.rigid.fit import innovations
+from vtank.rigid.layout import G
+from vtank.rigid.motion import rates
+from vtank.rigid.recorded import Recorded, record
+
+AHEAD = {"bluerov2": 8.0, "remus100": 20.0, "kingfisher": 0.5}
+
+
+def skew(v):
+    x, y, z = v
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def coriolis_matrix(M, nu):
+    """Fossen (2011), theorem 3.2: C(nu) from any symmetric M."""
+    v, w = nu[:3], nu[3:]
+    a, b = M[:3, :3] @ v + M[:3, 3:] @ w, M[3:, :3] @ v + M[3:, 3:] @ w
+    return np.block([[np.zeros((3, 3)), -skew(a)], [-skew(a), -skew(b)]])
+
+
+def turn(roll, pitch, heading):
+    cx, sx, cy, sy, cz, sz = (f(a) for a in (roll, pitch, heading) for f in (np.cos, np.sin))
+    Rx = np.array([[1, 0, 0], [0, cx, -sx], [0, sx, cx]])
+    Ry = np.array([[cy, 0, sy], [0, 1, 0], [-sy, 0, cy]])
+    Rz = np.array([[cz, -sz, 0], [sz, cz, 0], [0, 0, 1]])
+    return Rz @ Ry @ Rx
+
+
+def multisine(vehicle, duration_s: float, seed: int) -> dict[str, np.ndarray]:
+    """Commands at 5 Hz that excite everything a vehicle has."""
+    rng, time = np.random.default_rng(seed), np.arange(0.0, duration_s, 0.2)
+    table = {"time_s": time}
+    most = {"command": 0.5, "rev_s": 20.0, "N": 10.0}
+    for thruster in vehicle.thrusters:
+        waves = sum(np.sin(w * time + rng.uniform(0, 7)) for w in rng.uniform(0.3, 2.0, 3))
+        table[thruster.column] = most[thruster.input] / 3.0 * waves
+    for fin in vehicle.fins:
+        if fin.limit_rad:
+            table[fin.column] = 0.1 * np.sin(0.7 * time + rng.uniform(0, 7))
+    return table
+
+
+def flown(name: str, duration_s: float = 20.0, seed: int = 1, vehicle=None) -> Recorded:
+    """A run of the tank as the estimators see it."""
+    nominal = load_vehicle(name)
+    run = fly_vehicle(vehicle or nominal, multisine(nominal, duration_s, seed), duration_s, seed)
+    return record([run], nominal)[1][0]
+
+
+@pytest.fixture(scope="module")
+def rov() -> Recorded:
+    return flown("bluerov2")
+
+
+def test_rates_are_those_of_the_matrix_equations_on_random_states(rov):
+    rng, p, vehicle = np.random.default_rng(2), rov.layout.null.copy(), rov.layout.vehicle
+    current = np.array([0.2, -0.1, 0.05])
+    p[rov.layout.at(["current_north@hull", "current_east@hull", "current_down@hull"])] = current
+    hull, out, worst = rov.hull(p), np.empty(18), 0.0
+    m, centre = vehicle.mass_kg, np.array(vehicle.centre_m)
+    M_RB = np.block([[m * np.eye(3), -m * skew(centre)],
+                     [m * skew(centre), np.diag(vehicle.inertia) - m * skew(centre) @ skew(centre)]])  # fmt: skip
+    for _ in range(200):
+        x = np.concatenate([rng.normal(size=3), rng.uniform(-1.2, 1.2, 2), rng.uniform(-3, 3, 1), rng.normal(size=6),
+                            np.zeros(6)])  # fmt: skip
+        thrust = 5.0 * rng.normal(size=6)
+        rates(0.0, x, thrust, np.zeros(8), np.zeros(0), np.zeros(6), np.zeros(6), hull, out)
+        R, nu = turn(*x[3:6]), x[6:12]
+        U = np.r_[R.T @ current, np.zeros(3)]
+        nu_r, down = nu - U, R.T @ [0.0, 0.0, 1.0]
+        drag = -(vehicle.linear_drag + vehicle.quadratic_drag * np.abs(nu_r)) * nu_r
+        W, B, r_B = m * G, vehicle.buoyancy_N, vehicle.centre_of_buoyancy_m
+        held = np.r_[(W - B) * down, W * np.cross(centre, down) - B * np.cross(r_B, down)]
+        dU = np.r_[-np.cross(nu[3:], U[:3]), np.zeros(3)]
+        right = thrust + drag + held - coriolis_matrix(M_RB, nu) @ nu
+        right += -coriolis_matrix(vehicle.added_mass, nu_r) @ nu_r + vehicle.added_mass @ dU
+        expected = np.linalg.solve(M_RB + vehicle.added_mass, right)
+        worst = max(worst, float(np.abs(out[6:12] - expected).max() / np.abs(expected).max()))
+        np.testing.assert_allclose(out[:3], R @ nu[:3], atol=1e-12)
+    assert worst < 1e-11
+
+
+@pytest.mark.parametrize("name", ["bluerov2", "remus100", "kingfisher"])
+def test_what_the_tank_flies_is_foretold_within_the_noise_of_its_instruments(name):
+    """MuJoCo with its own quaternions, actuators and sensors, and these equations, over 6 s from the first samples."""
+    run = flown(name, 6.0)
+    vehicle = run.layout.vehicle
+    start = np.zeros(12)
+    start[2] = run.start[2]
+    quiet = Recorded(
+        **{**{key: getattr(run, key) for key in run.__dataclass_fields__ if key[0] != "_"}, "start": start}
+    )
+    e = innovations(quiet, run.layout.null, np.zeros((run.time_s.size, 18)), 1.0)
+    noise = {f"{s.name}.{c}": sd for s in vehicle.sensors for c, sd in zip(s.channels, s.noise, strict=True)}
+    for c, column in enumerate(run.layout.columns):
+        mine = run.column == c
+        assert np.sqrt(np.mean(e[mine] ** 2)) < 1.25 * noise[column], column
+
+
+def test_known_motion_of_an_axis_is_taken_from_its_recording(rov):
+    vehicle = rov.layout.vehicle
+    run = fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1)
+    layout, (alone,), notes = record([run], vehicle, ["surge"])
+    assert alone.asked.tolist() == [True] + [False] * 5
+    assert set(layout.columns) == {"dvl.surge_m_s", "imu.accel_x_m_s2"}
+    assert any("sway" in note and "known" in note for note in notes)
+    e = innovations(alone, layout.null, np.zeros((alone.time_s.size, 18)), 1.0)
+    speed = alone.column == layout.columns.index("dvl.surge_m_s")
+    assert np.sqrt(np.mean(e[speed] ** 2)) < 0.01  # [m/s] of 0.005 of noise and a speed of 0.3

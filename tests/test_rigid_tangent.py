@@ -1,0 +1,62 @@
+"""Changes followed along a run are those that a simulation would have made; noise is found as it was put in."""
+
+from __future__ import annotations
+
+import importlib
+
+import numpy as np
+import pytest
+from test_rigid_motion import flown
+
+from vtank.rigid.fit import Fit, filtered, first_noise, settle
+
+NONE = np.array([], dtype=np.int64)
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    run = flown("bluerov2", 30.0)
+    noise = first_noise([run])
+    fit = Fit((run,), run.layout.null, NONE, np.array([]), noise)
+    return fit, [filtered(run, run.layout.null, noise)]
+
+
+@pytest.mark.parametrize(
+    ("slot", "change"),
+    [
+        ("linear_drag@yaw", 0.01), ("coulomb_friction@surge", 0.02), ("current_north@hull", 0.002),
+        ("added_mass@heave", 0.05), ("share@thruster_3", -0.01), ("slower@thruster_1", 0.005),
+        ("delay@thruster_5", 0.005), ("latency@dvl", 0.005), ("rotation_yaw@dvl", 0.005), ("bias@imu.yaw_rate_rad_s", 0.001),
+        ("munk@hull", -0.02),        ("position_x@dvl", 0.01), ("centre_of_buoyancy_x@hull", 1e-4),
+    ],
+)  # fmt: skip
+def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
+    fit, found = fitted
+    p, layout = fit.base, fit.runs[0].layout
+    moved = layout.null.copy()
+    moved[layout.slot(slot)] += change
+    sides = fit.residuals([p, moved], found)
+    exact, linear = sides[:, 1] - sides[:, 0], fit.answers(p, [moved], found)[:, 0]
+    assert np.linalg.norm(exact) > 0.1, "it moves something"
+    assert np.linalg.norm(linear - exact) < 0.03 * np.linalg.norm(exact)
+
+
+def test_white_errors_are_found_as_they_were_put_in(fitted):
+    fit, _ = fitted
+    run = fit.runs[0]
+    noise, found = settle(fit, np.array([]), floor=0.06 * fit.noise.variance)
+    stated = {f"{s.name}.{c}": (sd, s.rate_hz) for s in run.layout.vehicle.sensors
+              for c, sd in zip(s.channels, s.noise, strict=True)}  # fmt: skip
+    for c, column in enumerate(run.layout.columns):
+        sd, rate = stated[column]
+        averaged = sd / np.sqrt(max(rate / 10.0, 1.0))
+        assert np.sqrt(noise.variance[c]) == pytest.approx(averaged, rel=0.25), column
+    z = found[0].innovation / np.sqrt(found[0].variance)
+    assert np.mean(z**2) == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_modules_of_the_rigid_body_know_nothing_of_the_tank():
+    for name in ("layout", "motion", "readings", "kernels", "recorded", "fit", "tangent", "places"):
+        source = importlib.import_module(f"vtank.rigid.{name}").__file__
+        with open(source, encoding="utf-8") as file:
+            assert "tank" not in "".join(line for line in file if line.startswith(("from", "import")))
