@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from test_rigid_motion import flown
 
-from vtank.rigid.fit import Fit, filtered, first_noise, settle
+from vtank.rigid.fit import Fit, filtered
+from vtank.rigid.noise import first_noise, settle
 
 NONE = np.array([], dtype=np.int64)
 
@@ -44,7 +45,7 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
 def test_white_errors_are_found_as_they_were_put_in(fitted):
     fit, _ = fitted
     run = fit.runs[0]
-    noise, found = settle(fit, np.array([]), floor=0.06 * fit.noise.variance)
+    noise, found = settle(fit, fit.noise.variance)
     stated = {f"{s.name}.{c}": (sd, s.rate_hz) for s in run.layout.vehicle.sensors
               for c, sd in zip(s.channels, s.noise, strict=True)}  # fmt: skip
     for c, column in enumerate(run.layout.columns):

@@ -1,4 +1,4 @@
-"""What a filter leaves of a run, and how work on several cores is shared out."""
+"""Noise, what a filter at a noise leaves of a run, and how work on several cores is shared out."""
 
 from __future__ import annotations
 
@@ -13,6 +13,15 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 FAR = 8.0  # deviations beyond which a measurement is left out of fits: a spike tells of the instrument alone; a choice
 THREADS = 2  # that share simulations out; each is computed alike on any number
+
+
+@dataclass(frozen=True)
+class Noise:
+    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s]."""
+
+    variance: Array
+    sigma: Array
+    memory_s: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,21 +16,12 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from . import kernels
-from .filtered import FAR, Filtered, share
-from .recorded import Recorded, channel, scatter
+from .filtered import FAR, Filtered, Noise, share
+from .recorded import Recorded
 from .tangent import Path, changes
 
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
-
-
-@dataclass(frozen=True)
-class Noise:
-    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s]."""
-
-    variance: Array
-    sigma: Array
-    memory_s: float = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +47,10 @@ class Fit:
         p = self.base.copy()
         p[self.free] = theta
         return p
+
+    def at(self, p: Array, noise: Noise | None = None) -> Fit:
+        """The same with other fixed parameters, and at another noise."""
+        return replace(self, base=p, noise=noise or self.noise)
 
     def filter(self, theta: Array) -> list[Filtered]:
         """Kalman filter along every run."""
@@ -154,75 +149,3 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
         lost = run.time_s[~np.isfinite(found.innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
     return found
-
-
-def first_noise(runs: Sequence[Recorded]) -> Noise:
-    """White errors from what is faster than any hull, disturbances from how far speeds wander at all."""
-    columns = runs[0].layout.columns
-    variance = np.array(
-        [np.median([scatter(run.value[run.column == c]) for run in runs if (run.column == c).any()]) ** 2
-         for c in range(len(columns))]
-    )  # fmt: skip
-    smallest = np.array([_resolution(runs, c) for c in range(len(columns))])
-    return Noise(np.maximum(variance, smallest**2 / 12.0), np.where(runs[0].moves, FIRST_SIGMA, 0.0))
-
-
-FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
-
-
-def _resolution(runs: Sequence[Recorded], c: int) -> float:
-    """Smallest step that a column's values take [its unit]: rounding to it is noise of a twelfth of its square."""
-    values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
-    gaps = np.diff(values)
-    gaps = gaps[gaps > 1e-9 * max(float(np.abs(values).max(initial=0.0)), 1e-12)]
-    return float(gaps.min()) if gaps.size else 1e-9
-
-
-def settle(fit: Fit, theta: Array, rounds: int = 8, floor: Array | None = None) -> tuple[Noise, list[Filtered]]:
-    """Noise that agrees with the innovations, and the filter at it.
-
-    What the innovation e and the analysis residual share, E[(e - H K e) e], is the white error's variance, and
-    E[H K e e] = H P H' (Desroziers, Berre, Chapnik, Poli, Q. J. R. Meteorol. Soc. 131 (2005)): white errors follow from
-    the first, the disturbance of each axis from the second in the columns that tell of its speed.
-
-    floor: least variance of each column, (C,).
-    """
-    noise, found = fit.noise, fit.filter(theta)
-    for _ in range(rounds):
-        variance, ratio, weight = noise.variance.copy(), np.zeros(6), np.zeros(6)
-        column = np.concatenate([run.column for run in fit.runs])
-        e, S, hph = (np.concatenate(series) for series in
-                     zip(*((f.innovation, f.variance, f.explained) for f in found), strict=True))  # fmt: skip
-        keep = np.abs(e) < FAR * np.sqrt(S)
-        for c, name in enumerate(fit.runs[0].layout.columns):
-            mine = keep & (column == c)
-            if not mine.any():
-                continue
-            variance[c] = np.mean(e[mine] ** 2 * (1.0 - hph[mine] / S[mine]))
-            for axis in np.flatnonzero(TOLD[channel(name)]):
-                share_ = np.mean(hph[mine] / S[mine])
-                ratio[axis] += share_ * mine.sum() * np.mean(e[mine] ** 2 * hph[mine] / S[mine]) / np.mean(hph[mine])
-                weight[axis] += share_ * mine.sum()
-        if floor is not None:
-            variance = np.maximum(variance, floor)
-        sigma = noise.sigma * np.where(weight > 0.0, ratio / np.maximum(weight, 1e-300), 1.0)
-        change = np.abs(np.log(np.maximum(variance, 1e-300) / noise.variance)).max(initial=0.0)
-        change = max(change, float(np.abs(np.log(np.maximum(sigma, 1e-12) / np.maximum(noise.sigma, 1e-12))).max()))
-        noise = replace(noise, variance=variance, sigma=np.maximum(sigma, LEAST_SIGMA * (noise.sigma > 0.0)))
-        fit = replace(fit, noise=noise)
-        found = fit.filter(theta)
-        if change < 0.1:
-            break
-    return noise, found
-
-
-LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
-TOLD = {
-    name: np.array([axis in axes for axis in range(6)])
-    for name, axes in {
-        "range_m": (0,), "position_m": (0,), "north_m": (), "east_m": (), "depth_m": (2,), "roll_rad": (3,),
-        "pitch_rad": (4,), "heading_rad": (5,), "surge_m_s": (0,), "sway_m_s": (1,), "heave_m_s": (2,),
-        "roll_rate_rad_s": (3,), "pitch_rate_rad_s": (4,), "yaw_rate_rad_s": (5,), "accel_x_m_s2": (0,),
-        "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
-    }.items()
-}  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -91,6 +91,14 @@ class Recorded:
             self.kind, self.sensor, self.column, self.value, self.time_s, self.late, self.wall, float(self.start[5])
         )  # fmt: skip
 
+    def until(self, end_s: float) -> Recorded:
+        """The run up to a time [s]."""
+        keep = self.time_s <= end_s
+        if keep.all():
+            return self
+        parts = {name: getattr(self, name)[keep] for name in ("time_s", "kind", "sensor", "column", "value")}
+        return replace(self, **parts, _drives={})
+
     def hull(self, p: Array) -> Hull:
         """Parameters for the kernels."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
@@ -152,7 +160,8 @@ def record(
     if not axes:
         asked[list(told_of)] = True
     speeds = {channel(name) for name in seen}
-    known = ~asked & np.array([(SPEEDS[i] in speeds) or (i > 2 and ATTITUDE[i - 3] in speeds) for i in range(6)])
+    known = ~asked & bool(axes)
+    at_rest = [i for i in np.flatnonzero(known) if SPEEDS[i] not in speeds and (i < 3 or ATTITUDE[i - 3] not in speeds)]
     placed = {a for i in range(3) if asked[i] and SPEEDS[i] in speeds for a in (i,)}
     used = [name for name in seen if _says(channel(name), asked, known, placed)]
     if not used:
@@ -161,6 +170,7 @@ def record(
     driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
     notes = [f"column {name} is not used" for name in sorted(named - driving - set(used)) if name != TIME]
     notes = [note if _kept(note, known, seen) else note.replace("not used", "known motion") for note in notes]
+    notes += [f"{AXES[i]} was not measured: taken as at rest" for i in at_rest]
     missing = [push.column for push in pushed if push.column not in named]
     missing += [t.column for t in vehicle.thrusters if (t.name or t.site) not in {push.name for push in pushed}]
     notes += [f"no column {name}: taken as at rest" for name in missing]
@@ -289,11 +299,12 @@ def _known(run: Run, known: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_]
         if axis > 2:
             angle = _series(run, ATTITUDE[axis - 3], grid)
             if angle is not None:
-                knows[axis - 3], motion[:, axis - 3] = True, angle
-        series = rate if rate is not None else angle
-        assert series is not None
+                motion[:, axis - 3] = angle
+        if axis > 2:
+            knows[axis - 3] = True
+        series = rate if rate is not None else angle if angle is not None else np.zeros(grid.size)
         smooth = window >= 5
-        orders = (0, 1) if rate is not None else (1, 2)
+        orders = (0, 1) if rate is not None or angle is None else (1, 2)
         for order, place in zip(orders, (3 + axis, 9 + axis), strict=True):
             if smooth:
                 motion[:, place] = savgol_filter(series, window, 2, deriv=order, delta=step)

@@ -8,7 +8,7 @@ what own parameters take off, what each effect takes off, what is sensor noise, 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -118,7 +118,7 @@ REPEATS = 4.6  # log evidence of a free-form part from which what is left is sai
 
 def _squares(model: Model) -> tuple[Array, Array]:
     """`free_errors` with parameters from which each part has been left out."""
-    found = replace(model.fit, base=model.vector()).filter(np.array([]))
+    found = model.fit.at(model.vector()).filter(np.array([]))
     folds = _folds(model)
     return free_errors(model, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
 
@@ -132,7 +132,7 @@ def free_errors(
     folds: part of every measurement, and the parameters for it; by default the model's own for all.
     """
     fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
-    found = found or replace(fit, base=model.vector()).filter(np.array([]))
+    found = found or fit.at(model.vector()).filter(np.array([]))
     folds = folds or [np.zeros(run.time_s.size, dtype=np.int64) for run in fit.runs]
     vectors, sums, counts = vectors or [model.vector()], [], []
     for run, f, fold in zip(fit.runs, found, folds, strict=True):

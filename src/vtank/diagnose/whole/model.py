@@ -20,7 +20,7 @@ from ...rigid.places import Parameter, Placed
 Array = NDArray[np.float64]
 OWN_SHARE = {"quadratic_drag": 0.3, "added_mass": 0.3, "gain": 0.2, "lag": 0.5}  # prior deviations of a vehicle file's
 # numbers as shares of them: what the tables of such vehicles differ by (models/README.md); guesses
-STEPS = 12  # of a fit, at most
+STEPS = 8  # of a fit, at most
 PROMISE = 0.02  # log-likelihood that a further step must promise
 NEARLY_SINGULAR = 1e-9
 

@@ -13,8 +13,9 @@ from ...errors import InputError
 from ...plant.vehicle import Vehicle, load_vehicle
 from ...record.run import Run
 from ...record.table import Table
-from ...rigid.fit import Fit, first_noise
+from ...rigid.fit import Fit
 from ...rigid.layout import Layout
+from ...rigid.noise import first_noise
 from ...rigid.recorded import record
 from .budget import free_errors
 from .model import Model

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered
-from ...rigid.fit import Fit, Noise, first_noise, innovations, settle
+from ...rigid.filtered import Filtered, Noise
+from ...rigid.fit import Fit, innovations
 from ...rigid.layout import Layout
+from ...rigid.noise import first_noise, settle
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .model import Model, Unknown, blank, own_unknowns, refit
@@ -18,14 +19,14 @@ from .screen import Base, Promise, based, promises
 from .unnamed import Block, errors, forces
 
 Array = NDArray[np.float64]
-FITTED = 8  # promising effects that are fitted, beside all that promise nearly as much; a choice
+FITTED = 6  # promising effects that are fitted, beside all that promise nearly as much; a choice
+ALWAYS, HOPELESS = 3, 0.3  # so many are fitted always, others where they promise this share of the best's gain; choices
 NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 MOST = 3  # effects that are named together
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
 IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
-FLOOR = 0.25  # share of a column's fastest scatter below which its white error is not believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +62,7 @@ def select(
     say = progress or (lambda text: None)
     say("noise of the recordings")
     noise = first_noise(runs)
-    floor = FLOOR**2 * noise.variance
+    floor = noise.variance
     own = own_unknowns(layout, runs[0].asked)
     model = blank(_fit(runs, layout, noise), layout, (), own)
     model, found = settled(model, floor)
@@ -77,8 +78,9 @@ def select(
         fitted, ranked = [], _promising(best, base, layout, candidates, found)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
         for promise in _near(ranked):
-            say(f"fitting {promise.placed.name}")
-            fitted.append(extended(best, base, layout, promise.placed, promise.begin, found))
+            if not _hopeless(promise, fitted, best):
+                say(f"fitting {promise.placed.name}")
+                fitted.append(extended(best, base, layout, promise.placed, promise.begin, found))
         fitted.sort(key=lambda m: -m.log_evidence)
         if not fitted or worth(fitted[0], best, own_alone, candidates) < 0.0:
             break
@@ -93,12 +95,11 @@ def _fit(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
 
 def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
     """The fit and its noise, each at the other's, twice."""
-    for rounds in (5, 3):
-        at = replace(model.fit, base=model.vector())
-        noise, found = settle(at, np.array([]), rounds, floor)
+    for _ in range(2):
+        noise, found = settle(model.fit.at(model.vector()), floor)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
-    return model, replace(model.fit, base=model.vector()).filter(np.array([]))
+    return model, model.fit.at(model.vector()).filter(np.array([]))
 
 
 def extended(
@@ -134,6 +135,12 @@ def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
         return []
     near = [promise for promise in ranked if promise.gain > ranked[0].gain - NEAR]
     return ranked[: max(FITTED, min(len(near), 2 * FITTED))]
+
+
+def _hopeless(promise: Promise, fitted: Sequence[Model], model: Model) -> bool:
+    """Whether others have gained so much more than this promises that its fit would not bring it to the front."""
+    gains = sorted(other.log_evidence - model.log_evidence for other in fitted)
+    return len(fitted) >= ALWAYS and promise.gain < HOPELESS * gains[-1] - NEAR
 
 
 def log_prior(model: Model, candidates: Sequence[Placed]) -> float:
@@ -174,8 +181,12 @@ def _judged(
     parents = smaller or [refitted]
     for parent in parents:
         base = based(parent, found)
+        gained: list[Model] = []
         for promise in _near(_promising(parent, base, layout, strong, found)):
-            model = extended(parent, base, layout, promise.placed, promise.begin, found)
+            if _hopeless(promise, gained, parent):
+                continue
+            gained.append(extended(parent, base, layout, promise.placed, promise.begin, found))
+            model = gained[-1]
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
     weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
@@ -186,7 +197,7 @@ def _judged(
     top = sets[max(sets, key=lambda name: weights[name])]
     if top is not best:
         best = top
-        found = replace(best.fit, base=best.vector()).filter(np.array([]))
+        found = best.fit.at(best.vector()).filter(np.array([]))
     say("what has no name")
     base, tracks = based(best, found), tracks_of(best, found)
     blocks = sorted(forces(best, base, found, tracks, sizes) + errors(best, base, found, tracks, sizes),

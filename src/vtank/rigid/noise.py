@@ -1,0 +1,123 @@
+"""The noise of recordings: white errors of the columns, and the disturbance of each axis, where they are likeliest.
+
+White errors start from what is faster than any hull and follow from the innovations; the disturbance of each axis, one
+at a time since they hardly touch each other, and the memory of all are sought by likelihood, on a part of the recording
+that tells enough of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .filtered import FAR, Filtered, Noise, share
+from .fit import Fit
+from .recorded import Recorded, scatter
+
+Array = NDArray[np.float64]
+FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
+LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
+ENOUGH = 12000  # measurements that the noise is sought on; a choice
+FACTORS = (4.0, 2.0, 1.4)  # by which a size is tried larger and smaller, in turn
+MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
+KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
+
+
+def first_noise(runs: Sequence[Recorded]) -> Noise:
+    """White errors from what is faster than any hull, and disturbances to start from."""
+    columns = runs[0].layout.columns
+    found = [
+        np.median([scatter(run.value[run.column == c]) for run in runs if (run.column == c).any()])
+        for c in range(len(columns))
+    ]
+    rounding = np.array([_resolution(runs, c) for c in range(len(columns))])
+    variance = np.maximum(np.array(found) ** 2, rounding**2 / 12.0)
+    return Noise(variance, np.where(runs[0].moves, FIRST_SIGMA, 0.0))
+
+
+def _resolution(runs: Sequence[Recorded], c: int) -> float:
+    """Smallest step that a column's values take [its unit]: rounding to it is noise of a twelfth of its square."""
+    values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
+    gaps = np.diff(values)
+    gaps = gaps[gaps > 1e-9 * max(float(np.abs(values).max(initial=0.0)), 1e-12)]
+    return float(gaps.min()) if gaps.size else 1e-9
+
+
+def settle(fit: Fit, floor: Array) -> tuple[Noise, list[Filtered]]:
+    """The likeliest noise beside the fit's parameters, and the filter at it.
+
+    floor: variances of the first noise, of which a share is always left.
+    """
+    part = replace(fit, runs=cut(fit.runs))
+    noise, (best, found) = fit.noise, _likelihood(part, fit.noise)
+    for factor in FACTORS:
+        for axis in np.flatnonzero(noise.sigma > 0.0):
+            for trial, (likelihood, there) in _tried(part, noise, _sizes(noise, int(axis), factor)):
+                if likelihood > best:
+                    noise, best, found = trial, likelihood, there
+        for trial, (likelihood, there) in _tried(part, noise, _memories(noise, factor)):
+            if likelihood > best:
+                noise, best, found = trial, likelihood, there
+        whiter = replace(noise, variance=np.maximum(_white(part.runs, noise, found), KEPT * floor))
+        likelihood, there = _likelihood(part, whiter)
+        if likelihood > best:
+            noise, best, found = whiter, likelihood, there
+    return noise, fit.at(fit.base, noise).filter(np.array([]))
+
+
+def cut(runs: Sequence[Recorded]) -> tuple[Recorded, ...]:
+    """Enough of the recordings: runs from the first on, the last of them cut short."""
+    found: list[Recorded] = []
+    for run in runs:
+        left = ENOUGH - sum(other.time_s.size for other in found)
+        if left < ENOUGH // 4 and found:
+            break
+        found.append(run.until(run.time_s[min(left, run.time_s.size) - 1]))
+    return tuple(found)
+
+
+def _likelihood(fit: Fit, noise: Noise) -> tuple[float, list[Filtered]]:
+    found = fit.at(fit.base, noise).filter(np.array([]))
+    return fit.log_likelihood(found), found
+
+
+def _tried(fit: Fit, noise: Noise, trials: Sequence[Noise]) -> list[tuple[Noise, tuple[float, list[Filtered]]]]:
+    return list(zip(trials, share([partial(_likelihood, fit, trial) for trial in trials]), strict=True))
+
+
+def _sizes(noise: Noise, axis: int, factor: float) -> list[Noise]:
+    trials = []
+    for size in (noise.sigma[axis] * factor, noise.sigma[axis] / factor):
+        sigma = noise.sigma.copy()
+        sigma[axis] = max(size, LEAST_SIGMA)
+        trials.append(replace(noise, sigma=sigma))
+    return trials
+
+
+def _memories(noise: Noise, factor: float) -> list[Noise]:
+    """A longer and a shorter memory, with the size that leaves what is slow as it is, and with the same."""
+    low, high = MEMORIES_S
+    longer, shorter = min(noise.memory_s * factor, high), max(noise.memory_s / factor, low)
+    return [replace(noise, memory_s=memory) for memory in (longer, shorter)]
+
+
+def _white(runs: Sequence[Recorded], noise: Noise, found: Sequence[Filtered]) -> Array:
+    """White errors that agree with the innovations, (C,).
+
+    What an innovation e and the analysis residual share, E[(e - H K e) e], is the white error's variance (Desroziers,
+    Berre, Chapnik, Poli, Q. J. R. Meteorol. Soc. 131 (2005)).
+    """
+    column = np.concatenate([run.column for run in runs])
+    e, S, known = (
+        np.concatenate([getattr(f, part) for f in found]) for part in ("innovation", "variance", "explained")
+    )
+    keep, variance = np.abs(e) < FAR * np.sqrt(S), noise.variance.copy()
+    for c in range(variance.size):
+        mine = keep & (column == c)
+        if mine.any():
+            variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine]))
+    return variance

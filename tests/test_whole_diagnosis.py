@@ -1,0 +1,102 @@
+"""Whole vehicles diagnosed: the effect, its place and its size, from recordings of a tank that has it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_rigid_motion import multisine
+
+import vtank as vt
+from vtank.errors import InputError
+from vtank.experiment.whole import fly_vehicle
+
+NOMINAL = vt.load_vehicle("bluerov2")
+SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "magnetometer_bias",
+        "sensor_latency", "current", "sensor_rotated")  # fmt: skip
+SENSORS = tuple(s for s in NOMINAL.sensors if s.name in ("imu", "ahrs", "dvl", "depth"))
+
+
+def flight(vehicle, seed: int) -> vt.Run:
+    """What four instruments record of 60 s in the tank."""
+    told = multisine(NOMINAL, 60.0, seed)
+    return fly_vehicle(replace(vehicle, sensors=SENSORS), told, 60.0, seed)
+
+
+@pytest.fixture(scope="module")
+def dragging() -> vt.WholeDiagnosis:
+    """A vehicle whose yaw drags with its rate, which the vehicle file has not."""
+    drag = NOMINAL.linear_drag + [0.0, 0.0, 0.0, 0.0, 0.0, 0.6]
+    return vt.diagnose([flight(replace(NOMINAL, linear_drag=drag), 3)], nominal=NOMINAL, effects=SOME)
+
+
+def test_an_effect_is_named_with_its_axis_and_its_size(dragging):
+    verdict = dragging.verdict
+    assert (verdict.kind, verdict.effects, verdict.places) == ("effect", ("linear_drag",), ("yaw",))
+    assert verdict.probability > 0.95
+    value, sd = dragging.selection.best.values(dragging.selection.best.effects[0])["size"]
+    assert abs(value - 0.6) < 4.0 * sd
+    assert 0.0 < sd < 0.06
+
+
+def test_the_budget_adds_up_and_lays_the_gap_to_the_effect(dragging):
+    lines = dragging.document["budget"]
+    assert sum(line["share"] for line in lines) == pytest.approx(1.0)
+    assert [line["kind"] for line in lines][:2] == ["parameters", "effect"]
+    assert max(lines, key=lambda line: line["share"])["name"] == "linear_drag@yaw"
+    rms = dragging.document["channels"]["imu.yaw_rate_rad_s"]["rms"]
+    assert rms["diagnosed"] < 0.3 * rms["nominal"]
+
+
+def test_a_dead_thruster_is_told_from_the_other_seven():
+    dead = replace(NOMINAL, thrusters=tuple(
+        replace(t, curve=tuple((n, 1e-9 * f) for n, f in t.curve)) if t.site == "thruster_6" else t
+        for t in NOMINAL.thrusters))  # fmt: skip
+    verdict = vt.diagnose([flight(dead, 4)], nominal=NOMINAL, effects=SOME).verdict
+    assert (verdict.effects, verdict.places) == (("thruster_dead",), ("thruster_6",))
+    assert verdict.probability > 0.95
+
+
+def test_a_vehicle_as_its_file_has_it_has_no_effect():
+    verdict = vt.diagnose([flight(NOMINAL, 5)], nominal=NOMINAL, effects=SOME).verdict
+    assert verdict.kind in ("none", "parameters")
+    assert verdict.effects == ()
+
+
+def test_every_outlet_shows_the_same(dragging, tmp_path):
+    dragging.write_json(tmp_path / "d.json")
+    dragging.report(tmp_path / "d.html")
+    document = json.loads((tmp_path / "d.json").read_text(encoding="utf-8"))
+    assert document["schema"] == "vtank.diagnosis/2"
+    assert document["verdict"]["places"] == ["yaw"]
+    page, text = (tmp_path / "d.html").read_text(encoding="utf-8"), str(dragging)
+    size = f"{document['effects'][0]['values']['size']['value']:.4g}"
+    assert size in page
+    assert size in text
+    assert "linear_drag@yaw" in page
+    assert "<svg" in page
+
+
+def test_a_saved_model_foretells_a_flight_that_it_has_not_seen(dragging, tmp_path):
+    dragging.save(tmp_path / "model.toml")
+    drag = NOMINAL.linear_drag + [0.0, 0.0, 0.0, 0.0, 0.0, 0.6]
+    found = vt.predict(tmp_path / "model.toml", flight(replace(NOMINAL, linear_drag=drag), 6))
+    rate = found["columns"]["imu.yaw_rate_rad_s"]
+    assert rate["diagnosed"] < 0.3 * rate["nominal"]
+    assert rate["diagnosed"] == pytest.approx(rate["noise"], rel=0.5)
+
+
+def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
+    run = flight(NOMINAL, 5)
+    with pytest.raises(InputError, match="--nominal vehicle.toml"):
+        vt.diagnose([run])
+    with pytest.raises(InputError, match="axis 'sideways'"):
+        vt.diagnose([run], nominal=NOMINAL, axes=("sideways",))
+    driven = {name: values for name, values in run.columns.items() if "command" not in name}
+    with pytest.raises(InputError, match="no input of bluerov2"):
+        vt.diagnose([vt.Run("silent", run.time_s, driven)], nominal=NOMINAL)
+    still = {name: np.full(run.time_s.size, np.nan) if "." in name else v for name, v in run.columns.items()}
+    with pytest.raises(InputError, match="no measurement"):
+        vt.diagnose([vt.Run("blind", run.time_s, still)], nominal=NOMINAL)
