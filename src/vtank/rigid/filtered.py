@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 FAR = 8.0  # deviations beyond which a measurement is left out of fits: a spike tells of the instrument alone; a choice
+FEW = 0.05  # share of a column's measurements that may be spikes; a guess
 THREADS = 2  # that share simulations out; each is computed alike on any number
 
 
@@ -26,17 +27,28 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Of one run: innovations, variances, gains, and the variance that the state explains; (M,), (M, 18)."""
+    """Of one run: innovations, variances, gains, the variance that the state explains, and what is no spike.
+
+    Shapes (M,), of the gains (M, 18).
+    """
 
     innovation: Array
     variance: Array
     gain: Array
     explained: Array
+    counts: NDArray[np.bool_]
 
-    @property
-    def counts(self) -> NDArray[np.bool_]:
-        """Measurements that are not spikes."""
-        return np.abs(self.innovation) < FAR * np.sqrt(self.variance)
+    @classmethod
+    def of(
+        cls, column: NDArray[np.int64], innovation: Array, variance: Array, gain: Array, explained: Array
+    ) -> Filtered:
+        """What a filter left, with the spikes among it: far off, and few in their column."""
+        counts = np.abs(innovation) < FAR * np.sqrt(variance)
+        for c in np.unique(column[~counts]):
+            mine = column == c
+            if np.mean(~counts[mine]) > FEW:  # so many are no spikes: the model is far off
+                counts |= mine
+        return cls(innovation, variance, gain, explained, counts)
 
 
 def share(work: Sequence[Callable[[], Any]]) -> list[Any]:

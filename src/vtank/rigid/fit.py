@@ -97,7 +97,7 @@ class Fit:
         """Of the innovations that count; a spike counts as one that lies FAR off."""
         total = 0.0
         for f in found:
-            z = np.minimum(np.abs(f.innovation) / np.sqrt(f.variance), FAR)
+            z = np.where(f.counts, f.innovation / np.sqrt(f.variance), FAR)
             total -= 0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
         return total
 
@@ -140,12 +140,12 @@ def innovations(
 def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     """Extended Kalman filter along a run; InputError where the motion diverges."""
     size = run.time_s.size
-    found = Filtered(np.empty(size), np.empty(size), np.zeros((size, kernels.SIZE)), np.empty(size))
+    innovation, variance, explained, gain = (*np.empty((3, size)), np.zeros((size, kernels.SIZE)))
     kernels.kalman(
         run.hull(p), run.start, run.spread, run.steps, run.record, run.drive(p), noise.variance[run.column],
-        noise.sigma * run.moves, noise.memory_s, found.innovation, found.variance, found.gain, found.explained,
+        noise.sigma * run.moves, noise.memory_s, innovation, variance, gain, explained,
     )  # fmt: skip
-    if not np.isfinite(found.innovation).all():
-        lost = run.time_s[~np.isfinite(found.innovation)].min()
+    if not np.isfinite(innovation).all():
+        lost = run.time_s[~np.isfinite(innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
-    return found
+    return Filtered.of(run.column, innovation, variance, gain, explained)

@@ -33,6 +33,7 @@ from .layout import (
     TETHER,
     THRUSTER,
     WATERLINE,
+    WIRED,
 )  # fmt: skip
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
@@ -121,8 +122,9 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     made, turned, upto = np.empty(samples), np.empty(samples), np.empty(samples)
     for k in range(thrusters):
         i = HULL + THRUSTER * k
+        wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
         for j in range(samples):
-            n = min(max(inputs[j, k] - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
+            n = min(max(inputs[j, wire] - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
             n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
             place = min(max((n / reach[k] + 1.0) * 0.5 * (points - 1), 0.0), points - 1.0)
             left = min(int(place), points - 2)

@@ -30,8 +30,8 @@ CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59,
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_PHASE, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
 HULL = 110
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
-DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED = 14, 15, 16, 17, 18, 19, 20, 21
-THRUSTER = 22
+DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED = 14, 15, 16, 17, 18, 19, 20, 21, 22
+THRUSTER = 23
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, TURN, OFFSET, INDUCED, LATE = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13
 FIN = 14
 LATENCY, SKEW, ROTATED, SITE, EARTH = 0, 1, 2, 5, 8
@@ -61,7 +61,7 @@ def _hull_names() -> list[str]:
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "share", "slower", "misread", "yawed", "pitched")  # fmt: skip
+                  "share", "slower", "misread", "yawed", "pitched", "wired")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "gain",
              "offset", "induced_drag", "late")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import FAR, Filtered, Noise, share
+from .filtered import Filtered, Noise, share
 from .fit import Fit
 from .recorded import Recorded, scatter
 
@@ -115,7 +115,7 @@ def _white(runs: Sequence[Recorded], noise: Noise, found: Sequence[Filtered]) ->
     e, S, known = (
         np.concatenate([getattr(f, part) for f in found]) for part in ("innovation", "variance", "explained")
     )
-    keep, variance = np.abs(e) < FAR * np.sqrt(S), noise.variance.copy()
+    keep, variance = np.concatenate([f.counts for f in found]), noise.variance.copy()
     for c in range(variance.size):
         mine = keep & (column == c)
         if mine.any():

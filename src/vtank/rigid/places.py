@@ -13,11 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .layout import AXES, COUPLES, XYZ, Layout
-from .readings import ACCEL, CHANNELS, ROLL_RATE
+from .readings import ACCEL, CHANNELS, ROLL, ROLL_RATE, SURGE
 from .recorded import channel
 
 Array = NDArray[np.float64]
 EARTH = ("north", "east", "down")
+SPEEDS, TURNS = CHANNELS[SURGE:ROLL_RATE], (*CHANNELS[ROLL:SURGE], *CHANNELS[ROLL_RATE:ACCEL])
+UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
+    ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),
+    ("mm/s", SPEEDS, 1000.0), ("degrees", TURNS, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
+    ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
+)  # fmt: skip
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
@@ -70,7 +76,10 @@ class Placed:
 
 @dataclass(frozen=True)
 class Sizes:
-    """What the vehicle did, by axis: root mean squares of force, speed and displacement, shape (6,); duration [s]."""
+    """What the vehicle did, by axis: root mean squares of force, speed and displacement, shape (6,); duration [s].
+
+    waves: frequencies [rad/s] at which the disturbance of surge, sway and heave is strongest.
+    """
 
     force: Array
     speed: Array
@@ -79,6 +88,7 @@ class Sizes:
     length_m: float
     reach: Array
     asked: Array
+    waves: tuple[tuple[float, ...], ...] = ((), (), ())
 
 
 def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: Sizes) -> tuple[Placed, ...]:
@@ -108,6 +118,13 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield one("ambient_current", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
     yield one("tether", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0)
     yield one("constant_force", "force", newton, 0.3 * F, "something pushes all the time")
+    for w in s.waves[i] if i < 3 else ():
+        for phase in (0.0, 0.5 * np.pi):
+            yield Placed("seiche", axis, HYDRODYNAMICS, (
+                Parameter("amplitude", (f"swell@{axis}",), speed, 0.3 * U, 0.0),
+                Parameter("frequency", (f"swell_rate@{axis}",), "rad/s", w, 0.5 * w, 2.0 * w, (w,)),
+                Parameter("phase", (f"swell_phase@{axis}",), "rad", 1.0, -7.0, 7.0, (phase,)),
+            ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s, {phase:.3g} rad")  # fmt: skip
     yield Placed("wake_memory", axis, HYDRODYNAMICS, (
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
         Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
@@ -137,6 +154,13 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield one("thruster_dead", "share", "-", 0.5, "it makes only part of its force, or none", low=-1.0, high=0.0,
               starts=(-0.5, -1.0))  # fmt: skip
     yield one("thruster_reversed", "share", "-", 0.0, "it pushes the other way", starts=(-2.0,))
+    for other in range(k + 1, len(layout.pushes)):
+        name, kind = layout.pushes[other].name, push.column.rpartition("_")[2]
+        if layout.pushes[other].column.rpartition("_")[2] == kind:
+            this = Parameter("this", (f"wired@{push.name}",), "-", 0.0, starts=(other + 1.0,))
+            that = Parameter("other", (f"wired@{name}",), "-", 0.0, starts=(k + 1.0,))
+            words = f"its input and that of {name} are exchanged"
+            yield Placed("wrong_allocation", push.name, ACTUATOR, (this, that), words, name)
     yield one(
         "thrust_deadband", "deadband", unit, 0.2 * reach, "below a threshold it makes no force", low=0.0, high=reach
     )
@@ -190,31 +214,30 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
                  Parameter("o", (f"latency@{name}",), "s", 0.3, -30.0, 0.0))  # fmt: skip
     yield placed("clock_skew", "its clock runs slow or fast",
                  Parameter("s", (f"skew@{name}",), "-", 0.3 / s.duration_s, -0.1, 0.1))  # fmt: skip
-    for kinds, words in ((_group(channels), "all that it reads is wrong by a factor"),):
-        if len(kinds) > 1:
-            yield placed(
-                "sensor_scale", words, Parameter("s", tuple(f"scale@{c}" for c in columns), "-", 0.2, -3.0, 3.0)
-            )
+    if len(_group(channels)) > 1:
+        slots = tuple(f"scale@{column}" for column in columns)
+        yield placed(
+            "sensor_scale", "all that it reads is wrong by a factor", Parameter("s", slots, "-", 0.2, -3.0, 3.0)
+        )
     for kind, column in channels.items():
         slot, several = (f"scale@{column}",), len(columns) > 1
         if kind in ("roll_rad", "pitch_rad", "heading_rad", "accel_z_m_s2", "depth_m"):
             continue
         detail = column if several else ""
-        yield placed(
-            "sensor_scale", "it is wrong by a factor", Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail
-        )
-        yield placed(
-            "wrong_sign", "it has the other sign", Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail
-        )
+        yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
+        yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
     for kind in ("roll_rad", "pitch_rad", "heading_rad", "depth_m"):
         if kind in channels:
             detail = channels[kind] if len(columns) > 1 else ""
             slot = (f"scale@{channels[kind]}",)
-            yield placed(
-                "wrong_sign", "it has the other sign", Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail
-            )
+            yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
             if kind == "depth_m":
                 yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
+    for unit, kinds, factor in UNITS:
+        slots = tuple(f"scale@{column}" for kind, column in channels.items() if kind in kinds)
+        if slots:
+            number = Parameter("factor", slots, "-", 0.0, starts=(factor - 1.0,))
+            yield placed("wrong_unit", f"it is recorded in {unit}", number, detail=unit)
     if {"surge_m_s", "sway_m_s"} <= channels.keys():
         yield placed("earth_axes", "velocity is recorded along north and east",
                      Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip

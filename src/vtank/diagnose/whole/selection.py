@@ -25,6 +25,7 @@ NEAR = 6.0  # log evidence behind the best promise within which an effect is fit
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 MOST = 3  # effects that are named together
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
+WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
 IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
@@ -75,7 +76,8 @@ def select(
         own_alone = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)]) if best.effects else best
         say(f"score tests of {len(candidates)} effects at their places")
         base = based(best, found)
-        fitted, ranked = [], _promising(best, base, layout, candidates, found)
+        fitted: list[Model] = []
+        ranked = _promising(best, base, layout, candidates, found)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
         for promise in _near(ranked):
             if not _hopeless(promise, fitted, best):
@@ -243,8 +245,21 @@ def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
         force = np.maximum(force, np.sqrt(np.mean(run.drive(p).thrust ** 2, axis=0)))
     force = np.maximum(force, 0.2 * inertia * speed)  # [1/s] an axis that no thruster pushes turns round in seconds
     duration = float(max(np.ptp(run.time_s) for run in runs))
-    asked = np.array(
-        [max(float(np.abs(run.inputs[:, k]).max()) for run in runs) for k in range(len(runs[0].layout.pushes))]
-    )
-    return Sizes(force, speed, away, duration, float(p[runs[0].layout.slot("length@hull")]) or 1.0,
-                 runs[0].reach, np.maximum(asked, 1e-9))  # fmt: skip
+    asked = np.max([np.abs(run.inputs).max(axis=0, initial=0.0) for run in runs], axis=0)
+    length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
+    waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
+    return Sizes(force, speed, away, duration, length, runs[0].reach, np.maximum(asked, 1e-9), waves)
+
+
+def _waves(time_s: Array, disturbance: Array) -> tuple[float, ...]:
+    """Frequencies [rad/s] of the two strongest peaks of a disturbance's periodogram; none of a flat one."""
+    grid = np.arange(time_s.min(), time_s.max(), WAVE_STEP_S)
+    if grid.size < 50 or not np.any(disturbance):
+        return ()
+    order = np.argsort(time_s, kind="stable")
+    series = np.interp(grid, time_s[order], disturbance[order])
+    power = np.abs(np.fft.rfft((series - series.mean()) * np.hanning(grid.size), 4 * grid.size)) ** 2
+    rate = 2.0 * np.pi * np.fft.rfftfreq(4 * grid.size, WAVE_STEP_S)
+    peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))
+    peaks = peaks[rate[peaks] * np.ptp(grid) > 4.0 * np.pi]
+    return tuple(float(rate[i]) for i in peaks[np.argsort(power[peaks])[::-1][:2]])
