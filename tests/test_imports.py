@@ -29,6 +29,7 @@ LAYERS = (
     "record",
     "plant",
     "channels",
+    "logs",
     "waves",
     "water",
     "tank",

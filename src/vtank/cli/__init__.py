@@ -25,7 +25,7 @@ from vtank import __version__
 from vtank.errors import InputError
 
 COMMANDS = (  # in the order of `vtank --help`
-    *("demo", "run", "campaign", "identify", "reproduce", "check-data"),
+    *("demo", "run", "campaign", "identify", "reproduce", "check-data", "import"),
     *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),
 )
 
@@ -58,7 +58,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _modules() -> dict[str, ModuleType]:
-    paths = {name: f"{__name__}.{name.replace('-', '_')}" for name in COMMANDS}
+    files = {name: name.replace("-", "_") for name in COMMANDS} | {
+        "import": "import_log"
+    }  # `import` is a word of Python
+    paths = {name: f"{__name__}.{file}" for name, file in files.items()}
     return {name: importlib.import_module(path) for name, path in paths.items()}
 
 

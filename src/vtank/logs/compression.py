@@ -1,0 +1,39 @@
+"""Compressed chunks, as far as they go: the last one of a log that is cut off gives what it still holds."""
+
+from __future__ import annotations
+
+import bz2
+from collections.abc import Callable
+
+from .log import library
+
+
+def decompressed(data: bytes, method: str) -> bytes:
+    """The bytes of a chunk, fewer where it is cut off; ValueError for a method that is not known, or broken data."""
+    if method in ("", "none"):
+        return data
+    open_by: dict[str, Callable[[], object]] = {"bz2": bz2.BZ2Decompressor, "lz4": _lz4, "zstd": _zstd}
+    if method not in open_by:
+        raise ValueError(f"compression '{method}' is not known")
+    try:
+        return bytes(open_by[method]().decompress(data))  # type: ignore[attr-defined]
+    except (OSError, RuntimeError, EOFError) as error:
+        raise ValueError(str(error)) from None
+
+
+def _lz4() -> object:
+    return library("lz4.frame", "lz4", "a chunk in LZ4").LZ4FrameDecompressor()
+
+
+def _zstd() -> object:
+    module = library("zstandard", "zstandard", "a chunk in Zstandard")
+    opened = module.ZstdDecompressor().decompressobj()
+
+    class Decompressor:
+        def decompress(self, data: bytes) -> bytes:
+            try:
+                return bytes(opened.decompress(data))
+            except module.ZstdError as error:
+                raise ValueError(str(error)) from None
+
+    return Decompressor()

@@ -1,0 +1,75 @@
+"""Logs of PX4 (*.ulg), read with pyulog; of several instances of a message the second is called NAME.1."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from array import array
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from .log import Log, library
+
+SOME = 12  # of the messages that are not read, those that are named; a choice
+
+
+class Watched(io.FileIO):
+    """A file that remembers whether its end came in the middle of what was asked for."""
+
+    cut = False
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """As of a file."""
+        data = super().read(-1 if size is None else size) or b""
+        self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > 3)
+        return data
+
+
+class Names:
+    """The messages of a log, of which pyulog is to keep those that are wanted."""
+
+    def __init__(self, log: Log) -> None:
+        """None seen yet."""
+        self.log = log
+        self.left: set[str] = set()
+
+    def __contains__(self, name: str) -> bool:
+        """Whether a message is wanted."""
+        wanted = bool(self.log.wanted(name, "")) or bool(self.log.wanted(f"{name}.1", ""))
+        if not wanted:
+            self.left.add(name)
+        return wanted
+
+
+def read(path: Path, log: Log) -> None:
+    """Read a PX4 log; times count from the start of the vehicle. InputError without pyulog, and where it fails."""
+    ulog = library("pyulog", "pyulog", f"{path}: a PX4 log")
+    log.kind = "PX4 log"
+    names, file = Names(log), Watched(path)
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):  # pyulog prints what it thinks of a file
+            found = ulog.ULog(file, names)
+    except Exception as error:  # of many kinds, for a head that is broken
+        raise InputError(f"{path}: a PX4 log that cannot be read ({error})") from None
+    for data in found.data_list:
+        stream = log.stream(data.name + (f".{data.multi_id}" if data.multi_id else ""))
+        time_s = data.data["timestamp"] * 1e-6
+        stream.count, stream.first_s, stream.last_s = time_s.size, float(time_s.min()), float(time_s.max())
+        stream.sample = data.data
+        stream.time_s = array("d", time_s.tobytes())
+        for name in stream.values:
+            values = data.data.get(name, np.full(time_s.size, np.nan)).astype(float)
+            stream.values[name] = array("d", values.tobytes())
+    log.parameters |= {key: float(value) for key, value in found.initial_parameters.items()}
+    if file.cut:
+        log.cut("it ends within a message")
+    if found.file_corruption:
+        log.remarks.append("parts of the log are damaged and were skipped")
+    lost_s = sum(drop.duration for drop in found.dropouts) * 1e-3
+    if lost_s:
+        log.remarks.append(f"the logger lost {lost_s:.2g} s in {len(found.dropouts)} gaps, as it says itself")
+    if names.left:
+        some = ", ".join(sorted(names.left)[:SOME]) + ", ..." * (len(names.left) > SOME)
+        log.remarks.append(f"{len(names.left)} other messages are not read: {some}")
