@@ -58,10 +58,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _modules() -> dict[str, ModuleType]:
-    files = {name: name.replace("-", "_") for name in COMMANDS} | {
-        "import": "import_log"
-    }  # `import` is a word of Python
-    paths = {name: f"{__name__}.{file}" for name, file in files.items()}
+    paths = {name: f"{__name__}.{name.replace('-', '_')}" for name in COMMANDS}
     return {name: importlib.import_module(path) for name, path in paths.items()}
 
 

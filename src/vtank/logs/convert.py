@@ -6,6 +6,7 @@ import difflib
 import re
 from collections.abc import Mapping as Dictionary
 from dataclasses import dataclass, field
+from os.path import commonprefix
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
                 earthly.append((name, names, time_s, values))
             for column, row in zip(names, values, strict=True):
                 found.samples[column] = time_s, row
-                found.origin[column] = f"{name} {', '.join(channel.fields)}{_pulses(channel, stream)}"
+                found.origin[column] = f"{name} {_source(channel, stream)}"
     for name, names, time_s, values in earthly:
         _turn(found, name, names, time_s, values)
     found.samples = {column: _tidy(*each) for column, each in found.samples.items()}
@@ -149,13 +150,14 @@ def _commands(log: Log, channel: Channel, pulses: Pulses, raw: Array) -> Array:
     return np.where(raw > 0.0, np.clip(asked, least, 1.0), np.nan)
 
 
-def _pulses(channel: Channel, stream: Stream) -> str:
-    """The range of the pulses, which people who tune a vehicle have in mind."""
-    if not channel.pulses:
-        return ""
-    lengths = stream.samples(channel.fields[0])
-    lengths = lengths[lengths > 0.0]
-    return f", {lengths.min():g} to {lengths.max():g} us"
+def _source(channel: Channel, stream: Stream) -> str:
+    """The fields of a channel in short, with the frame that they were turned from, or the range of the pulses."""
+    within = commonprefix(channel.fields) if len(channel.fields) > 1 else ""
+    text = within[:-1] if within.endswith((".", "[")) else ", ".join(channel.fields)
+    if channel.pulses:
+        lengths = stream.samples(channel.fields[0])
+        text += f", {lengths[lengths > 0.0].min():g} to {lengths[lengths > 0.0].max():g} us"
+    return f"{text} ({channel.frame})" if channel.frame else text
 
 
 def _turn(found: Columns, name: str, names: tuple[str, ...], time_s: Array, values: Array) -> None:
@@ -182,7 +184,7 @@ def _at(time_s: Array, known_s: Array, angle: Array) -> Array:
 def _tidy(time_s: Array, values: Array) -> tuple[Array, Array]:
     """The finite samples in the order of their times; of several at one time the last."""
     there = np.isfinite(values) & np.isfinite(time_s)
-    time_s, values = time_s[there], values[there]
+    time_s, values = time_s[there], values[there] + 0.0  # no -0
     order = np.argsort(time_s, kind="stable")
     time_s, values = time_s[order], values[order]
     last = np.append(np.diff(time_s) > 0.0, True)[: time_s.size]

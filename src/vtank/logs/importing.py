@@ -10,7 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..plant.recorded import check_recorded
 from ..plant.vehicle import Vehicle, load_vehicle
+from ..record.contradictions import contradictions
 from ..record.run import Run
 from ..record.writer import write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
@@ -80,6 +82,9 @@ def import_log(
     channels = {name: (np.round((time_s - start) / TICK_S) * TICK_S, values) for name, (time_s, values) in
                 found.samples.items()}  # fmt: skip
     run = Run.from_channels(files[0].stem, channels)
+    found.remarks += contradictions(run)
+    if known:
+        check_recorded(run, known)
     return Imported(run, log, found, decidable(run, found.armed), chosen)
 
 

@@ -1,4 +1,4 @@
-"""What was read of a log: a stream for each message or topic, with the numbers that were wanted and a count of the rest."""
+"""What was read of a log: a stream for each message or topic, with the numbers that were wanted."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ Three fields with a frame are a vector; four are a quaternion w, x, y, z that be
 from __future__ import annotations
 
 from collections.abc import Mapping as Dictionary
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -76,11 +76,11 @@ class Channel:
     type: str
     fields: tuple[str, ...]
     columns: tuple[str, ...]
-    unit: str
-    scale: float
-    offset: float
-    frame: str
-    where: Dictionary[str, float]
+    unit: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+    frame: str = ""
+    where: Dictionary[str, float] = field(default_factory=dict)
     output: int = 0
     pulses: Pulses | None = None
 

@@ -1,4 +1,4 @@
-"""Tables in text of any dialect: comma, semicolon, tabulator or bar; decimal comma; units in the header; any encoding."""
+"""Tables in text of any dialect: comma, semicolon, tabulator or bar; decimal comma; units in the header."""
 
 from __future__ import annotations
 
