@@ -54,13 +54,13 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
         if not streams and not mapping.preset:
             raise InputError(f"{mapping.path}: {_missing(log, channel)}")
         for name, stream in streams.items():
-            names = _names(log, mapping, channel, name, vehicle)
-            if not names or (not mapping.several and set(names) & set(found.samples)):
-                continue
             time_s, values = _values(log, channel, stream, found)
             if not np.isfinite(values).any():
                 if not mapping.preset:
                     raise InputError(f"{mapping.path}: {_no_numbers(channel, name, stream)}")
+                continue
+            names = _names(log, mapping, channel, name, vehicle)
+            if not names or (not mapping.several and set(names) & set(found.samples)):
                 continue
             if channel.frame in frames.EARTH and channel.columns == BODY_VELOCITY:
                 earthly.append((name, names, time_s, values))

@@ -63,7 +63,7 @@ def channel(header: str, message: str) -> Channel | None:
     for (known, si), name in STEMS.items():
         if what == known and (not unit or factor(unit, si) is not None):
             return _channel(message, header, name, unit or si)
-        if known == f"{what}_rate" and unit and factor(unit, si) is not None:
+        if known in (f"{what}_rate", f"{stem}_rate") and unit and factor(unit, si) is not None:
             return _channel(message, header, name, unit)
     return _actuator(message, header, stem, unit)
 

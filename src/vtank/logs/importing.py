@@ -14,7 +14,7 @@ from ..plant.recorded import check_recorded
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record.contradictions import contradictions
 from ..record.run import Run
-from ..record.writer import write_run
+from ..record.writer import DECIMALS, write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
 from .convert import Columns, columns, times
 from .decidable import Decidable, decidable
@@ -23,7 +23,6 @@ from .log import Log
 from .mapping import PRESETS, Mapping, read_mapping
 from .preview import preview
 
-TICK_S = 1e-6  # [s] to which times are rounded, so that samples of one message share a row, as they are written
 ULOG_HEAD = b"ULog\x01\x12\x35"
 Reader = Callable[[Path, Log], None]
 
@@ -79,7 +78,7 @@ def import_log(
         raise InputError(f"{files[0]}: no channel of a vehicle found by {chosen.path.name}; write a mapping file for "
                          f"--map; there are: {heard or 'no messages'}")  # fmt: skip
     start, _ = times(found.samples)
-    channels = {name: (np.round((time_s - start) / TICK_S) * TICK_S, values) for name, (time_s, values) in
+    channels = {name: (np.round(time_s - start, DECIMALS), values) for name, (time_s, values) in
                 found.samples.items()}  # fmt: skip
     run = Run.from_channels(files[0].stem, channels)
     found.remarks += contradictions(run)

@@ -14,6 +14,7 @@ from itertools import islice
 from pathlib import Path
 
 from ..errors import InputError
+from ..record.columns import column
 from .header import TIME_UNIT, TIMES, parse
 from .log import Log
 from .mapping import Mapping
@@ -66,9 +67,12 @@ def dialect(path: Path, time: tuple[str, str] | None = None) -> Dialect:
         raise InputError(f"{path}: expected a header with column names above rows of numbers")
     names = [name.lstrip("#% ").strip() for name in rows[words[0]]]
     if len(words) > 1:  # a row of units below the names
-        names = [f"{name} [{unit.strip(' []()')}]" for name, unit in zip(names, rows[words[-1]], strict=True)]
-    column, unit = _time(path, names, time)
-    return Dialect(encoding, delimiter, comma, tuple(names), first, column, unit)
+        units = [unit.strip(" []()") for unit in rows[words[-1]]]
+        names = [
+            f"{name} [{unit}]" if unit and not column(name) else name for name, unit in zip(names, units, strict=True)
+        ]
+    time_column, unit = _time(path, names, time)
+    return Dialect(encoding, delimiter, comma, tuple(names), first, time_column, unit)
 
 
 def read(path: Path, log: Log, mapping: Mapping) -> None:

@@ -28,5 +28,7 @@ UNITS: dict[str, dict[str, float]] = {
 
 def factor(written: str, unit: str) -> float | None:
     """By what a number in a log's unit is multiplied to be in a column's; None where they do not go together."""
-    known = UNITS[unit]
-    return known.get(written) or {name.lower(): each for name, each in known.items()}.get(written.strip().lower())
+    known, written = UNITS[unit], written.strip()
+    if any(written in names for names in UNITS.values()):  # kn is not kN
+        return known.get(written)
+    return {name.lower(): each for name, each in known.items()}.get(written.lower())
