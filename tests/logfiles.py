@@ -21,7 +21,7 @@ BOOT_S, UNIX_S = 500.0, 1.7e9  # of the vehicle's clock and of the recorder's at
 HEADING_RAD = 1.0 + 0.8 * np.sin(0.5 * TIME_S)
 ROLL_RAD, PITCH_RAD = 0.1 * np.sin(0.9 * TIME_S), 0.05 * np.cos(0.7 * TIME_S)
 NORTH_M, EAST_M, DEPTH_M = 3.0 * np.sin(0.2 * TIME_S), 0.1 * TIME_S, 2.0 + 0.5 * np.cos(0.3 * TIME_S)
-SURGE_M_S, SWAY_M_S, HEAVE_M_S = 0.5 * np.cos(0.2 * TIME_S), 0.1 * np.sin(TIME_S), 0.2 * np.sin(0.3 * TIME_S)
+SURGE_M_S, SWAY_M_S, HEAVE_M_S = 0.5 * np.cos(0.2 * TIME_S), 0.1 * np.sin(TIME_S), -0.15 * np.sin(0.3 * TIME_S)
 COMMAND = np.round(0.6 * np.sin(0.4 * TIME_S) * 400.0) / 400.0  # as pulses of whole microseconds
 ATTITUDE = Rotation.from_euler("ZYX", np.column_stack([HEADING_RAD, PITCH_RAD, ROLL_RAD]))  # body to north, east, down
 TRUE = {
@@ -140,12 +140,12 @@ THRUST_MAP = """
 several = true
 
 [[channel]]
-message = "/thrusters/*"
+message = "/thrusters/a*"
 field = "vector.x"
 column = "thruster_1_command"
 
 [[channel]]
-message = "/thrusters/*"
+message = "/thrusters/a*"
 field = "vector.y"
 column = "thruster_2_command"
 
@@ -179,8 +179,10 @@ def bag2(path: Path, mcap: bool = False) -> Path:
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
         odometry = writer.add_connection("/odom", "nav_msgs/msg/Odometry", typestore=store)
         thrust = writer.add_connection("/thrusters/all", "geometry_msgs/msg/Vector3Stamped", typestore=store)
+        port = writer.add_connection("/thrusters/port", "std_msgs/msg/Float64", typestore=store)
         for k in range(TIME_S.size):
-            for topic, message in ((odometry, _odometry(store, k, 2)), (thrust, _commands(store, k, 2))):
+            rpm = store.types["std_msgs/msg/Float64"](600.0 * COMMAND[k])
+            for topic, message in ((odometry, _odometry(store, k, 2)), (thrust, _commands(store, k, 2)), (port, rpm)):
                 writer.write(topic, _received_ns(k), store.serialize_cdr(message, topic.msgtype))
     return path
 

@@ -33,6 +33,8 @@ def test_presets_are_sound(preset: Path) -> None:
         (CHANNEL + 'frame = "NED"\n', "expected 3 fields and 3 columns with frame 'NED', found 1 and 1"),
         (CHANNEL + 'unit = "us"\n', "pulse lengths .us. become NAME_command"),
         ('[[channel]]\nfield = "x"\ncolumn = "depth_m"\n', "message"),
+        (CHANNEL + CHANNEL, "column 'heading_rad' is given twice"),
+        ('preset = "rso"\n' + CHANNEL, "preset: expected one of ardusub-bin, ardusub-tlog, px4, ros; found 'rso'"),
         ('several = 1\n' + CHANNEL, "several: expected true or false"),
         ('time = { field = "t", unit = "h" }\n' + CHANNEL, "'h' is no unit of time"),
     ],

@@ -51,12 +51,12 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
     earthly: list[tuple[str, tuple[str, ...], Array, Array]] = []
     for channel in mapping.channels:
         streams = {name: each for name, each in log.streams.items() if channel.takes(name, each.kind) and each.time_s}
-        if not streams and not mapping.preset:
+        if not streams and not channel.optional:
             raise InputError(f"{mapping.path}: {_missing(log, channel)}")
         for name, stream in streams.items():
             time_s, values = _values(log, channel, stream, found)
             if not np.isfinite(values).any():
-                if not mapping.preset:
+                if not channel.optional:
                     raise InputError(f"{mapping.path}: {_no_numbers(channel, name, stream)}")
                 continue
             names = _names(log, mapping, channel, name, vehicle)

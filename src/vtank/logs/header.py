@@ -85,4 +85,4 @@ def _actuator(message: str, header: str, stem: str, unit: str) -> Channel | None
 
 
 def _channel(message: str, header: str, name: str, unit: str, pulses: Pulses | None = None) -> Channel:
-    return Channel(message, "", (header,), (name,), unit, pulses=pulses)
+    return Channel(message, "", (header,), (name,), unit, pulses=pulses, optional=True)

@@ -13,6 +13,8 @@
     columns = ["north_m", "east_m", "depth_m"]
     frame = "ENU"
 
+    preset = "ros"                   # at the top of the file: what else vtank finds by itself in such logs
+
 Three fields with a frame are a vector; four are a quaternion w, x, y, z that becomes three angles; two in the frame
 "WGS84" are latitude and longitude in degrees. Earth velocities in body columns are turned by the log's own attitude.
 """
@@ -70,6 +72,7 @@ class Channel:
         where: field -> number, which a message must have.
         output: number of an actuator's output, 0 where the outputs are not counted.
         pulses: how pulse lengths become commands; None for other units.
+        optional: whether the log need not have it, as that of a preset.
     """
 
     message: str
@@ -83,6 +86,7 @@ class Channel:
     where: Dictionary[str, float] = field(default_factory=dict)
     output: int = 0
     pulses: Pulses | None = None
+    optional: bool = False
 
     def takes(self, name: str, kind: str) -> bool:
         """Whether it is made of such a message."""
@@ -119,7 +123,7 @@ class Mapping:
         several: whether two that give one column are two sensors, each with its own name before the column.
         armed: None where nothing tells it.
         time: of a table: its column of times and their unit; None where the header tells it.
-        preset: whether vtank made it, so that what it names need not be in the log.
+        preset: whether vtank made it.
     """
 
     path: Path
@@ -143,13 +147,28 @@ class Mapping:
 def read_mapping(path: Path | str) -> Mapping:
     """The mapping in a TOML file; InputError names file and key."""
     path = Path(path)
-    file = open_table(path).check_keys(("channel", "several", "armed", "time"))
-    channels = [each for table in file.tables("channel") for each in _channels(table)]
+    file = open_table(path).check_keys(("channel", "several", "armed", "time", "preset"))
+    brought = path.parent == PRESETS
+    channels = [replace(each, optional=brought) for table in file.tables("channel") for each in _channels(table)]
     if not channels:
         raise file.error("channel", "expected at least one [[channel]]")
+    several = _flag(file, "several")
+    columns = [name for each in channels for name in each.columns if not each.output]
+    twice = next((name for name in columns if columns.count(name) > 1), "")
+    if twice and not several and not brought:
+        raise file.error("channel", f"column '{twice}' is given twice; write several = true if they are two sensors")
     armed = _armed(file.table("armed")) if file.has("armed") else None
     time = _time(file.table("time")) if file.has("time") else None
-    return Mapping(path, tuple(channels), _flag(file, "several"), armed, time, path.parent == PRESETS)
+    own = Mapping(path, tuple(channels), several, armed, time, brought)
+    return _laid_over(own, file) if file.has("preset") else own
+
+
+def _laid_over(own: Mapping, file: Table) -> Mapping:
+    """A mapping with what a preset finds beside it."""
+    name = file.choice("preset", tuple(sorted(each.stem for each in PRESETS.glob("*.toml"))))
+    base = read_mapping(PRESETS / f"{name}.toml")
+    several, armed = own.several or base.several, own.armed or base.armed
+    return replace(own, channels=own.channels + base.channels, several=several, armed=armed)
 
 
 def _time(table: Table) -> tuple[str, str]:
