@@ -128,3 +128,24 @@ def test_without_its_library_a_log_is_refused_with_the_extra(tmp_path: Path, mon
     monkeypatch.setitem(__import__("sys").modules, "pyulog", None)
     with pytest.raises(InputError, match=r"pyulog.*pip install 'vtank\[logs\]'"):
         import_log(path)
+
+
+@pytest.mark.parametrize("make", ["tlog", "dataflash", "ulog", "bag", "lz4", "mcap", "db3"])
+def test_a_damaged_log_is_read_or_refused_and_never_a_traceback(make: str, tmp_path: Path) -> None:
+    path = tmp_path / "dive.log"
+    if make in ("mcap", "db3"):
+        path = next(logfiles.bag2(tmp_path / "dive", make == "mcap").glob(f"*.{make}"))
+    elif make in ("bag", "lz4"):
+        logfiles.bag(path, {"bag": "", "lz4": "LZ4"}[make])
+    else:
+        getattr(logfiles, make)(path)
+    whole, rng = path.read_bytes(), np.random.default_rng(5)
+    for _ in range(15):
+        data = bytearray(whole)
+        for place in rng.integers(len(data), size=10).tolist() + rng.integers(400, size=3).tolist():
+            data[place : place + int(rng.integers(0, 5))] = rng.bytes(int(rng.integers(0, 5)))
+        path.write_bytes(data)
+        try:
+            str(import_log(path))
+        except InputError as error:
+            assert str(path) in str(error)

@@ -1,11 +1,24 @@
-"""Compressed chunks, as far as they go: the last one of a log that is cut off gives what it still holds."""
+"""Records and compressed chunks, as far as they go: the last of a log that is cut off gives what it still holds."""
 
 from __future__ import annotations
 
 import bz2
 from collections.abc import Callable
+from typing import BinaryIO
 
 from .log import library
+
+
+LARGE = 2**20  # bytes; a record that claims more is held against the end of the file; a choice
+
+
+def read_up_to(file: BinaryIO, size: int) -> bytes:
+    """As many bytes, or what is left: a size that is damaged asks for no memory."""
+    if size > LARGE:
+        here = file.tell()
+        size = min(size, file.seek(0, 2) - here)
+        file.seek(here)
+    return file.read(size)
 
 
 def decompressed(data: bytes, method: str) -> bytes:

@@ -24,10 +24,8 @@ def read(path: Path, log: Log) -> None:
         if number == FORMAT:
             kind, length, name, letters, columns = struct.unpack("<BB4s16s64s", body)
             texts = [text.split(b"\0")[0].decode(errors="replace") for text in (name, letters, columns)]
-            try:
+            if length > len(MARK) and set(texts[1]) <= reader.FORMAT_TO_STRUCT.keys():
                 formats[kind] = reader.DFFormat(kind, texts[0], length, *texts[1:])
-            except Exception:  # what pymavlink raises for a letter that it does not know
-                formats[kind] = reader.DFFormat(kind, texts[0], length, "", "")
             continue
         form = formats[number]
         if struct.calcsize(form.msg_struct) != len(body):

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from .compression import decompressed
+from .compression import decompressed, read_up_to
 from .log import Log
 from .ros import Messages, type_name
 from .rosbag1 import CutOff
@@ -76,7 +76,7 @@ def records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
         if len(head) < 9:
             raise CutOff
         size = int.from_bytes(head[1:], "little")
-        data = file.read(size)
+        data = read_up_to(file, size)
         whole = len(data) == size
         if whole or (head[0] == CHUNK and len(data) > CHUNK_HEAD.size + 16):
             yield head[0], data

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from .compression import decompressed
+from .compression import decompressed, read_up_to
 from .log import Log
 from .ros import Messages, type_name
 
@@ -49,6 +49,16 @@ def _chunk(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[st
 
 
 def _record(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[str, str]], taken: Messages) -> None:
+    """Learn a topic, or take a message of one; a record whose head is damaged is counted."""
+    try:
+        _learn_or_take(fields, data, topics, taken)
+    except (KeyError, ValueError, struct.error, CutOff):
+        taken.log.undecoded["record"] += 1
+
+
+def _learn_or_take(
+    fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[str, str]], taken: Messages
+) -> None:
     kind, connection = fields.get(b"op"), fields.get(b"conn", b"")
     if kind == CONNECTION and connection not in topics:
         about = dict(_fields(data))
@@ -62,12 +72,12 @@ def _record(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[s
 def records(file: BinaryIO) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
     """Header fields and data of each record; a chunk that is cut off is handed on as it is, then CutOff."""
     while length := file.read(4):
-        head = file.read(_size(length))
+        head = read_up_to(file, _size(length))
         size = file.read(4)
         if len(size) < 4:
             raise CutOff
         fields = dict(_fields(head))
-        data = file.read(_size(size))
+        data = read_up_to(file, _size(size))
         whole = len(data) == _size(size)
         if whole or fields.get(b"op") == CHUNK:
             yield fields, data

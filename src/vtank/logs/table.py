@@ -52,7 +52,7 @@ class Dialect:
 def dialect(path: Path, time: tuple[str, str] | None = None) -> Dialect:
     """How a table is written; `time` names its column of times and their unit. InputError where it is no table."""
     encoding = _encoding(path)
-    with path.open(encoding=encoding, newline="") as file:
+    with path.open(encoding=encoding, errors="replace", newline="") as file:
         lines = [line.rstrip("\r\n") for line in islice(file, LOOK)]
     delimiter = next((each for each in DELIMITERS if sum(each in line for line in lines) > len(lines) // 2), "")
     if not delimiter:

@@ -12,17 +12,22 @@ import numpy as np
 from ..errors import InputError
 from .log import Log, library
 
+ENOUGH = 100_000  # reads that get no further, after which nothing can come, where pyulog would go on; a choice
 SOME = 12  # of the messages that are not read, those that are named; a choice
 
 
 class Watched(io.FileIO):
-    """A file that remembers whether its end came in the middle of what was asked for."""
+    """A file that remembers whether its end came in the middle of what was asked for, and lets nobody wait there."""
 
-    cut = False
+    cut, furthest, stuck = False, -1, 0
 
     def read(self, size: int | None = -1, /) -> bytes:
         """As of a file."""
         data = super().read(-1 if size is None else size) or b""
+        self.stuck = 0 if self.tell() > self.furthest else self.stuck + 1
+        self.furthest = max(self.furthest, self.tell())
+        if self.stuck > ENOUGH:
+            raise EOFError("it ends within its head, or is damaged there")
         self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > 3)
         return data
 
@@ -62,7 +67,9 @@ def read(path: Path, log: Log) -> None:
         for name in stream.values:
             values = data.data.get(name, np.full(time_s.size, np.nan)).astype(float)
             stream.values[name] = array("d", values.tobytes())
-    log.parameters |= {key: float(value) for key, value in found.initial_parameters.items()}
+    log.parameters |= {
+        key: float(value) for key, value in found.initial_parameters.items() if isinstance(value, int | float)
+    }
     if file.cut:
         log.cut("it ends within a message")
     if found.file_corruption:
