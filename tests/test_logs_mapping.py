@@ -33,6 +33,7 @@ def test_presets_are_sound(preset: Path) -> None:
         (CHANNEL + 'frame = "NED"\n', "expected 3 fields and 3 columns with frame 'NED', found 1 and 1"),
         (CHANNEL + 'unit = "us"\n', "pulse lengths .us. become NAME_command"),
         ('[[channel]]\nfield = "x"\ncolumn = "depth_m"\n', "message"),
+        (CHANNEL + "sign = 2\n", "expected 1 or -1, found 2"),
         (CHANNEL + CHANNEL, "column 'heading_rad' is given twice"),
         ('preset = "rso"\n' + CHANNEL, "preset: expected one of ardusub-bin, ardusub-tlog, px4, ros; found 'rso'"),
         ('several = 1\n' + CHANNEL, "several: expected true or false"),
@@ -59,7 +60,7 @@ def test_what_the_log_has_not_is_refused_with_the_nearest(old: str, new: str, sa
 
 
 def test_unit_scale_and_offset(tmp_path: Path) -> None:
-    (tmp_path / "map.toml").write_text(CHANNEL + 'unit = "deg"\nscale = -1.0\noffset = 0.5\n')
+    (tmp_path / "map.toml").write_text(CHANNEL + 'unit = "deg"\nsign = -1\noffset = 0.5\n')
     run = import_log(logfiles.tlog(tmp_path / "dive.tlog"), mapping=tmp_path / "map.toml").run
     assert np.allclose(run.columns["heading_rad"], 0.5 - np.radians(logfiles.HEADING_RAD), atol=1e-6)
 

@@ -8,7 +8,6 @@ from typing import BinaryIO
 
 from .log import library
 
-
 LARGE = 2**20  # bytes; a record that claims more is held against the end of the file; a choice
 
 

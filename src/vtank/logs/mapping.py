@@ -5,7 +5,7 @@
     field = "data"                   # rpm[2], twist.twist.linear.x
     column = "port_rev_s"
     unit = "rpm"                     # of the log; default: the column's own
-    scale = -1.0                     # and offset, in the column's unit
+    sign = -1                        # or scale; and offset, in the column's unit
 
     [[channel]]
     type = "nav_msgs/msg/Odometry"   # all topics of a type
@@ -33,7 +33,7 @@ from .frames import ATTITUDE, BODY, EARTH
 from .units import UNITS, factor
 
 PRESETS = Path(__file__).parent / "presets"
-KEYS = ("message", "type", "field", "fields", "column", "columns", "unit", "scale", "offset", "frame", "where",
+KEYS = ("message", "type", "field", "fields", "column", "columns", "unit", "sign", "scale", "offset", "frame", "where",
         "outputs", "stop_us", "full_us", "one_way", "parameters", "motor_function")  # fmt: skip
 PARAMETERS = ("stop_us", "full_us", "function", "sign")
 SINGLE_AXIS = {"n_rev_s": "rev/s", "command": "-", "thrust_N": "N"}  # inputs of a run along one axis
@@ -203,7 +203,7 @@ def _channels(table: Table) -> list[Channel]:
         fields=fields,
         columns=columns,
         unit="" if pulses else table.text("unit", ""),
-        scale=table.number("scale", 1.0),
+        scale=table.number("scale", 1.0) * _sign(table),
         offset=table.number("offset", 0.0),
         frame=frame,
         where=_numbers(table, "where"),
@@ -256,6 +256,13 @@ def _pulses(table: Table) -> Pulses:
         {key: names.text(key) for key in names.entries},
         table.integer("motor_function", 0),
     )
+
+
+def _sign(table: Table) -> float:
+    sign = table.number("sign", 1.0)
+    if abs(sign) != 1.0:
+        raise table.error("sign", f"expected 1 or -1, found {sign:g}; 'scale' takes any number")
+    return sign
 
 
 def _flag(table: Table, key: str) -> bool:
