@@ -40,6 +40,7 @@ LAYERS = (
     "present",
     "diagnosed",
     "library",
+    "viewed",
     "studies",
     "cli",
     "__main__",
