@@ -41,5 +41,6 @@ if TYPE_CHECKING:
     from .plant.vehicle import Vehicle as Vehicle
     from .plant.vehicle import load_vehicle as load_vehicle
     from .record.run import Run as Run
+    from .viewed import view as view
 
 __all__ = facade(__name__)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from .plant.sensor import Sensor
 from .plant.vehicle import Vehicle, load_vehicle
 from .record import TIME, Run, read_run
 from .tank.poses import Poses
-
-if TYPE_CHECKING:
-    import mujoco
 
 NOMINAL = "paper-ii"  # that drives the Phoenix beside a recording along one axis
 EYE = Sensor("eye", ("north_m", "east_m", "depth_m", "roll_rad", "pitch_rad", "heading_rad"), rate_hz=25.0)
@@ -33,7 +30,7 @@ class View:
         ghost: the recording; None where there is none.
     """
 
-    model: mujoco.MjModel
+    model: Any
     flown: Poses
     ghost: Poses | None = None
 

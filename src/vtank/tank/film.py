@@ -18,14 +18,17 @@ import numpy as np
 
 from ..errors import InputError
 from .model import vehicle_body
-from .poses import Poses, set_pose
+from .poses import UP, Poses, set_pose
 from .render import BACKENDS, RenderUnavailable, in_child
 
-GHOST_RGBA = (0.2, 0.75, 1.0, 0.35)
+GHOST_RGBA, WAY_RGBA, WATER_RGBA = (0.2, 0.75, 1.0, 0.35), (0.98, 0.72, 0.08, 1.0), (0.45, 0.68, 0.74, 1.0)
 FRAMES_PER_S = 25
-LONGEST_S = 20.0  # [s] of film, by which long flights are sped up; a choice
+LONGEST_S = 12.0  # [s] of film, by which long flights are sped up; a choice
 WAIT_S = 600.0  # [s] for a film to be rendered, on a slow machine without a graphics card; a choice
-LENGTHS = 4.0  # of the vehicle, from which it is watched in open water; a choice
+FAR = 6.0  # times the vehicle's radius, from where it is watched in open water; a choice
+SEEN = 50.0  # times the radius, to where the ground reaches around a vehicle in open water; a choice
+MARKS = 60  # along the way of a flight; a choice
+OVERVIEW = "overview"  # the camera of a basin that sees all of it
 
 
 def film(
@@ -82,9 +85,10 @@ def show(model: mujoco.MjModel, flown: Poses, ghost: Poses | None = None) -> Non
         while viewer.is_running():
             span = float(np.ptp(flown.time_s)) or 1.0
             with viewer.lock():
-                stage.set(float(flown.time_s[0]) + (time.monotonic() - started) % span)
+                now = float(flown.time_s[0]) + (time.monotonic() - started) % span
+                stage.set(now)
                 viewer.user_scn.ngeom = 0
-                stage.add_ghost(viewer.user_scn)
+                stage.dress(viewer.user_scn, now)
             viewer.sync()
             time.sleep(1.0 / FRAMES_PER_S)
 
@@ -99,6 +103,16 @@ class Stage:
         self.options = mujoco.MjvOption()
         self.options.geomgroup[:] = 1
         self.options.sitegroup[:] = 0
+        body = vehicle_body(model)
+        own = model.geom_bodyid == body
+        self.radius_m = float(
+            np.linalg.norm(np.abs(model.geom_pos[own]) + model.geom_rbound[own, None], axis=1).max(initial=0.5)
+        )
+        first = model.jnt_qposadr[model.body_jntadr[body]]
+        self.start_m = model.qpos0[first : first + 3].copy()
+        self.open = OVERVIEW not in {model.camera(k).name for k in range(model.ncam)}
+        deepest = max(float(poses.place_m[:, 2].max()) for poses in (flown, ghost) if poses)
+        self.ground_m = self.start_m[2] - deepest - 2.0 * self.radius_m
 
     def set(self, time_s: float) -> None:
         """Set both where they were at a time."""
@@ -115,21 +129,47 @@ class Stage:
         for geom in scene.geoms[first : scene.ngeom]:
             geom.rgba[:], geom.matid = GHOST_RGBA, -1
 
+    def dress(self, scene: mujoco.MjvScene, time_s: float) -> None:
+        """Add the ghost, the way that each has come, and in open water a ground, to a scene."""
+        scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # three times as fast without a graphics card
+        self.add_ghost(scene)
+        if self.open:
+            under = self.start_m + UP @ self.flown.at(time_s)[0]
+            _add(
+                scene,
+                mujoco.mjtGeom.mjGEOM_BOX,
+                (*under[:2], self.ground_m),
+                (*2 * (SEEN * self.radius_m,), 0.01),
+                WATER_RGBA,
+            )
+        for poses, rgba in ((self.flown, WAY_RGBA), (self.ghost, GHOST_RGBA)):
+            if poses is None:
+                continue
+            steps = np.linspace(poses.time_s[0], poses.time_s[-1], MARKS)
+            for at_s in steps[steps <= time_s]:
+                place = self.start_m + UP @ poses.at(float(at_s))[0]
+                _add(scene, mujoco.mjtGeom.mjGEOM_SPHERE, place, (self.radius_m / 40.0,) * 3, (*rgba[:3], 1.0))
+
     def camera(self) -> mujoco.MjvCamera:
         """The tank's overview; in open water, abeam of the vehicle and going with it."""
         camera = mujoco.MjvCamera()
-        names = [self.model.camera(k).name for k in range(self.model.ncam)]
-        if "overview" in names:
-            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, names.index("overview")
+        if not self.open:
+            camera.type, camera.fixedcamid = mujoco.mjtCamera.mjCAMERA_FIXED, self.model.camera(OVERVIEW).id
             return camera
-        body = vehicle_body(self.model)
-        camera.type, camera.trackbodyid = mujoco.mjtCamera.mjCAMERA_TRACKING, body
-        radius = max(
-            (self.model.geom_rbound[k] for k in range(self.model.ngeom) if self.model.geom_bodyid[k] == body),
-            default=1.0,
-        )
-        camera.distance, camera.azimuth, camera.elevation = 2.0 * LENGTHS * float(radius), 120.0, -20.0
+        camera.type, camera.trackbodyid = mujoco.mjtCamera.mjCAMERA_TRACKING, vehicle_body(self.model)
+        camera.distance, camera.azimuth, camera.elevation = FAR * self.radius_m, 120.0, -35.0
         return camera
+
+
+def _add(
+    scene: mujoco.MjvScene, kind: mujoco.mjtGeom, place: Any, size: tuple[float, ...], rgba: tuple[float, ...]
+) -> None:
+    """A geom that is there for the eye only, where the scene has room for it."""
+    if scene.ngeom < scene.maxgeom:
+        turn = np.eye(3).ravel()
+        geom = scene.geoms[scene.ngeom]
+        mujoco.mjv_initGeom(geom, kind, np.array(size), np.asarray(place), turn, np.array(rgba, np.float32))
+        scene.ngeom += 1
 
 
 def _render(job: dict[str, Any]) -> None:
@@ -142,6 +182,8 @@ def _render(job: dict[str, Any]) -> None:
     flown, ghost = (_poses(folder / f"{name}.npz") for name in ("flown", "ghost"))
     assert flown is not None
     stage = Stage(model, flown, ghost)
+    if stage.open:
+        model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.5, 0.6
     camera, size = stage.camera(), (job["width"], job["height"])
     writer = imageio_ffmpeg.write_frames(str(folder / "film.mp4"), size, fps=FRAMES_PER_S, ffmpeg_log_level="error")
     writer.send(None)
@@ -149,7 +191,7 @@ def _render(job: dict[str, Any]) -> None:
         for at_s in np.arange(flown.time_s[0], flown.time_s[-1], job["speed"] / FRAMES_PER_S):
             stage.set(float(at_s))
             renderer.update_scene(stage.data, camera, stage.options)
-            stage.add_ghost(renderer.scene)
+            stage.dress(renderer.scene, float(at_s))
             writer.send(np.ascontiguousarray(renderer.render()))
     writer.close()
 
