@@ -9,6 +9,7 @@ from ..facade import facade
 if TYPE_CHECKING:
     from .decidable import Decidable, decidable
     from .importing import Imported, import_log
-    from .mapping import Mapping, read_mapping
+    from .map_file import read_mapping
+    from .mapping import Mapping
 
 __all__ = facade(__name__)

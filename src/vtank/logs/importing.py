@@ -20,7 +20,8 @@ from .convert import Columns, columns, times
 from .decidable import Decidable, decidable
 from .header import channel
 from .log import Log
-from .mapping import PRESETS, Mapping, read_mapping
+from .map_file import read_mapping
+from .mapping import PRESETS, Mapping
 from .preview import preview
 
 ULOG_HEAD = b"ULog\x01\x12\x35"
@@ -59,7 +60,7 @@ def import_log(
 ) -> Imported:
     """Read a log, or the parts of one log, as a run.
 
-    mapping: TOML file that says which fields become which columns (logs/mapping.py); left out, a preset for ArduPilot,
+    mapping: TOML file that says which fields become which columns (logs/map_file.py); left out, a preset for ArduPilot,
         PX4 and ROS, and the header of a table. vehicle: its name or file, for the names of its thrusters.
     Times count from the first sample. InputError for what is no log, for a library that is not here, for messages or
     fields that are not in the log, and where no channel of a vehicle is found.

@@ -31,6 +31,7 @@ class Stream:
         time_s: stamps of the kept messages, shape (K,) [s].
         values: field -> numbers as they are in the log, shape (K,); NaN where a message has no such number.
         sample: the first message, to name its fields; None where nothing is kept.
+        down: whether its axes have z down, by the name of its frame.
     """
 
     kind: str = ""
@@ -40,6 +41,7 @@ class Stream:
     time_s: array[float] = field(default_factory=lambda: array("d"))
     values: dict[str, array[float]] = field(default_factory=dict)
     sample: Any = None
+    down: bool = False
 
     @property
     def rate_hz(self) -> float:
