@@ -172,8 +172,8 @@ def bag(path: Path, compression: str = "") -> Path:
     return path
 
 
-def bag2(path: Path, mcap: bool = False) -> Path:
-    """The same as a bag of ROS 2: a folder."""
+def bag2(path: Path, mcap: bool = False, frame: str = "odom") -> Path:
+    """The same as a bag of ROS 2: a folder; in another frame than "odom" with axes z down."""
     store = get_typestore(Stores.ROS2_HUMBLE)
     plugin = StoragePlugin.MCAP if mcap else StoragePlugin.SQLITE3
     with Writer2(path, version=9, storage_plugin=plugin) as writer:
@@ -182,7 +182,11 @@ def bag2(path: Path, mcap: bool = False) -> Path:
         port = writer.add_connection("/thrusters/port", "std_msgs/msg/Float64", typestore=store)
         for k in range(TIME_S.size):
             rpm = store.types["std_msgs/msg/Float64"](600.0 * COMMAND[k])
-            for topic, message in ((odometry, _odometry(store, k, 2)), (thrust, _commands(store, k, 2)), (port, rpm)):
+            for topic, message in (
+                (odometry, _odometry(store, k, 2, frame)),
+                (thrust, _commands(store, k, 2)),
+                (port, rpm),
+            ):
                 writer.write(topic, _received_ns(k), store.serialize_cdr(message, topic.msgtype))
     return path
 
@@ -192,25 +196,29 @@ def _received_ns(k: int) -> int:
     return round(1e9 * (UNIX_S + TIME_S[k] + 0.25))
 
 
-def _header(store: Any, k: int, version: int) -> Any:
+def _header(store: Any, k: int, version: int, frame: str = "odom") -> Any:
     whole, part = divmod(round(1e9 * TIME_S[k]), 10**9)
     stamp = store.types["builtin_interfaces/msg/Time"](sec=int(UNIX_S) + whole, nanosec=part)
     sequence = {"seq": k} if version == 1 else {}
-    return store.types["std_msgs/msg/Header"](**sequence, stamp=stamp, frame_id="odom")
+    return store.types["std_msgs/msg/Header"](**sequence, stamp=stamp, frame_id=frame)
 
 
-def _odometry(store: Any, k: int, version: int) -> Any:
-    """Earth axes east, north, up; body axes forward, left, up."""
+def _odometry(store: Any, k: int, version: int, frame: str = "odom") -> Any:
+    """Earth axes east, north, up and body axes forward, left, up, as ROS has them; z down in other frames."""
     t = store.types
     vector, point = t["geometry_msgs/msg/Vector3"], t["geometry_msgs/msg/Point"]
     to_enu, to_flu = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]]), np.diag([1, -1, -1])
+    if frame != "odom":
+        to_enu = to_flu = np.eye(3, dtype=int)
+    place = to_enu @ [NORTH_M[k], EAST_M[k], DEPTH_M[k]]
+    speed_m_s = to_flu @ [SURGE_M_S[k], SWAY_M_S[k], HEAVE_M_S[k]]
     x, y, z, w = Rotation.from_matrix(to_enu @ ATTITUDE[k].as_matrix() @ to_flu).as_quat()
     pose = t["geometry_msgs/msg/Pose"](
-        position=point(EAST_M[k], NORTH_M[k], -DEPTH_M[k]), orientation=t["geometry_msgs/msg/Quaternion"](x, y, z, w)
+        position=point(*place), orientation=t["geometry_msgs/msg/Quaternion"](x, y, z, w)
     )
-    speed = t["geometry_msgs/msg/Twist"](vector(SURGE_M_S[k], -SWAY_M_S[k], -HEAVE_M_S[k]), vector(0.0, 0.0, 0.0))
+    speed = t["geometry_msgs/msg/Twist"](vector(*speed_m_s), vector(0.0, 0.0, 0.0))
     return t["nav_msgs/msg/Odometry"](
-        header=_header(store, k, version),
+        header=_header(store, k, version, frame),
         child_frame_id="base_link",
         pose=t["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
         twist=t["geometry_msgs/msg/TwistWithCovariance"](speed, np.zeros(36)),

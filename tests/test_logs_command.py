@@ -56,6 +56,7 @@ def test_a_recording_of_another_vehicle_is_refused_with_the_nearest(tmp_path: Pa
         "dvl.surge_m_s": "has no sensor 'dvl'; there are: gps, compass, imu",
         "gps.heave_m_s": "sensor.gps of .*kingfisher.toml has no channel 'heave_m_s'",
         "prt_command": "has no thruster or fin 'prt'; did you mean 'port'",
+        "port_rev_s": ".*knows its force from port_command, by gain or curve; found port_rev_s alone",
     }.items():
         with pytest.raises(InputError, match=f"run run, column {column}: .*{said}"):
             check_recorded(Run("run", t, {column: t}), vehicle)

@@ -51,6 +51,12 @@ def test_bags_hold_the_dive(make: str, tmp_path: Path) -> None:
     check(import_log(path, mapping=tmp_path / "map.toml").run, ("thruster_1_command", "thruster_2_command", *EARTH))
 
 
+def test_a_topic_whose_frame_has_z_down_is_read_so(tmp_path: Path) -> None:
+    found = import_log(logfiles.bag2(tmp_path / "dive", frame="world_ned"))
+    check(found.run, ODOMETRY)
+    assert "pose.pose.position (NED)" in str(found) and "(FRD)" in str(found)
+
+
 @pytest.mark.parametrize("make", ["bag2", "mcap"])
 def test_one_file_of_a_ros_2_bag_is_a_log(make: str, tmp_path: Path) -> None:
     folder = logfiles.bag2(tmp_path / "dive", make == "mcap")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Mapping as Dictionary
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from os.path import commonprefix
 
 import numpy as np
@@ -54,23 +54,30 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
         if not streams and not channel.optional:
             raise InputError(f"{mapping.path}: {_missing(log, channel)}")
         for name, stream in streams.items():
-            time_s, values = _values(log, channel, stream, found)
+            # a preset for ROS takes z for up, as it is in most topics
+            made = replace(channel, frame=frames.DOWN[channel.frame]) if _down(channel, stream) else channel
+            time_s, values = _values(log, made, stream, found)
             if not np.isfinite(values).any():
-                if not channel.optional:
-                    raise InputError(f"{mapping.path}: {_no_numbers(channel, name, stream)}")
+                if not made.optional:
+                    raise InputError(f"{mapping.path}: {_no_numbers(made, name, stream)}")
                 continue
-            names = _names(log, mapping, channel, name, vehicle)
+            names = _names(log, mapping, made, name, vehicle)
             if not names or (not mapping.several and set(names) & set(found.samples)):
                 continue
-            if channel.frame in frames.EARTH and channel.columns == BODY_VELOCITY:
+            if made.frame in frames.EARTH and made.columns == BODY_VELOCITY:
                 earthly.append((name, names, time_s, values))
             for column, row in zip(names, values, strict=True):
                 found.samples[column] = time_s, row
-                found.origin[column] = f"{name} {_source(channel, stream)}"
+                found.origin[column] = f"{name} {_source(made, stream)}"
     for name, names, time_s, values in earthly:
         _turn(found, name, names, time_s, values)
     found.samples = {column: _tidy(*each) for column, each in found.samples.items()}
     return found
+
+
+def _down(channel: Channel, stream: Stream) -> bool:
+    """Whether a topic has z down by the name of its frame, and the channel is none of the user's own."""
+    return stream.down and channel.optional and channel.frame in frames.DOWN
 
 
 def _names(log: Log, mapping: Mapping, channel: Channel, name: str, vehicle: Vehicle | None) -> tuple[str, ...]:

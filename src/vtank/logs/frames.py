@@ -13,6 +13,7 @@ Array = NDArray[np.float64]
 EARTH = {"NED": np.eye(3), "ENU": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]])}  # to NED
 BODY = {"FRD": np.eye(3), "FLU": np.diag([1.0, -1.0, -1.0])}  # to FRD
 ATTITUDE = {"NED-FRD": ("NED", "FRD"), "ENU-FLU": ("ENU", "FLU")}
+DOWN = {"ENU": "NED", "FLU": "FRD", "ENU-FLU": "NED-FRD"}  # the same with z down
 SEMI_MAJOR_M, ECCENTRICITY2 = 6378137.0, 6.69437999014e-3  # of the ellipsoid WGS 84
 LENGTH_OFF = 0.05  # by which a quaternion may be longer or shorter than 1 and still be one; a choice
 

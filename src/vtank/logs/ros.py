@@ -8,6 +8,7 @@ from typing import Any
 
 from .log import Log, library
 
+DOWN = ("ned", "frd")  # ends of the names of frames whose z axis points down, REP-103
 APART_S = 3600.0  # [s] between stamp and receipt above which they are different clocks; a choice
 
 
@@ -57,6 +58,9 @@ class Messages:
         except Exception:  # rosbags raises many kinds for bytes that are not what the definition says
             self.log.undecoded[topic] += 1
             return
+        if stream.sample is None:
+            frame = str(getattr(getattr(message, "header", None), "frame_id", ""))
+            stream.down = frame.lower().endswith(DOWN)
         stream.keep(self._time_s(message, received_s), message)
 
     def _time_s(self, message: Any, received_s: float) -> float:

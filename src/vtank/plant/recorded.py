@@ -6,17 +6,27 @@ from ..errors import InputError
 from ..record.columns import FIXED, NAMED
 from ..record.run import Run
 from ..record.toml import meant
+from .actuators import INPUTS
 from .vehicle import Vehicle
 
 
 def check_recorded(run: Run, vehicle: Vehicle) -> None:
-    """InputError for a column of a thruster, a fin or a sensor that the vehicle file has not, with the nearest."""
+    """InputError for a column of a thruster, a fin or a sensor that the vehicle file has not, with the nearest.
+
+    And for a thruster that is recorded, but not by the input from which the file knows its force.
+    """
     for name in run.columns:
         sensor, dot, channel = name.rpartition(".")
         if dot:
             _check_sensor(run, vehicle, name, sensor, channel)
         elif name not in FIXED:
             _check_input(run, vehicle, name)
+    for thruster in vehicle.thrusters:
+        name = thruster.name or thruster.site
+        found = [column for kind in INPUTS if (column := f"{name}_{kind}") in run.columns]
+        if found and thruster.column not in found:
+            expected = f"{vehicle.path} knows its force from {thruster.column}, by gain or curve"
+            raise InputError(f"{_where(run, found[0])}: {expected}; found {' and '.join(found)} alone")
 
 
 def _check_sensor(run: Run, vehicle: Vehicle, name: str, sensor: str, channel: str) -> None:
