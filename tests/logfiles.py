@@ -81,6 +81,7 @@ def dataflash(path: Path) -> Path:
         3: ("XKF1", "QBffffff", "TimeUS,C,VN,VE,VD,PN,PE,PD"),
         4: ("RCOU", "QHHH", "TimeUS,C1,C2,C3"),
         5: ("ARM", "QB", "TimeUS,ArmState"),
+        6: ("ESC", "QBf", "TimeUS,Instance,RPM"),
     }
     letters = {"Q": "Q", "N": "16s", "f": "f", "c": "h", "B": "B", "H": "H"}
     packers = {number: struct.Struct("<" + "".join(letters[c] for c in form[1])) for number, form in forms.items()}
@@ -106,6 +107,7 @@ def dataflash(path: Path) -> Path:
         parts.append(line(3, now, 0, *VELOCITY_NED[k], NORTH_M[k], EAST_M[k], DEPTH_M[k]))
         parts.append(line(3, now, 1, *[99.0] * 6))
         parts.append(line(4, now, *[round(1500 + 400 * COMMAND[k])] * 2, 0))
+        parts += [line(6, now, instance, abs(600.0 * COMMAND[k])) for instance in (0, 1)]
     path.write_bytes(b"".join(parts))
     return path
 

@@ -19,6 +19,7 @@ from .log import Log, Stream, field_names
 from .mapping import WGS84, Armed, Channel, Mapping, Pulses
 
 Array = NDArray[np.float64]
+MOTORS = 8  # outputs of an autopilot that may drive motors, whose functions have numbers in a row
 BODY_VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
 ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
 
@@ -72,6 +73,7 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
     for name, names, time_s, values in earthly:
         _turn(found, name, names, time_s, values)
     found.samples = {column: _tidy(*each) for column, each in found.samples.items()}
+    _sign(found)
     return found
 
 
@@ -104,13 +106,12 @@ def _names(log: Log, mapping: Mapping, channel: Channel, name: str, vehicle: Veh
 
 def _motor(log: Log, channel: Channel) -> int:
     """The number of the motor that an output drives, 0 for none; outputs are motors where no parameter tells."""
-    pulses = channel.pulses
-    parameter = pulses.parameters.get("function", "") if pulses else ""
+    parameter = channel.parameters.get("function", "")
     function = log.parameters.get(parameter.replace("{n}", str(channel.output)))
-    if not pulses or function is None:
-        return channel.output if not parameter or channel.output <= 8 else 0
-    motor = int(function) - pulses.motor_function + 1
-    return motor if 1 <= motor <= 8 else 0
+    if function is None:
+        return channel.output if not parameter or channel.output <= MOTORS else 0
+    motor = int(function) - channel.motor_function + 1
+    return motor if 1 <= motor <= MOTORS else 0
 
 
 def _of_vehicle(vehicle: Vehicle, motor: int, name: str) -> str:
@@ -149,7 +150,7 @@ def _commands(log: Log, channel: Channel, pulses: Pulses, raw: Array) -> Array:
     motor = str(_motor(log, channel))
     told = {
         key: log.parameters.get(name.replace("{n}", str(channel.output)).replace("{motor}", motor))
-        for key, name in pulses.parameters.items()
+        for key, name in channel.parameters.items()
     }
     stop, full = told.get("stop_us") or pulses.stop_us, told.get("full_us") or pulses.full_us
     asked = (raw - stop) / (full - stop) * (told.get("sign") or 1.0) * channel.scale + channel.offset
@@ -179,6 +180,17 @@ def _turn(found: Columns, name: str, names: tuple[str, ...], time_s: Array, valu
     for column, row in zip(names, turned, strict=True):
         found.samples[column] = time_s, row
         found.origin[column] += ", turned by the attitude"
+
+
+def _sign(found: Columns) -> None:
+    """Give revolutions that are counted without a sign that of the thruster's command, held to its next sample."""
+    for column, (time_s, values) in found.samples.items():
+        command_s, command = found.samples.get(f"{column.removesuffix('_rev_s')}_command", (np.empty(0), np.empty(0)))
+        if not column.endswith("_rev_s") or not values.size or values.min() < 0.0 or not (command < 0.0).any():
+            continue
+        row = np.maximum(np.searchsorted(command_s, time_s, side="right") - 1, 0)
+        found.samples[column] = time_s, np.where(command[row] < 0.0, -values, values)
+        found.remarks.append(f"{column}: counted without a sign; it has that of the command")
 
 
 def _at(time_s: Array, known_s: Array, angle: Array) -> Array:

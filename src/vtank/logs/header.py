@@ -32,7 +32,7 @@ DRIVES = re.compile(
     "thrust|motor|prop|port|starboard|command|cmd|throttle|esc"
 )  # words in what is driven, for a bare share
 SURFACE = re.compile("rudder|fin|plane|elevator|flap")
-PULSE = Pulses(1500.0, 1900.0, False, {}, 0)  # [us] as ArduSub's
+PULSE = Pulses(1500.0, 1900.0, False)  # [us] as ArduSub's
 SAID = re.compile(r"_?(rpm|rev_s|speed|pwm|command|cmd|throttle|thrust|force|current|angle|setpoint|us)$")
 
 

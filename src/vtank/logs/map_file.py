@@ -32,7 +32,7 @@ from .mapping import PRESETS, WGS84, Armed, Channel, Mapping, Pulses, column_uni
 from .units import UNITS, factor
 
 KEYS = ("message", "type", "field", "fields", "column", "columns", "unit", "sign", "scale", "offset", "frame", "where",
-        "outputs", "stop_us", "full_us", "one_way", "parameters", "motor_function")  # fmt: skip
+        "outputs", "first", "instance", "stop_us", "full_us", "one_way", "parameters", "motor_function")  # fmt: skip
 PARAMETERS = ("stop_us", "full_us", "function", "sign")
 
 
@@ -100,16 +100,20 @@ def _channels(table: Table) -> list[Channel]:
         frame=frame,
         where=_numbers(table, "where"),
         pulses=pulses,
+        parameters=_parameters(table),
+        motor_function=table.integer("motor_function", 0),
     )
     if not (channel.message or channel.type):
         raise table.error("message", "missing; expected the name of a message or topic, or a 'type'")
-    return [_numbered(channel, n) for n in range(1, outputs + 1)] if outputs else [channel]
+    first, instance = table.integer("first", 1, 1), table.text("instance", "")
+    return [_numbered(channel, first, n, instance) for n in range(first, first + outputs)] if outputs else [channel]
 
 
-def _numbered(channel: Channel, n: int) -> Channel:
-    """The n-th of the outputs of an actuator message: {n} counts from 1, {n0} from 0."""
-    fields = tuple(name.replace("{n}", str(n)).replace("{n0}", str(n - 1)) for name in channel.fields)
-    return replace(channel, fields=fields, output=n)
+def _numbered(channel: Channel, first: int, n: int, instance: str) -> Channel:
+    """Output n of an actuator message whose first one is `first`: {n} is n, {n0} counts from 0, as `instance` does."""
+    fields = tuple(name.replace("{n}", str(n)).replace("{n0}", str(n - first)) for name in channel.fields)
+    where = dict(channel.where) | ({instance: float(n - first)} if instance else {})
+    return replace(channel, fields=fields, output=n, where=where)
 
 
 def _check_shape(table: Table, fields: tuple[str, ...], columns: tuple[str, ...], frame: str) -> None:
@@ -134,14 +138,12 @@ def _check_column(table: Table, name: str, pulses: bool) -> None:
 
 
 def _pulses(table: Table) -> Pulses:
+    return Pulses(table.number("stop_us", 1500.0), table.number("full_us", 1900.0), _flag(table, "one_way"))
+
+
+def _parameters(table: Table) -> dict[str, str]:
     names = table.table("parameters").check_keys(PARAMETERS)
-    return Pulses(
-        table.number("stop_us", 1500.0),
-        table.number("full_us", 1900.0),
-        _flag(table, "one_way"),
-        {key: names.text(key) for key in names.entries},
-        table.integer("motor_function", 0),
-    )
+    return {key: names.text(key) for key in names.entries}
 
 
 def _sign(table: Table) -> float:

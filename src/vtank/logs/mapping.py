@@ -17,20 +17,16 @@ WGS84 = "WGS84"
 
 @dataclass(frozen=True)
 class Pulses:
-    """What a pulse length [us] asks of a motor; parameters of the vehicle, by their names, have the last word.
+    """What a pulse length [us] asks of a motor, where no parameter of the vehicle says otherwise.
 
     Attributes:
         stop_us, full_us: at rest and at full command ahead [us].
         one_way: whether all that is shorter than at rest is rest.
-        parameters: "stop_us", "full_us", "sign" (1 or -1), "function" (what an output drives) -> the parameter's name.
-        motor_function: of the first motor; 0 where no parameter tells what an output drives.
     """
 
     stop_us: float
     full_us: float
     one_way: bool
-    parameters: Dictionary[str, str]
-    motor_function: int
 
 
 @dataclass(frozen=True)
@@ -46,6 +42,9 @@ class Channel:
         frame: of vectors and attitude; "" for plain numbers.
         where: field -> number, which a message must have.
         output: number of an actuator's output, 0 where the outputs are not counted.
+        parameters: "stop_us", "full_us", "sign" (1 or -1), "function" (what an output drives) -> name of the vehicle's
+            parameter, with {n} for the output and {motor} for the motor.
+        motor_function: of the first motor.
         pulses: how pulse lengths become commands; None for other units.
         optional: whether the log need not have it, as that of a preset.
     """
@@ -60,6 +59,8 @@ class Channel:
     frame: str = ""
     where: Dictionary[str, float] = field(default_factory=dict)
     output: int = 0
+    parameters: Dictionary[str, str] = field(default_factory=dict)
+    motor_function: int = 0
     pulses: Pulses | None = None
     optional: bool = False
 
