@@ -165,3 +165,28 @@ def test_a_damaged_log_is_read_or_refused_and_never_a_traceback(make: str, tmp_p
             str(import_log(path))
         except InputError as error:
             assert str(path) in str(error)
+
+
+@pytest.mark.parametrize("make", ["tlog", "dataflash", "ulog", "bag", "mcap", "table"])
+def test_blank_gigabytes_at_the_end_are_passed_over(make: str, tmp_path: Path) -> None:
+    path = tmp_path / "dive.log"
+    if make == "mcap":
+        path = next(logfiles.bag2(tmp_path / "dive", True).glob("*.mcap"))
+    elif make == "table":
+        path.write_text(
+            "t,depth_m\n" + "".join(f"{t:.1f},{d:.6f}\n" for t, d in zip(TIME_S, logfiles.DEPTH_M, strict=True))
+        )
+    else:
+        getattr(logfiles, make)(path)
+    with path.open("r+b") as file:
+        file.truncate(2**28)
+    check(import_log(path).run, ("depth_m",))
+
+
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    import os
+
+    os.mkfifo(tmp_path / "pipe.BIN")
+    for name in ("pipe.BIN", "no\0path"):
+        with pytest.raises(InputError, match="pipe.BIN: is a pipe|not a path"):
+            import_log(tmp_path / name)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from .log import Log, library
+from .records import next_mark
 
 MARK = b"\xa3\x95"
+MARKS = re.compile(MARK)
 FORMAT = 0x80  # number of the message that describes the others
 FORMAT_LENGTH = 89
 PADDING = 528  # bytes at the end of a log that may be blank: two pages of the memory that it is written to
@@ -55,10 +58,13 @@ def messages(path: Path, log: Log, formats: dict[int, Any]) -> Iterator[tuple[in
         while head := file.read(3):
             number = head[2] if len(head) == 3 else 0
             if head[:2] != MARK or (number != FORMAT and number not in formats):
-                if size - file.tell() < PADDING:
+                here = file.tell() - len(head)
+                found = next_mark(file, MARKS, here + 1)
+                if found is None:
+                    lost += size - here if size - here > PADDING else 0
                     break
-                file.seek(1 - len(head), 1)
-                lost += 1
+                file.seek(found)
+                lost += found - here
                 continue
             length = (FORMAT_LENGTH if number == FORMAT else formats[number].len) - 3
             body = file.read(length)

@@ -93,10 +93,14 @@ def _kind(path: Path) -> str:
     if path.is_dir():
         return "rosbag2 folder"
     try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is a pipe, a device or a socket, expected a log")
         with path.open("rb") as file:
             head = file.read(16)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError as error:  # a NUL in the name
+        raise InputError(f"{str(path)!r}: not a path ({error})") from None
     if not head:
         raise InputError(f"{path}: the file is empty, expected a log")
     heads = {ULOG_HEAD: "ulog", mcap.HEAD: "mcap", rosbag1.HEAD: "rosbag1", rosbag2.HEAD: "rosbag2",

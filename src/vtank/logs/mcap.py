@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from .compression import decompressed, read_up_to
 from .log import Log
+from .records import decompressed, read_up_to
 from .ros import Messages, type_name
 from .rosbag1 import CutOff
 
@@ -73,7 +73,7 @@ def _chunk(
 def records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
     """Kind and content of each record; a chunk that is cut off is handed on as it is, then CutOff."""
     while head := file.read(9):
-        if len(head) < 9:
+        if len(head) < 9 or not head[0]:
             raise CutOff
         size = int.from_bytes(head[1:], "little")
         data = read_up_to(file, size)

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
-from .compression import decompressed, read_up_to
 from .log import Log
+from .records import decompressed, read_up_to
 from .ros import Messages, type_name
 
 HEAD = b"#ROSBAG V2.0\n"
@@ -17,7 +17,7 @@ MESSAGE, CHUNK, CONNECTION = b"\x02", b"\x05", b"\x07"  # what a record is, in i
 
 
 class CutOff(Exception):
-    """The file ends in the middle of a record."""
+    """The file ends in the middle of a record, or holds none from here on."""
 
 
 def read(path: Path, log: Log) -> None:
@@ -77,6 +77,8 @@ def records(file: BinaryIO) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
         if len(size) < 4:
             raise CutOff
         fields = dict(_fields(head))
+        if b"op" not in fields:
+            raise CutOff
         data = read_up_to(file, _size(size))
         whole = len(data) == _size(size)
         if whole or fields.get(b"op") == CHUNK:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from itertools import islice
 from pathlib import Path
+from typing import TextIO
 
 from ..errors import InputError
 from ..record.columns import column
@@ -23,6 +24,7 @@ from .units import factor
 NAME = "table"  # of the one stream that a table is
 DELIMITERS = (";", "\t", "|", ",")
 EMPTY = {"", "nan", "null", "none", "na", "n/a", "-", "--"}
+LONGEST = 2**18  # characters of a line; a choice
 LOOK = 50  # lines by which the dialect is found; a choice
 SECOND_S = 1.0  # steps of whole numbers above it, without a unit, are milliseconds; a choice
 
@@ -53,7 +55,7 @@ def dialect(path: Path, time: tuple[str, str] | None = None) -> Dialect:
     """How a table is written; `time` names its column of times and their unit. InputError where it is no table."""
     encoding = _encoding(path)
     with path.open(encoding=encoding, errors="replace", newline="") as file:
-        lines = [line.rstrip("\r\n") for line in islice(file, LOOK)]
+        lines = [line.rstrip("\r\n") for line in islice(_lines(file), LOOK)]
     delimiter = next((each for each in DELIMITERS if sum(each in line for line in lines) > len(lines) // 2), "")
     if not delimiter:
         raise InputError(
@@ -105,10 +107,7 @@ def read(path: Path, log: Log, mapping: Mapping) -> None:
 def _rows(path: Path, how: Dialect, log: Log) -> Iterator[list[str]]:
     """Rows of numbers; a last line without an end and with cells missing is the place where the log was cut off."""
     with path.open(encoding=how.encoding, errors="replace", newline="") as file:
-        for _ in range(how.skip):
-            next(file)
-        line = ""
-        for line in file:
+        for line in islice(_lines(file), how.skip, None):
             text = line.rstrip("\r\n")
             if text.strip():
                 cells = _cells(text, how.delimiter)
@@ -116,6 +115,11 @@ def _rows(path: Path, how: Dialect, log: Log) -> Iterator[list[str]]:
                     log.cut("the last line is not whole")
                     return
                 yield cells
+
+
+def _lines(file: TextIO) -> Iterator[str]:
+    """Lines, the longest in pieces, so that a file that has none fills no memory."""
+    return iter(lambda: file.readline(LONGEST), "")
 
 
 def _cells(line: str, delimiter: str) -> list[str]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from .log import Log, library
+from .records import next_mark
 
 STAMP = struct.Struct(">Q")  # of the receipt [us since 1970]
 MAGIC = {0xFD: 12, 0xFE: 8}  # first byte of MAVLink 2 and 1 -> bytes of a message beside its payload
+MARKS = re.compile(rb"[\xfd\xfe]")
 SIGNATURE = 13  # bytes behind a signed message
 AUTOPILOT = 1  # number of that component of a vehicle
 GROUND = 255  # number of the ground station
@@ -94,8 +97,12 @@ def packets(path: Path, log: Log) -> Iterator[tuple[float, bytes]]:
                 break
             magic, payload, flags = head[STAMP.size :]
             if magic not in MAGIC:
-                file.seek(1 - len(head), 1)
-                lost += 1
+                here = file.tell() - len(head)
+                found = next_mark(file, MARKS, here + STAMP.size + 1)
+                if found is None:
+                    break
+                file.seek(found - STAMP.size)
+                lost += found - STAMP.size - here
                 continue
             length = payload + MAGIC[magic] + SIGNATURE * (magic == 0xFD and flags & 1)
             rest = file.read(length - 3)

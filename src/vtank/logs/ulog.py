@@ -12,7 +12,8 @@ import numpy as np
 from ..errors import InputError
 from .log import Log, library
 
-ENOUGH = 100_000  # reads that get no further, after which nothing can come, where pyulog would go on; a choice
+ENOUGH = 1_000_000  # reads that get no further, after which a damaged file is taken to end; a choice
+BLANK = 2**12  # bytes of zeros at the end of a file, of which no more are read; a choice
 SOME = 12  # of the messages that are not read, those that are named; a choice
 
 
@@ -21,13 +22,26 @@ class Watched(io.FileIO):
 
     cut, furthest, stuck = False, -1, 0
 
+    def __init__(self, path: Path) -> None:
+        """The file up to its last byte that is not zero, since what a crash left blank would be searched for long."""
+        super().__init__(path)
+        self.end = self.seek(0, 2)
+        blank = True
+        while blank and self.end > 0:
+            self.end = max(self.end - BLANK, 0)
+            self.seek(self.end)
+            blank = not any(super().read(BLANK) or b"")
+        self.end = min(self.end + 2 * BLANK, self.seek(0, 2))
+        self.seek(0)
+
     def read(self, size: int | None = -1, /) -> bytes:
-        """As of a file."""
-        data = super().read(-1 if size is None else size) or b""
+        """As of a file that ends there."""
+        left = max(self.end - self.tell(), 0)
+        data = super().read(left if size is None or size < 0 else min(size, left)) or b""
         self.stuck = 0 if self.tell() > self.furthest else self.stuck + 1
         self.furthest = max(self.furthest, self.tell())
         if self.stuck > ENOUGH:
-            raise EOFError("it ends within its head, or is damaged there")
+            return b""
         self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > 3)
         return data
 
@@ -59,6 +73,9 @@ def read(path: Path, log: Log) -> None:
     except Exception as error:  # of many kinds, for a head that is broken
         raise InputError(f"{path}: a PX4 log that cannot be read ({error})") from None
     for data in found.data_list:
+        if "timestamp" not in data.data:  # its definition is damaged
+            log.undecoded[data.name] += 1
+            continue
         stream = log.stream(data.name + (f".{data.multi_id}" if data.multi_id else ""))
         time_s = data.data["timestamp"] * 1e-6
         stream.count, stream.first_s, stream.last_s = time_s.size, float(time_s.min()), float(time_s.max())

@@ -1,13 +1,15 @@
-"""Records and compressed chunks, as far as they go: the last of a log that is cut off gives what it still holds."""
+"""Records of logs: found again after damage, decompressed as far as they go, never larger than their file."""
 
 from __future__ import annotations
 
 import bz2
+import re
 from collections.abc import Callable
 from typing import BinaryIO
 
 from .log import library
 
+BLOCK = 2**16  # bytes that are searched at once; a choice
 LARGE = 2**20  # bytes; a record that claims more is held against the end of the file; a choice
 
 
@@ -18,6 +20,19 @@ def read_up_to(file: BinaryIO, size: int) -> bytes:
         size = min(size, file.seek(0, 2) - here)
         file.seek(here)
     return file.read(size)
+
+
+def next_mark(file: BinaryIO, marks: re.Pattern[bytes], start: int) -> int | None:
+    """Where bytes that begin a record come next, from a place on; None where none come. Two bytes at most."""
+    file.seek(start)
+    while block := file.read(BLOCK):
+        if found := marks.search(block):
+            return start + found.start()
+        if len(block) == 1:
+            return None
+        start += len(block) - 1
+        file.seek(start)
+    return None
 
 
 def decompressed(data: bytes, method: str) -> bytes:
