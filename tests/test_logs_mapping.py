@@ -76,6 +76,8 @@ def test_quaternions_that_are_none_are_left_out_and_told(tmp_path: Path) -> None
 def test_thrusters_are_called_as_in_the_vehicle_file(tmp_path: Path) -> None:
     run = import_log(logfiles.tlog(tmp_path / "dive.tlog"), vehicle="kingfisher").run
     assert np.allclose(run.samples("port_command")[1], logfiles.COMMAND, atol=1e-6)
+    other = import_log(tmp_path / "dive.tlog", vehicle="phoenix")
+    assert "knows its force from tunnel_bow_vertical_rev_s, by gain or curve" in str(other)
     with pytest.raises(InputError, match=r"remus100.toml: has 1 thrusters, the log has motor 2"):
         import_log(tmp_path / "dive.tlog", vehicle="remus100")
 

@@ -13,7 +13,7 @@ from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run, write_run
-from vtank.tank.film import Stage, film
+from vtank.tank.film import Stage, film, show
 from vtank.tank.poses import Poses, set_pose
 from vtank.tank.render import RenderUnavailable
 from vtank.tank.whole import load_whole
@@ -123,3 +123,34 @@ def test_without_a_display_or_the_library_it_says_so(
     monkeypatch.setitem(__import__("sys").modules, "imageio_ffmpeg", None)
     assert main(["view", str(tmp_path / "run.csv"), "--film", str(tmp_path / "out.mp4")]) == 2
     assert "pip install 'vtank[film]'" in capsys.readouterr().err
+
+
+def test_the_viewer_plays_until_it_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    import contextlib
+
+    import mujoco.viewer
+
+    class Window(contextlib.AbstractContextManager):  # type: ignore[type-arg]
+        """A stand-in for MuJoCo's window that is closed after three pictures."""
+
+        def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
+            self.user_scn, self.data, self.pictures = mujoco.MjvScene(model, 2000), data, []
+
+        def __exit__(self, *error: object) -> None:
+            seen.extend(self.pictures)
+
+        def is_running(self) -> bool:
+            return len(self.pictures) < 3
+
+        def lock(self) -> contextlib.AbstractContextManager[None]:
+            return contextlib.nullcontext()
+
+        def sync(self) -> None:
+            self.pictures.append((self.user_scn.ngeom, float(self.data.qpos[0])))
+
+    seen: list[tuple[int, float]] = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr(mujoco.viewer, "launch_passive", Window)
+    ahead = Poses(T, np.outer(T, [2.0, 0.0, 0.0]), np.zeros((T.size, 3)))
+    show(load_model(), ahead, ahead)
+    assert len(seen) == 3 and seen[0][0] > 5 and seen[2][1] > seen[0][1]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Mapping as Dictionary
 from dataclasses import dataclass, field, replace
 from os.path import commonprefix
 
@@ -72,8 +71,10 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
                 found.origin[column] = f"{name} {_source(made, stream)}"
     for name, names, time_s, values in earthly:
         _turn(found, name, names, time_s, values)
-    found.samples = {column: _tidy(*each) for column, each in found.samples.items()}
+    found.samples = {column: tidy for column, each in found.samples.items() if (tidy := _tidy(*each))[0].size}
     _sign(found)
+    if not log.parameters and any("function" in channel.parameters for channel in mapping.channels):
+        found.remarks.append(f"no parameters of the vehicle in the log: outputs 1 to {MOTORS} are taken for its motors")
     return found
 
 
@@ -153,6 +154,8 @@ def _commands(log: Log, channel: Channel, pulses: Pulses, raw: Array) -> Array:
         for key, name in channel.parameters.items()
     }
     stop, full = told.get("stop_us") or pulses.stop_us, told.get("full_us") or pulses.full_us
+    if full == stop:  # parameters of an output that nobody set
+        stop, full = pulses.stop_us, pulses.full_us
     asked = (raw - stop) / (full - stop) * (told.get("sign") or 1.0) * channel.scale + channel.offset
     least = 0.0 if pulses.one_way else -1.0
     return np.where(raw > 0.0, np.clip(asked, least, 1.0), np.nan)
@@ -216,9 +219,10 @@ def _armed(log: Log, armed: Armed) -> float | None:
     if stream is None or not stream.time_s:
         return None
     values = stream.samples(armed.field)
+    kept = np.isfinite(values)
     for name, expected in armed.where.items():
-        values = values[stream.samples(name) == expected]
-    values = values[np.isfinite(values)]
+        kept &= stream.samples(name) == expected
+    values = values[kept]
     if not values.size:
         return None
     if armed.changes:
@@ -241,11 +245,3 @@ def _no_numbers(channel: Channel, name: str, stream: Stream) -> str:
     meant = f"did you mean '{nearest[0]}'? " if nearest else ""
     fields = ", ".join(strange or channel.fields)
     return f"'{name}' has no number {fields}; {meant}its fields: {', '.join(known)}"
-
-
-def times(samples: Dictionary[str, tuple[Array, Array]]) -> tuple[float, float]:
-    """First and last time of all channels [s]; InputError where there is none."""
-    ends = [(time_s[0], time_s[-1]) for time_s, _ in samples.values() if time_s.size]
-    if not ends:
-        raise InputError("no channel of a vehicle was found in the log")
-    return min(first for first, _ in ends), max(last for _, last in ends)

@@ -16,7 +16,7 @@ from ..record.contradictions import contradictions
 from ..record.run import Run
 from ..record.writer import DECIMALS, write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
-from .convert import Columns, columns, times
+from .convert import Columns, columns
 from .decidable import Decidable, decidable
 from .header import channel
 from .log import Log
@@ -78,13 +78,16 @@ def import_log(
         heard = ", ".join(f"{name} ({each.kind})" if each.kind else name for name, each in sorted(log.streams.items()))
         raise InputError(f"{files[0]}: no channel of a vehicle found by {chosen.path.name}; write a mapping file for "
                          f"--map; there are: {heard or 'no messages'}")  # fmt: skip
-    start, _ = times(found.samples)
+    start = min(float(time_s[0]) for time_s, _ in found.samples.values())
     channels = {name: (np.round(time_s - start, DECIMALS), values) for name, (time_s, values) in
                 found.samples.items()}  # fmt: skip
     run = Run.from_channels(files[0].stem, channels)
     found.remarks += contradictions(run)
     if known:
-        check_recorded(run, known)
+        try:
+            check_recorded(run, known)
+        except InputError as error:  # a diagnosis will refuse what the vehicle file does not know; the log is not wrong
+            found.remarks.append(str(error))
     return Imported(run, log, found, decidable(run, found.armed), chosen)
 
 

@@ -40,7 +40,7 @@ def read(path: Path, log: Log) -> None:
 def _chunk(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[str, str]], taken: Messages) -> None:
     """The records of a chunk; of one that is cut off, as many as it holds."""
     try:
-        inside = decompressed(data, fields[b"compression"].decode())
+        inside = decompressed(data, fields.get(b"compression", b"none").decode())
     except ValueError as error:
         taken.log.undecoded[f"chunk ({error})"] += 1
         return
