@@ -84,7 +84,7 @@ def test_a_rudder_beside_a_steady_propeller_is_excitation() -> None:
 SAMPLES = {  # file -> why it is refused, what else it must say
     "ardusub_armed.tlog": (
         "inputs at 2 Hz and 14 s of excitation: too coarse to identify a lag or an inertia",
-        "no parameters of the vehicle in the log: outputs 1 to 8",
+        "no parameter tells what outputs drive: those from 1 to 8",
     ),
     "ardusub_disarmed.tlog": ("never armed", "4 could not be decoded"),
     "ardusub.BIN": ("motors at stop throughout: 6 inputs, none further than 0.02", "1492 to 1500 us"),

@@ -73,8 +73,13 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
         _turn(found, name, names, time_s, values)
     found.samples = {column: tidy for column, each in found.samples.items() if (tidy := _tidy(*each))[0].size}
     _sign(found)
-    if not log.parameters and any("function" in channel.parameters for channel in mapping.channels):
-        found.remarks.append(f"no parameters of the vehicle in the log: outputs 1 to {MOTORS} are taken for its motors")
+    functions = {
+        c.parameters["function"].replace("{n}", str(c.output)) for c in mapping.channels if "function" in c.parameters
+    }
+    if functions and not functions & log.parameters.keys():
+        found.remarks.append(
+            f"no parameter tells what outputs drive: those from 1 to {MOTORS} are taken for the motors"
+        )
     return found
 
 
