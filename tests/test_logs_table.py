@@ -93,6 +93,7 @@ def test_times_of_any_kind(name: str, cell: object, tmp_path: Path) -> None:
         ("rpm", "n_rev_s", 1.0 / 60.0),
         ("surge [N]", "surge_N", 1.0),
         ("depth", "depth_m", 1.0),
+        ("Surge", "surge_m_s", 1.0),
     ],
 )
 def test_headers_are_understood(header: str, column: str, factor: float) -> None:
@@ -155,3 +156,13 @@ def test_parse() -> None:
     assert parse("Thruster 1 rpm") == ("thruster_1", "rpm")
     assert parse("surge_ft_s") == ("surge", "ft/s")
     assert parse("Depth") == ("depth", "")
+
+
+def test_angles_without_a_unit_are_degrees_where_one_exceeds_a_turn(tmp_path: Path) -> None:
+    for heading, word, factor in ((200.0, "degrees", np.radians(1.0)), (2.0, "radians", 1.0)):
+        lines = ["t,Roll,yaw,gyro_z", *(f"{0.1 * k:.1f},{0.1 * k:.1f},{heading},{0.2 * k:.1f}" for k in range(20))]
+        (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+        found = import_log(tmp_path / "log.csv")
+        assert f"Roll, yaw, gyro_z: no unit, taken for {word}" in str(found)
+        assert np.allclose(found.run.columns["roll_rad"], factor * 0.1 * np.arange(20))
+        assert np.allclose(found.run.columns["yaw_rate_rad_s"], factor * 0.2 * np.arange(20))

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 
-from ..record.columns import FIXED, column
+import numpy as np
+
+from ..record.columns import FIXED, MOTION, column
 from ..record.run import INPUTS, TIME
 from ..record.suffix import UNITS as SUFFIXES
-from .mapping import Channel, Pulses
+from .log import Log
+from .mapping import Channel, Mapping, Pulses, column_unit
 from .units import UNITS, factor
 
 TIMES = {"time", "t", "timestamp", "time_stamp", "elapsed", "elapsed_time", "seconds", "date_time", "datetime"}
@@ -24,7 +28,7 @@ WORDS = {  # other words for what a column measures
 }  # fmt: skip
 STEMS = {  # (what, its unit) -> column
     (name.removesuffix("_" + known.unit.replace("/", "_").replace(" ", "")), known.unit): name
-    for name, known in FIXED.items()
+    for name, known in (MOTION | FIXED).items()  # without a unit motion is meant, and no force
 }
 ASKED = {"rev/s": "_rev_s", "-": "_command", "N": "_N", "A": "_A"}  # unit -> ending of a thruster's column
 ALONE = {"rev/s": "n_rev_s", "-": "command", "N": "thrust_N"}  # the same without a thruster's name
@@ -32,6 +36,8 @@ DRIVES = re.compile(
     "thrust|motor|prop|port|starboard|command|cmd|throttle|esc"
 )  # words in what is driven, for a bare share
 SURFACE = re.compile("rudder|fin|plane|elevator|flap")
+DEGREES = {"rad": "deg", "rad/s": "deg/s"}
+TURN = 7.0  # [rad] more than a turn, which no angle of a vehicle in radians exceeds at first sight; a choice
 PULSE = Pulses(1500.0, 1900.0, False)  # [us] as ArduSub's
 SAID = re.compile(r"_?(rpm|rev_s|speed|pwm|command|cmd|throttle|thrust|force|current|angle|setpoint|us)$")
 
@@ -62,10 +68,27 @@ def channel(header: str, message: str) -> Channel | None:
     what = WORDS.get(stem, stem)
     for (known, si), name in STEMS.items():
         if what == known and (not unit or factor(unit, si) is not None):
-            return _channel(message, header, name, unit or si)
+            return _channel(message, header, name, unit)
         if known in (f"{what}_rate", f"{stem}_rate") and unit and factor(unit, si) is not None:
             return _channel(message, header, name, unit)
     return _actuator(message, header, stem, unit)
+
+
+def settled(mapping: Mapping, log: Log, message: str) -> Mapping:
+    """The mapping of a table with the units of angles that its header leaves open: degrees where one exceeds a turn."""
+    stream = log.streams[message]
+    unsaid = [
+        c for c in mapping.channels if not c.unit and c.columns != c.fields and column_unit(c.columns[0]) in DEGREES
+    ]
+    if not unsaid:
+        return mapping
+    most = max(float(np.nanmax(np.abs(stream.samples(c.fields[0])), initial=0.0)) for c in unsaid)
+    named = ", ".join(c.fields[0] for c in unsaid)
+    log.remarks.append(f"{named}: no unit, taken for {'degrees' if most > TURN else 'radians'}")
+    if most <= TURN:
+        return mapping
+    units = {c.fields: DEGREES[column_unit(c.columns[0])] for c in unsaid}
+    return replace(mapping, channels=tuple(replace(c, unit=units.get(c.fields, c.unit)) for c in mapping.channels))
 
 
 def _actuator(message: str, header: str, stem: str, unit: str) -> Channel | None:

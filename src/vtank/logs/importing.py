@@ -18,7 +18,7 @@ from ..record.writer import DECIMALS, write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
 from .convert import Columns, columns
 from .decidable import Decidable, decidable
-from .header import channel
+from .header import channel, settled
 from .log import Log
 from .map_file import read_mapping
 from .mapping import PRESETS, Mapping
@@ -72,6 +72,8 @@ def import_log(
     log = Log(chosen.wanted)
     for file in files:
         _reader(file, chosen)(file, log)
+    if chosen.preset and table.NAME in log.streams:
+        chosen = settled(chosen, log, table.NAME)
     known = load_vehicle(vehicle) if isinstance(vehicle, str | Path) else vehicle
     found = columns(log, chosen, known)
     if not found.samples:
