@@ -73,7 +73,7 @@ def _of_scenario(flight: Path | str, settings: Sequence[str]) -> View:
     if is_whole(flight):
         whole = load_whole_scenario(flight, settings)
         watched = replace(whole, vehicle=_watched(whole.vehicle))
-        flown = fly_whole(watched)
+        flown: Any = fly_whole(watched)
         return View(load_whole(whole.vehicle, whole.walls).model, of_run(getattr(flown, "run", flown)))
     (plan,) = plan_all([flight], settings, None, None)
     scenario, (result,) = plan.scenario, fly([plan], "tank")

@@ -12,7 +12,10 @@ import numpy as np
 from ..errors import InputError
 from .log import Log, library
 
-ENOUGH = 1_000_000  # reads that get no further, after which a damaged file is taken to end; a choice
+HEAD = 3  # bytes before each message: its length and kind
+ENOUGH = (
+    100_000  # heads read that lie no further, more than the bytes of a message: a damaged file ends there; a choice
+)
 BLANK = 2**12  # bytes of zeros at the end of a file, of which no more are read; a choice
 SOME = 12  # of the messages that are not read, those that are named; a choice
 
@@ -38,11 +41,12 @@ class Watched(io.FileIO):
         """As of a file that ends there."""
         left = max(self.end - self.tell(), 0)
         data = super().read(left if size is None or size < 0 else min(size, left)) or b""
-        self.stuck = 0 if self.tell() > self.furthest else self.stuck + 1
-        self.furthest = max(self.furthest, self.tell())
+        if size == HEAD:
+            self.stuck = 0 if self.tell() > self.furthest else self.stuck + 1
+            self.furthest = max(self.furthest, self.tell())
         if self.stuck > ENOUGH:
             return b""
-        self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > 3)
+        self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > HEAD)
         return data
 
 
