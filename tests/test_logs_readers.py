@@ -190,3 +190,10 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
     for name in ("pipe.BIN", "no\0path"):
         with pytest.raises(InputError, match="pipe.BIN: is a pipe|not a path"):
             import_log(tmp_path / name)
+
+
+def test_a_head_that_leads_back_to_itself_ends(tmp_path: Path) -> None:
+    path = tmp_path / "dive.ulg"
+    path.write_bytes(b"ULog\x01\x12\x35\x01" + bytes(8) + b"\x03\x00\x00\x01\x02")
+    with pytest.raises(InputError, match="dive.ulg"):
+        import_log(path)
