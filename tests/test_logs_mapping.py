@@ -10,6 +10,7 @@ import pytest
 
 from vtank.errors import InputError
 from vtank.logs import import_log, read_mapping
+from vtank.logs.map_file import KEYS
 from vtank.logs.mapping import PRESETS
 from vtank.logs.units import UNITS
 from vtank.record.columns import FIXED, NAMED
@@ -96,3 +97,9 @@ def test_latitude_and_longitude_become_metres(tmp_path: Path) -> None:
     arc_second = 30.94  # [m] of latitude at 59 deg north, from tables of the ellipsoid
     assert run.columns["north_m"][-1] == pytest.approx(3600 * 1e-5 * 19 * arc_second, rel=1e-3)
     assert run.columns["east_m"][-1] == pytest.approx(2e-5 * 19 * 57_476.0, rel=1e-3)  # 57.476 km a degree at 59 deg
+
+
+def test_the_howto_names_every_key_of_a_channel() -> None:
+    text = (Path(__file__).parents[1] / "models" / "HOWTO.md").read_text(encoding="utf-8")
+    rare = {"one_way", "parameters", "motor_function", "instance"}  # of autopilots, whose presets show them
+    assert not [key for key in set(KEYS) - rare if f"`{key}`" not in text]
