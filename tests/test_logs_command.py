@@ -65,6 +65,7 @@ def test_a_recording_of_another_vehicle_is_refused_with_the_nearest(tmp_path: Pa
 def test_check_data_holds_runs_against_a_vehicle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "run.csv").write_text("time_s,dvl.surge_m_s\n" + "".join(f"{k},1\n" for k in range(20)))
     assert main(["check-data", str(tmp_path / "run.csv")]) == 0
+    assert "no actuator channel" in capsys.readouterr().out
     assert main(["check-data", str(tmp_path / "run.csv"), "--vehicle", "kingfisher"]) == 2
     assert "no sensor 'dvl'" in capsys.readouterr().err
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from pathlib import Path
 
 
@@ -15,7 +16,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def run(args: argparse.Namespace) -> int:
-    """Print a line for the data set and a table of all channels."""
+    """Print a line for the data set, a table of all channels, and what these do not allow to decide."""
+    from ..logs import decidable
     from ..plant.recorded import check_recorded
     from ..plant.vehicle import load_vehicle
     from ..present.document import plain
@@ -33,4 +35,7 @@ def run(args: argparse.Namespace) -> int:
         origin = f"written by vtank {data.manifest.versions.get('vtank', '?')}{seed}"
     print(f"{data.path}: {len(data)} run{'s' * (len(data) > 1)}, {origin}\n")
     print(plain(channels(data)))
+    said = Counter(line for run in data for line in str(decidable(run)).splitlines())
+    for line, runs in said.items():
+        print(line if len(data) == 1 else f"{line} ({runs} of {len(data)} runs)")
     return 0

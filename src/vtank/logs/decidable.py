@@ -148,7 +148,7 @@ def _undecidable(run: Run, inputs: Samples, held: Held) -> list[tuple[str, str]]
     if held.coarse:
         found.append(("inertia, added mass", "the inputs change from one sample to the next as much as they do in all"))
     if held.driven_s < DRIVEN_S:
-        found.append(("weak effects", f"{held.driven_s:.0f} s of excitation, expected {DRIVEN_S:g} s or more"))
+        found.append(("weak effects", f"{held.driven_s:.3g} s of excitation, expected {DRIVEN_S:g} s or more"))
     commands = [name for name in inputs if name.endswith("command")]
     if commands and not any(name.endswith("rev_s") for name in inputs):
         found.append(("propeller apart from motor", "no revolutions: a command does not tell what the propeller did"))
