@@ -19,6 +19,7 @@ OWN = {
     "mine.toml",
     "mine-truth.toml",
     "mine-sway.toml",
+    "thrusters.toml",
     "journal/",
 }  # made by whoever follows the document
 

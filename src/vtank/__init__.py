@@ -6,6 +6,7 @@
     fit = vt.identify(runs, model="II")          # fit.values, fit.sd
     d = vt.diagnose(runs, nominal="paper-ii")    # print(d), d.report("gap.html"), d.save("gap.toml")
     vt.predict("gap.toml", runs[0])
+    vt.import_log("dive.BIN").write("dive.csv")  # ArduPilot, PX4, ROS, MCAP, any table
 
 Importing vtank loads nothing else; each name loads what it needs when it is first used.
 """
@@ -35,10 +36,12 @@ if TYPE_CHECKING:
     from .library import load as load
     from .library import predict as predict
     from .library import run as run
+    from .logs.importing import import_log as import_log
     from .plant.truth import Truth as Truth
     from .plant.truth import load_truth as load_truth
     from .plant.vehicle import Vehicle as Vehicle
     from .plant.vehicle import load_vehicle as load_vehicle
     from .record.run import Run as Run
+    from .viewed import view as view
 
 __all__ = facade(__name__)

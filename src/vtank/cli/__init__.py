@@ -25,7 +25,7 @@ from vtank import __version__
 from vtank.errors import InputError
 
 COMMANDS = (  # in the order of `vtank --help`
-    *("demo", "run", "campaign", "identify", "reproduce", "check-data"),
+    *("demo", "run", "campaign", "identify", "reproduce", "check-data", "import", "view"),
     *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),
 )
 

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from ..errors import InputError
+from .contradictions import contradictions
 from .files import read_text
+from .manifest import DataSetWarning
 from .rules import content_fault, header_fault
 from .run import TIME, FloatArray, Run
 
@@ -19,7 +22,10 @@ HEADER_LINE = 1  # lines count from 1; row r of the data is line r + 2
 
 
 def read_run(path: Path | str) -> Run:
-    """The run in a CSV file; InputError says where the file breaks the rules of a run."""
+    """The run in a CSV file; InputError says where the file breaks the rules of a run.
+
+    DataSetWarning where the channels of a whole vehicle contradict each other.
+    """
     path = Path(path)
     text = read_text(path)
     if not text.strip():
@@ -35,6 +41,8 @@ def read_run(path: Path | str) -> Run:
     if fault:
         line = "" if fault.row is None else f", line {fault.row + 2}"
         raise InputError(f"{path}{line}: {fault.message}")
+    for found in contradictions(run):
+        warnings.warn(f"{path}: {found}", DataSetWarning, stacklevel=2)
     return run
 
 

@@ -51,27 +51,27 @@ def render_png(
         job["model"] = str(Path(folder) / "tank.mjb")
         mujoco.mj_saveModel(model, job["model"])
         for backend in BACKENDS:
-            answer = _render_in_child(backend, job)
+            answer = in_child(__name__, backend, job)
             if answer is None:
                 return
             answers.append(f"{backend}: {answer}")
     raise RenderUnavailable("; ".join(answers))
 
 
-def _render_in_child(backend: str, job: dict[str, Any]) -> str | None:
-    """None where the picture was written, otherwise the last line of the child's complaint."""
+def in_child(module: str, backend: str, job: dict[str, Any], wait_s: float = 120.0) -> str | None:
+    """Run a module, of tank, in a process bound to one OpenGL library; None, or the last line of its complaint."""
     source = str(Path(__file__).resolve().parents[2])
     search = os.pathsep.join(filter(None, (source, os.environ.get("PYTHONPATH"))))
     environment = {key: value for key, value in os.environ.items() if key != "PYOPENGL_PLATFORM"}
     environment |= {"MUJOCO_GL": backend, "PYTHONPATH": search}
     try:
         done = subprocess.run(
-            [sys.executable, "-m", __name__],
+            [sys.executable, "-m", module],
             input=json.dumps(job),
             env=environment,
             capture_output=True,
             text=True,
-            timeout=120.0,
+            timeout=wait_s,
         )
     except (OSError, subprocess.TimeoutExpired) as error:
         return type(error).__name__

@@ -1,0 +1,44 @@
+"""`vtank import`: a log of a vehicle as a run, and what it will not allow to decide."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `import LOG --out RUN.csv`."""
+    text = (
+        "read the log of a vehicle (ArduPilot, PX4, ROS, MCAP, any table) as a run, and say what can be decided from it"
+    )
+    parser = subparsers.add_parser("import", help=text, description=text)
+    parser.add_argument(
+        "logs", type=Path, nargs="+", metavar="LOG", help="*.tlog, *.BIN, *.ulg, *.bag, *.mcap, a ROS 2 bag's "
+        "folder, a table in text; several are parts of one recording",
+    )  # fmt: skip
+    parser.add_argument(
+        "--map",
+        type=Path,
+        metavar="MAP.toml",
+        help="which fields become which columns (default: a preset, or the header)",
+    )
+    parser.add_argument("--vehicle", metavar="VEHICLE", help="vehicle file, for the names of its thrusters")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--out", type=Path, metavar="RUN.csv", help="write the run")
+    where.add_argument("--preview", action="store_true", help="say what would be written, and write nothing")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Import, write, and print the preview."""
+    from ..errors import InputError
+    from ..logs import import_log
+    from .checks import refuse_unwritable
+
+    refuse_unwritable(args.out)
+    if args.out and any(args.out.resolve() == log.resolve() for log in args.logs):
+        raise InputError(f"{args.out}: is the log itself, which would be overwritten; choose another file")
+    found = import_log(*args.logs, mapping=args.map, vehicle=args.vehicle)
+    if args.out:
+        found.write(args.out)
+    print(found, end="")
+    return 0

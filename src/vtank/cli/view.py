@@ -1,0 +1,38 @@
+"""`vtank view`: a flight in MuJoCo's viewer or as a film, with the recording as a ghost beside the simulation."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Declare `view SCENARIO|RUN`."""
+    text = "look at a scenario as it is simulated, or at a recording beside the simulation of its own commands"
+    parser = subparsers.add_parser("view", help=text, description=text)
+    parser.add_argument(
+        "flight", metavar="SCENARIO|RUN", help="name or .toml file of a scenario, or .csv file of a run"
+    )
+    parser.add_argument("--ghost", type=Path, metavar="RUN.csv", help="recording beside a scenario")
+    parser.add_argument("--vehicle", metavar="VEHICLE", help="of a run: name or .toml file of the vehicle")
+    parser.add_argument("--film", type=Path, metavar="OUT.mp4", help="write a film instead; needs no window")
+    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of a scenario")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Simulate, then show or film."""
+    from ..errors import InputError
+    from ..tank.render import RenderUnavailable
+    from ..viewed import view
+    from .checks import refuse_unwritable
+
+    refuse_unwritable(args.film)
+    seen = view(args.flight, args.ghost, args.vehicle, args.set)
+    if args.film is None:
+        seen.show()
+        return 0
+    try:
+        print(f"{args.film}: {seen.film(args.film)}")
+    except RenderUnavailable as reason:
+        raise InputError(f"{args.film}: no film, no OpenGL library works here ({reason})") from None
+    return 0

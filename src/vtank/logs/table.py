@@ -1,0 +1,199 @@
+"""Tables in text of any dialect: comma, semicolon, tabulator or bar; decimal comma; units in the header."""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from array import array
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from itertools import islice
+from pathlib import Path
+from typing import TextIO
+
+from ..errors import InputError
+from ..record.columns import column
+from .header import TIME_UNIT, TIMES, parse
+from .log import Log
+from .mapping import Mapping
+from .units import factor
+
+NAME = "table"  # of the one stream that a table is
+DELIMITERS = (";", "\t", "|", ",")
+EMPTY = {"", "nan", "null", "none", "na", "n/a", "-", "--"}
+LONGEST = 2**18  # characters of a line; a choice
+LOOK = 50  # lines by which the dialect is found; a choice
+SECOND_S = 1.0  # steps of whole numbers above it, without a unit, are milliseconds; a choice
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a table is written.
+
+    Attributes:
+        encoding, delimiter: of the text.
+        comma: whether it stands for the decimal point.
+        header: names of the columns, with their units as in the file.
+        skip: lines above the numbers.
+        time: index of the column of times.
+        time_unit: "" where the header does not tell it.
+    """
+
+    encoding: str
+    delimiter: str
+    comma: bool
+    header: tuple[str, ...]
+    skip: int
+    time: int
+    time_unit: str
+
+
+def dialect(path: Path, time: tuple[str, str] | None = None) -> Dialect:
+    """How a table is written; `time` names its column of times and their unit. InputError where it is no table."""
+    encoding = _encoding(path)
+    with path.open(encoding=encoding, errors="replace", newline="") as file:
+        lines = [line.rstrip("\r\n") for line in islice(_lines(file), LOOK)]
+    delimiter = next((each for each in DELIMITERS if sum(each in line for line in lines) > len(lines) // 2), "")
+    if not delimiter:
+        raise InputError(
+            f"{path}: no log that is known, and no table: expected columns separated by , ; | or tabulator"
+        )
+    comma = delimiter != "," and any(re.search(r"(^|\W)-?\d+,\d+($|\W)", line) for line in lines)
+    rows = [_cells(line, delimiter) for line in lines]
+    first = next((k for k, row in enumerate(rows) if len(row) > 1 and _numeric(row, comma)), len(rows))
+    words = [k for k in range(first) if len(rows[k]) > 1 and len(rows[k]) == len(rows[min(first, len(rows) - 1)])]
+    if first == len(rows) or not words:
+        raise InputError(f"{path}: expected a header with column names above rows of numbers")
+    names = [name.lstrip("#% ").strip() for name in rows[words[0]]]
+    if len(words) > 1:  # a row of units below the names
+        units = [unit.strip(" []()") for unit in rows[words[-1]]]
+        names = [
+            f"{name} [{unit}]" if unit and not column(name) else name for name, unit in zip(names, units, strict=True)
+        ]
+    time_column, unit = _time(path, names, time)
+    return Dialect(encoding, delimiter, comma, tuple(names), first, time_column, unit)
+
+
+def read(path: Path, log: Log, mapping: Mapping) -> None:
+    """Read a table as one stream; cells that are no numbers are counted, empty ones are no sample."""
+    log.kind = "table in text"
+    how = dialect(path, mapping.time)
+    stream, wanted = log.stream(NAME), []
+    stream.sample = dict.fromkeys(how.header, 0.0)
+    wanted = [(how.header.index(name), values) for name, values in stream.values.items() if name in how.header]
+    absent = [values for name, values in stream.values.items() if name not in how.header]
+    stamps, short = array("d"), 0
+    for cells in _rows(path, how, log):
+        time = stamp(cells[how.time], how.comma) if len(cells) == len(how.header) else math.nan
+        if not math.isfinite(time):
+            short += 1
+            continue
+        stamps.append(time)
+        for k, values in wanted:
+            values.append(_number(cells[k], how, log, how.header[k]))
+        for values in absent:
+            values.append(math.nan)
+    if short:
+        log.remarks.append(f"{short} rows are incomplete or have no time: left out")
+    scale = _time_scale(how, stamps, log)
+    for time in stamps:
+        stream.tick(time * scale)
+        stream.time_s.append(time * scale)
+
+
+def _rows(path: Path, how: Dialect, log: Log) -> Iterator[list[str]]:
+    """Rows of numbers; a last line without an end and with cells missing is the place where the log was cut off."""
+    with path.open(encoding=how.encoding, errors="replace", newline="") as file:
+        for line in islice(_lines(file), how.skip, None):
+            text = line.rstrip("\r\n")
+            if text.strip():
+                cells = _cells(text, how.delimiter)
+                if len(cells) < len(how.header) and not line.endswith("\n"):
+                    log.cut("the last line is not whole")
+                    return
+                yield cells
+
+
+def _lines(file: TextIO) -> Iterator[str]:
+    """Lines, the longest in pieces, so that a file that has none fills no memory."""
+    return iter(lambda: file.readline(LONGEST), "")
+
+
+def _cells(line: str, delimiter: str) -> list[str]:
+    cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
+    return [cell.strip() for cell in cells]
+
+
+def _number(cell: str, how: Dialect, log: Log, name: str) -> float:
+    try:
+        return float(cell.replace(",", ".") if how.comma else cell)
+    except ValueError:
+        if cell.lower() not in EMPTY:
+            log.undecoded[f"cells of '{name}'"] += 1
+        return math.nan
+
+
+def stamp(cell: str, comma: bool) -> float:
+    """A time as a number, a date with time of day, or a time of day, in seconds or the file's unit; NaN for others."""
+    with suppress(ValueError):
+        return float(cell.replace(",", ".") if comma else cell)
+    with suppress(ValueError):
+        return datetime.fromisoformat(cell.replace(",", ".")).timestamp()
+    parts = re.fullmatch(r"(\d+):(\d\d):(\d\d(?:[.,]\d+)?)", cell)
+    if not parts:
+        return math.nan
+    return int(parts[1]) * 3600.0 + int(parts[2]) * 60.0 + float(parts[3].replace(",", "."))
+
+
+def _numeric(row: list[str], comma: bool) -> bool:
+    """Whether most cells of a row are numbers, times or empty, and one at least is a number."""
+    numbers = sum(not math.isnan(stamp(cell, comma)) for cell in row)
+    return numbers > 0 and numbers + sum(cell.lower() in EMPTY for cell in row) > len(row) // 2
+
+
+def _encoding(path: Path) -> str:
+    with path.open("rb") as file:
+        head = file.read(65536)
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "utf-16"
+    try:
+        head.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        return "latin-1" if error.start < len(head) - 4 else "utf-8-sig"
+    return "utf-8-sig"
+
+
+def _time(path: Path, names: list[str], time: tuple[str, str] | None) -> tuple[int, str]:
+    """Index of the column of times, and their unit."""
+    if time:
+        if time[0] not in names:
+            raise InputError(f"{path}: no column '{time[0]}' for the time; found {', '.join(names)}")
+        return names.index(time[0]), time[1]
+    for k, name in enumerate(names):
+        stem, unit = parse(name)
+        if stem in TIMES or (stem in TIME_UNIT and not unit):
+            return k, unit or TIME_UNIT.get(stem, "")
+    raise InputError(f"{path}: no column of times; expected one called time_s, time, t or timestamp, or [time] in a "
+                     f"mapping file; found {', '.join(names)}")  # fmt: skip
+
+
+def _time_scale(how: Dialect, stamps: array[float], log: Log) -> float:
+    """By what the times are multiplied to be seconds; where the header does not tell, by their size and steps."""
+    if how.time_unit:
+        return factor(how.time_unit, "s") or 1.0
+    steps = sorted(later - earlier for earlier, later in zip(stamps, stamps[1:], strict=False))
+    step = steps[len(steps) // 2] if steps else 0.0
+    whole = all(time == int(time) for time in stamps[:LOOK])
+    if stamps and abs(stamps[0]) > 1e17:
+        unit = "ns"
+    elif stamps and abs(stamps[0]) > 1e14:
+        unit = "us"
+    elif (stamps and abs(stamps[0]) > 1e11) or (whole and step > SECOND_S):
+        unit = "ms"
+    else:
+        return 1.0
+    log.remarks.append(f"the times have no unit and are taken for {unit}")
+    return factor(unit, "s") or 1.0

@@ -1,0 +1,90 @@
+"""`vtank import` and what a vehicle file says of a recording."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import logfiles
+import numpy as np
+import pytest
+
+from vtank.cli import main
+from vtank.errors import InputError
+from vtank.experiment import fly_vehicle
+from vtank.plant.recorded import check_recorded
+from vtank.plant.vehicle import load_vehicle
+from vtank.record import Run, read_run
+
+
+def test_import_writes_a_run_and_prints_the_preview(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = logfiles.dataflash(tmp_path / "dive.BIN")
+    assert main(["import", str(log), "--out", str(tmp_path / "dive.csv"), "--vehicle", "kingfisher"]) == 0
+    logfiles.check(read_run(tmp_path / "dive.csv"), ("depth_m", "heading_rad"), 2e-4)
+    assert "port_command" in capsys.readouterr().out
+
+
+def test_preview_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = logfiles.ulog(tmp_path / "dive.ulg")
+    assert main(["import", str(log), "--preview"]) == 0
+    assert "thruster_1_command" in capsys.readouterr().out and list(tmp_path.iterdir()) == [log]
+
+
+def test_the_log_itself_is_never_overwritten(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    log = tmp_path / "dive.csv"
+    log.write_text("t;depth_m\n" + "".join(f"{k};{k}\n" for k in range(20)))
+    before = log.read_bytes()
+    assert main(["import", str(log), "--out", str(log)]) == 2
+    assert "is the log itself" in capsys.readouterr().err and log.read_bytes() == before
+
+
+def test_a_log_without_a_vehicles_channel_names_what_there_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "log.csv").write_text("t;temperature [degC]\n" + "".join(f"{k};{k}\n" for k in range(20)))
+    assert main(["import", str(tmp_path / "log.csv"), "--preview"]) == 2
+    assert "no channel of a vehicle found" in capsys.readouterr().err
+
+
+def test_a_recording_of_another_vehicle_is_refused_with_the_nearest(tmp_path: Path) -> None:
+    t = np.arange(20.0)
+    vehicle = load_vehicle("kingfisher")
+    check_recorded(fly_vehicle(vehicle, {"time_s": [0.0], "port_command": [0.5]}, 5.0), vehicle)
+    check_recorded(Run("run", t, {"port_A": t, "surge_m_s": t, "starboard_command": t}), vehicle)
+    for column, said in {
+        "dvl.surge_m_s": "has no sensor 'dvl'; there are: gps, compass, imu",
+        "gps.heave_m_s": "sensor.gps of .*kingfisher.toml has no channel 'heave_m_s'",
+        "prt_command": "has no thruster or fin 'prt'; did you mean 'port'",
+        "port_rev_s": ".*knows its force from port_command, by gain or curve; found port_rev_s alone",
+    }.items():
+        with pytest.raises(InputError, match=f"run run, column {column}: .*{said}"):
+            check_recorded(Run("run", t, {column: t}), vehicle)
+
+
+def test_check_data_holds_runs_against_a_vehicle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.csv").write_text("time_s,dvl.surge_m_s\n" + "".join(f"{k},1\n" for k in range(20)))
+    assert main(["check-data", str(tmp_path / "run.csv")]) == 0
+    assert "no actuator channel" in capsys.readouterr().out
+    assert main(["check-data", str(tmp_path / "run.csv"), "--vehicle", "kingfisher"]) == 2
+    assert "no sensor 'dvl'" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_an_hour_at_50_hz_with_30_channels_stays_below_1_gb(tmp_path: Path) -> None:
+    rows = 50 * 3600
+    names = ["time_s", *(f"thruster_{k}_command" for k in range(1, 9)), *(f"s{k}.depth_m" for k in range(1, 23))]
+    with (tmp_path / "hour.csv").open("w") as file:
+        file.write(",".join(names) + "\n")
+        values = ",".join(["0.123456"] * 30)
+        file.writelines(f"{0.02 * k:.2f},{values}\n" for k in range(rows))
+    code = (
+        "import resource, sys; from vtank.cli import main; main(sys.argv[1:]); "
+        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+    )
+    for command in (["import", "hour.csv", "--out", "run.csv"], ["check-data", "run.csv"]):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command], cwd=tmp_path, capture_output=True, text=True, check=True
+        )
+        peak = int(done.stdout.split()[-1])  # in kB, on macOS in bytes
+        assert peak < (1e9 if sys.platform == "darwin" else 1e6), command

@@ -1,0 +1,124 @@
+"""Recordings whose channels cannot all be as their names say: a sound one is left in peace, each fault is told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from vtank.logs.frames import angles
+from vtank.record import DataSetWarning, Run, read_run, write_run
+from vtank.record.contradictions import contradictions
+
+Channels = dict[str, tuple[np.ndarray, np.ndarray]]
+TIME_S = np.arange(0.0, 120.0, 0.1)
+
+
+def sound() -> Channels:
+    """A vehicle that turns, pitches and dives without rest: attitude twice, gyro, accelerometer, DVL, depth cell."""
+    rng, t = np.random.default_rng(1), TIME_S
+
+    def wander(size: float) -> np.ndarray:
+        waves = sum(np.sin(f * t + rng.uniform(0.0, 6.3)) for f in rng.uniform(0.2, 1.5, 8))
+        return np.asarray(size * waves / 3.0)
+
+    roll, pitch, turn = wander(0.05), wander(0.1), wander(0.3)
+    heading = 0.5 + np.cumsum(turn) * 0.1
+    heave, surge = wander(0.2), wander(0.4)
+    depth = 3.0 + np.cumsum(np.cos(pitch) * np.cos(roll) * heave - np.sin(pitch) * surge) * 0.1
+    true = {
+        "ahrs.roll_rad": roll, "ahrs.pitch_rad": pitch, "ahrs.heading_rad": (heading + np.pi) % (2.0 * np.pi) - np.pi,
+        "mocap.heading_rad": (heading + np.pi) % (2.0 * np.pi) - np.pi, "yaw_rate_rad_s": turn,
+        "pitch_rate_rad_s": np.gradient(pitch, t), "depth_m": depth, "heave_m_s": heave, "surge_m_s": surge,
+        "sway_m_s": 0.0 * t, "accel_x_m_s2": 9.81 * np.sin(pitch), "accel_y_m_s2": -9.81 * np.cos(pitch) * np.sin(roll),
+        "accel_z_m_s2": -9.81 * np.cos(pitch) * np.cos(roll), "bow_N": 0.0 * t,
+    }  # fmt: skip
+    return {name: (t, values + 1e-3 * rng.standard_normal(t.size)) for name, values in true.items()}
+
+
+def told(change: Callable[[Channels], None]) -> str:
+    """What is said of the recording after a change."""
+    channels = sound()
+    change(channels)
+    return "\n".join(contradictions(Run.from_channels("run", channels)))
+
+
+def scaled(name: str, by: float, turn: float = 0.0) -> Callable[[Channels], None]:
+    """Multiply a channel, and lay it into one turn."""
+
+    def change(channels: Channels) -> None:
+        time_s, values = channels[name]
+        channels[name] = time_s, (by * values) % turn if turn else by * values
+
+    return change
+
+
+def timed(name: str, late_s: float, faster: float = 0.0) -> Callable[[Channels], None]:
+    """Stamp a channel late, and by a clock that is faster."""
+
+    def change(channels: Channels) -> None:
+        time_s, values = channels[name]
+        channels[name] = np.round(time_s * (1.0 + faster) + late_s, 6), values
+
+    return change
+
+
+@pytest.mark.parametrize(
+    "change, said",
+    [
+        (scaled("ahrs.heading_rad", np.degrees(1.0), 360.0), "column ahrs.heading_rad: turns .* is it in degrees"),
+        (scaled("yaw_rate_rad_s", np.degrees(1.0)), "column yaw_rate_rad_s: is .* times as fast .* is it in degrees"),
+        (scaled("pitch_rate_rad_s", -1.0), "ahrs.pitch_rad and pitch_rate_rad_s: they turn against each other"),
+        (scaled("depth_m", -1.0), "column depth_m: .* above the surface; is it height, z axis up"),
+        (scaled("heave_m_s", -1.0), "depth_m and heave_m_s: depth grows while heave says up"),
+        (scaled("accel_z_m_s2", -1.0), "gravity is upside down against ahrs.roll_rad; does the z axis point up"),
+        (
+            timed("mocap.heading_rad", 2.0),
+            "ahrs.heading_rad and mocap.heading_rad: mocap.heading_rad is (1.9|2) s late",
+        ),
+        (timed("yaw_rate_rad_s", 1.5), "yaw_rate_rad_s is 1.5 s late; are they from two clocks"),
+        (timed("mocap.heading_rad", 0.0, 0.02), "mocap.heading_rad: .* s apart in the first half, .* different speeds"),
+        (timed("yaw_rate_rad_s", 0.0, 0.02), "yaw_rate_rad_s: .* s apart in the first half, .* different speeds"),
+    ],
+)
+def test_a_fault_is_told_with_its_columns_and_cause(change: Callable[[Channels], None], said: str) -> None:
+    assert re.search(said, told(change))
+
+
+def test_a_sound_recording_is_left_in_peace() -> None:
+    assert told(lambda channels: None) == ""
+    assert told(timed("mocap.heading_rad", 0.1)) == ""  # the delay of a sensor
+
+
+def test_a_heading_that_begins_beyond_a_turn_is_told_without_any_other_channel() -> None:
+    run = Run("run", TIME_S, {"heading_rad": 213.0 + 0.0 * TIME_S, "bow_N": 0.0 * TIME_S})
+    assert "begins at 213 rad, 33.9 turns; are these degrees?" in contradictions(run)[0]
+
+
+def test_quaternions_in_another_order_disagree_with_gravity() -> None:
+    channels = sound()
+    heading = 2.0
+    x, y, z, w = 0.0, 0.0, np.sin(0.5 * heading), np.cos(0.5 * heading)
+    wrong = angles(np.outer([x, y, z, w], np.ones(TIME_S.size)), "NED-FRD")  # x, y, z, w taken for w, x, y, z
+    for name, values in zip(("roll_rad", "pitch_rad", "heading_rad"), wrong, strict=True):
+        channels[f"imu.{name}"] = TIME_S, values
+    said = contradictions(Run.from_channels("run", channels))
+    assert any("imu.roll_rad, imu.pitch_rad" in each and "order of quaternions" in each for each in said)
+
+
+def test_columns_that_a_run_along_one_axis_does_not_read_are_not_judged() -> None:
+    channels = sound()
+    scaled("depth_m", -1.0)(channels)
+    channels["n_rev_s"] = channels["bow_N"]
+    assert not contradictions(Run.from_channels("run", channels))
+
+
+def test_the_reader_warns_with_the_file(tmp_path: Path) -> None:
+    channels = sound()
+    scaled("depth_m", -1.0)(channels)
+    write_run(tmp_path / "run.csv", Run.from_channels("run", channels))
+    with pytest.warns(DataSetWarning, match="run.csv: column depth_m"):
+        read_run(tmp_path / "run.csv")
