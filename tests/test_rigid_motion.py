@@ -36,12 +36,17 @@ def turn(roll, pitch, heading):
 
 
 def multisine(vehicle, duration_s: float, seed: int) -> dict[str, np.ndarray]:
-    """Commands at 5 Hz that excite everything a vehicle has."""
+    """Commands at 5 Hz that excite every axis and keep the vehicle upright: thrusters that lift work nearly alike."""
     rng, time = np.random.default_rng(seed), np.arange(0.0, duration_s, 0.2)
     table = {"time_s": time}
     most = {"command": 0.5, "rev_s": 20.0, "N": 10.0}
+
+    def some() -> np.ndarray:
+        return sum(np.sin(w * time + rng.uniform(0, 7)) for w in rng.uniform(0.3, 2.0, 3))
+
+    lift = some()
     for thruster in vehicle.thrusters:
-        waves = sum(np.sin(w * time + rng.uniform(0, 7)) for w in rng.uniform(0.3, 2.0, 3))
+        waves = 0.8 * lift + 0.05 * some() if thruster.direction[2] else some()
         table[thruster.column] = most[thruster.input] / 3.0 * waves
     for fin in vehicle.fins:
         if fin.limit_rad:

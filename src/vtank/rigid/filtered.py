@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-FAR = 8.0  # deviations beyond which a measurement is left out of fits: a spike tells of the instrument alone; a choice
-FEW = 0.05  # share of a column's measurements that may be spikes; a guess
+FAR = 4.0  # deviations beyond which a measurement counts less and less; a choice
 THREADS = 2  # that share simulations out; each is computed alike on any number
 
 
@@ -27,28 +26,22 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Of one run: innovations, variances, gains, the variance that the state explains, and what is no spike.
-
-    Shapes (M,), of the gains (M, 18).
-    """
+    """Of one run: innovations, variances, gains, and the variance that the state explains; (M,), (M, 18)."""
 
     innovation: Array
     variance: Array
     gain: Array
     explained: Array
-    counts: NDArray[np.bool_]
 
-    @classmethod
-    def of(
-        cls, column: NDArray[np.int64], innovation: Array, variance: Array, gain: Array, explained: Array
-    ) -> Filtered:
-        """What a filter left, with the spikes among it: far off, and few in their column."""
-        counts = np.abs(innovation) < FAR * np.sqrt(variance)
-        for c in np.unique(column[~counts]):
-            mine = column == c
-            if np.mean(~counts[mine]) > FEW:  # so many are no spikes: the model is far off
-                counts |= mine
-        return cls(innovation, variance, gain, explained, counts)
+
+def bent(z: Array) -> Array:
+    """Residuals whose square is Huber's: deviations as they are up to FAR, beyond it growing as their root.
+
+    A spike then tells of the instrument, and a model that is far off is still told from one that is farther.
+    Huber, Ann. Math. Stat. 35 (1964).
+    """
+    size = np.abs(z)
+    return np.asarray(np.where(size <= FAR, z, np.sign(z) * np.sqrt(FAR * (2.0 * size - FAR) * (size > FAR))))
 
 
 def share(work: Sequence[Callable[[], Any]]) -> list[Any]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from . import kernels
-from .filtered import FAR, Filtered, Noise, share
+from .filtered import Filtered, Noise, bent, share
 from .recorded import Recorded
 from .tangent import Path, changes
 
@@ -72,7 +72,7 @@ class Fit:
         return [Path(run, p, f, self.noise.memory_s) for run, f in zip(self.runs, found, strict=True)]
 
     def residuals(self, vectors: Sequence[Array], found: Sequence[Filtered]) -> Array:
-        """Innovations over their deviations at several parameter vectors, (sum M, L); 0 where one is a spike."""
+        """Innovations over their deviations at several parameter vectors, (sum M, L)."""
         work = [
             partial(_answered, run, p, f, self.noise.memory_s)
             for p in vectors
@@ -94,10 +94,10 @@ class Fit:
         return out
 
     def log_likelihood(self, found: Sequence[Filtered]) -> float:
-        """Of the innovations that count; a spike counts as one that lies FAR off."""
+        """Of the innovations, far ones by Huber's measure."""
         total = 0.0
         for f in found:
-            z = np.where(f.counts, f.innovation / np.sqrt(f.variance), FAR)
+            z = bent(f.innovation / np.sqrt(f.variance))
             total -= 0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
         return total
 
@@ -107,9 +107,9 @@ def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:
-    """Innovations over their deviations; spikes are 0, what ran away is held."""
+    """Innovations over their deviations, bent where they are far; what ran away is held."""
     e = np.nan_to_num(innovation / np.sqrt(f.variance), nan=RUNAWAY, posinf=RUNAWAY, neginf=-RUNAWAY)
-    return np.where(f.counts, np.clip(e, -RUNAWAY, RUNAWAY), 0.0)
+    return bent(np.clip(e, -RUNAWAY, RUNAWAY))
 
 
 def innovations(
@@ -148,4 +148,4 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     if not np.isfinite(innovation).all():
         lost = run.time_s[~np.isfinite(innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
-    return Filtered.of(run.column, innovation, variance, gain, explained)
+    return Filtered(innovation, variance, gain, explained)

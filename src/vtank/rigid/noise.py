@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import Filtered, Noise, share
+from .filtered import FAR, Filtered, Noise, share
 from .fit import Fit
 from .recorded import Recorded, scatter
 
@@ -22,7 +22,8 @@ Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
 LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
 ENOUGH = 12000  # measurements that the noise is sought on; a choice
-FACTORS = (4.0, 2.0, 1.4)  # by which a size is tried larger and smaller, in turn
+FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
+PROMISE = 1.0  # log-likelihood that another step has to bring
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
@@ -56,10 +57,14 @@ def settle(fit: Fit, floor: Array) -> tuple[Noise, list[Filtered]]:
     noise, (best, found) = fit.noise, _likelihood(part, fit.noise)
     for factor in FACTORS:
         for axis in np.flatnonzero(noise.sigma > 0.0):
-            for trial, (likelihood, there) in _tried(part, noise, _sizes(noise, int(axis), factor)):
-                if likelihood > best:
-                    noise, best, found = trial, likelihood, there
-        for trial, (likelihood, there) in _tried(part, noise, _memories(noise, factor)):
+            for _ in range(FURTHEST):
+                before = best
+                for trial, (likelihood, there) in _tried(part, _sizes(noise, int(axis), factor)):
+                    if likelihood > best:
+                        noise, best, found = trial, likelihood, there
+                if best - before < PROMISE:
+                    break
+        for trial, (likelihood, there) in _tried(part, _memories(noise, factor)):
             if likelihood > best:
                 noise, best, found = trial, likelihood, there
         whiter = replace(noise, variance=np.maximum(_white(part.runs, noise, found), KEPT * floor))
@@ -85,7 +90,7 @@ def _likelihood(fit: Fit, noise: Noise) -> tuple[float, list[Filtered]]:
     return fit.log_likelihood(found), found
 
 
-def _tried(fit: Fit, noise: Noise, trials: Sequence[Noise]) -> list[tuple[Noise, tuple[float, list[Filtered]]]]:
+def _tried(fit: Fit, trials: Sequence[Noise]) -> list[tuple[Noise, tuple[float, list[Filtered]]]]:
     return list(zip(trials, share([partial(_likelihood, fit, trial) for trial in trials]), strict=True))
 
 
@@ -115,7 +120,7 @@ def _white(runs: Sequence[Recorded], noise: Noise, found: Sequence[Filtered]) ->
     e, S, known = (
         np.concatenate([getattr(f, part) for f in found]) for part in ("innovation", "variance", "explained")
     )
-    keep, variance = np.concatenate([f.counts for f in found]), noise.variance.copy()
+    keep, variance = np.abs(e) < FAR * np.sqrt(S), noise.variance.copy()
     for c in range(variance.size):
         mine = keep & (column == c)
         if mine.any():

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from ..record.columns import MOTION
 from ..record.run import TIME, Run
 from .kernels import Drive, Record, Steps, held, plan, thrusts
+from .known import ATTITUDE, SPEEDS, channel, known_motion
 from .layout import AXES, HULL, LATE, LATENCY, LOSS, SENSOR, THRUSTER, Hull, Layout, masses
 from .motion import gears
 from .push import pushes
@@ -22,20 +22,12 @@ from .readings import CHANNELS, RANGE
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 12.0  # samples of a channel that come faster are averaged to about ten a second: no hull moves faster
-SPEEDS = ("surge_m_s", "sway_m_s", "heave_m_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
-ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
 TELLS = {  # channel -> axes whose motion it tells
     "range_m": (0,), "position_m": (0,), "north_m": (0, 1), "east_m": (0, 1), "depth_m": (2,), "roll_rad": (3,),
     "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
     "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
 }  # fmt: skip
-SMOOTH_S = 1.0  # [s] over which known motion is smoothed by a local parabola; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
-
-
-def channel(column: str) -> str:
-    """The channel of a column, without its instrument."""
-    return column.rpartition(".")[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,7 +206,7 @@ def _recorded(
     stamps, inputs, angles = _inputs(run, layout)
     start, spread = _start(layout, time, value, column, known)
     walls = value[kind == RANGE][:5]
-    grid, knows, motion = _known(run, known)
+    grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
     spread[3:12][knows[:9]] = 0.0
     return Recorded(
@@ -286,39 +278,3 @@ def scatter(series: Array) -> float:
         return float(np.std(series)) + 1e-12
     third = np.diff(series, 3)
     return float(1.4826 * np.median(np.abs(third)) / np.sqrt(20.0)) + 1e-12
-
-
-def _known(run: Run, known: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_], Array]:
-    """Grid of times, which of attitude, velocity and acceleration are known, and these, (T, 15)."""
-    step = float(np.median(np.diff(run.time_s)))
-    grid = np.arange(run.time_s[0], run.time_s[-1] + step, step)
-    knows, motion = np.zeros(15, dtype=bool), np.zeros((grid.size, 15))
-    window = min(2 * int(0.5 * SMOOTH_S / step) + 1, grid.size - (grid.size + 1) % 2)
-    for axis in np.flatnonzero(known):
-        rate, angle = _series(run, SPEEDS[axis], grid), None
-        if axis > 2:
-            angle = _series(run, ATTITUDE[axis - 3], grid)
-            if angle is not None:
-                motion[:, axis - 3] = angle
-        if axis > 2:
-            knows[axis - 3] = True
-        series = rate if rate is not None else angle if angle is not None else np.zeros(grid.size)
-        smooth = window >= 5
-        orders = (0, 1) if rate is not None or angle is None else (1, 2)
-        for order, place in zip(orders, (3 + axis, 9 + axis), strict=True):
-            if smooth:
-                motion[:, place] = savgol_filter(series, window, 2, deriv=order, delta=step)
-            else:
-                motion[:, place] = series if order == 0 else np.gradient(series, step)
-            knows[place] = True
-    return grid, knows, motion
-
-
-def _series(run: Run, name: str, grid: Array) -> Array | None:
-    """The first recorded column of a channel on a grid of times."""
-    for column in run.columns:
-        if channel(column) == name:
-            time, value = run.samples(column)
-            if time.size > 1:
-                return np.interp(grid, time, np.unwrap(value) if name in ATTITUDE else value)
-    return None

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from .filtered import Filtered, share
+from .filtered import FAR, Filtered, bent, share
 from .kernels import NUDGE, SIZE, differ, moved, parted, pulled, seen
 from .layout import WAKE
 from .motion import rates
@@ -188,8 +188,10 @@ class Path:
             found[:, first : first + WIDE] = out
 
         share([partial(part, first) for first in range(0, size, WIDE)])
-        counts = self.f.counts
-        return np.where(counts[:, None], found / np.sqrt(self.f.variance)[:, None], 0.0)
+        root = np.sqrt(self.f.variance)
+        z = self.f.innovation / root
+        slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # of the bent residuals
+        return found * (slope / root)[:, None]
 
 
 def changes(

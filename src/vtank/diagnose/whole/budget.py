@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered, share
-from ...rigid.fit import innovations
+from ...rigid.fit import innovations, weighed
 from ...rigid.recorded import Recorded
 from .model import Model
 from .selection import Selection, without
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 STRETCH_S = 15.0  # [s] that a simulation runs free: long against a vehicle's own times, short of drifting off; a choice
 FOLDS = 5  # parts of time that are left out in turn where there are fewer than MANY runs; a choice
 MANY = 4
+SPIKE = 10.0  # deviations of an innovation beyond which a reading is its instrument's own; a choice
 REDRAWN, SEED = 200, 0  # of stretches, for intervals
 
 
@@ -140,7 +141,7 @@ def free_errors(
         for part in np.unique(fold):
             e = _free(run, vectors[part], f, stretch, fit.noise.memory_s)
             for s in np.unique(stretch[fold == part]):
-                mine = (stretch == s) & (fold == part) & f.counts
+                mine = (stretch == s) & (fold == part)
                 sums.append(np.bincount(run.column[mine], e[mine] ** 2, columns))
                 counts.append(np.bincount(run.column[mine], minlength=columns))
     return np.array(sums), np.array(counts)
@@ -154,7 +155,8 @@ def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memo
     first = np.flatnonzero(np.diff(stretch[order])) + 1
     restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0
     e = innovations(run, p, np.zeros_like(f.gain), memory_s, restart=restart)
-    return np.where(f.counts & np.isfinite(e), e, 0.0)
+    spike = np.abs(f.innovation) > SPIKE * np.sqrt(f.variance)
+    return np.where(np.isfinite(e) & ~spike, e, 0.0)
 
 
 def _stretches(time_s: Array) -> NDArray[np.int64]:
@@ -185,7 +187,7 @@ def _left_out(model: Model, found: Sequence[Filtered], folds: Sequence[NDArray[n
     step = np.array([u.step for u in model.unknowns])
     moved = [model.vector(model.theta + step * (np.arange(step.size) == i)) for i in range(step.size)]
     J = model.fit.answers(model.vector(), moved, found) / step
-    e = np.concatenate([np.where(f.counts, f.innovation / np.sqrt(f.variance), 0.0) for f in found])
+    e = np.concatenate([weighed(f.innovation, f) for f in found])
     H = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
     part = np.concatenate(list(folds))
     low, high = np.array([u.low for u in model.unknowns]), np.array([u.high for u in model.unknowns])
