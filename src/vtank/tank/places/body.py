@@ -76,8 +76,8 @@ def pulled(s: Moving, place: str, p: Values) -> Array:
 
 VEHICLES = (
     PlacedEffect(
-        "centre_of_gravity", VEHICLE, "The centre of gravity is not where the vehicle file has it.", "r_G -> r_G + (x, y, z)",
-        XYZ, rigid=heavy_elsewhere,
+        "centre_of_gravity", VEHICLE, "The centre of gravity is not where the vehicle file has it.",
+        "r_G -> r_G + (x, y, z)", XYZ, rigid=heavy_elsewhere,
     ),
     PlacedEffect(
         "centre_of_buoyancy", VEHICLE, "The centre of buoyancy is not where the vehicle file has it.",
@@ -92,8 +92,9 @@ VEHICLES = (
         (Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5), *XYZ), rigid=weighted,
     ),
     PlacedEffect(
-        "coriolis_left_out", VEHICLE, "Coriolis, centripetal and Munk terms of the added mass are weaker than its file says.",
-        "C_A -> (1 - share) C_A", (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0),), wrench=left_out,
+        "coriolis_left_out", VEHICLE, "Coriolis, centripetal and Munk terms of the added mass are left out, or part of them.",
+        "C_A -> (1 - share) C_A", (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0),),
+        wrench=left_out,
     ),
     PlacedEffect(
         "cross_flow_drag", VEHICLE, "Every strip of the hull drags in the flow that it meets itself.",
@@ -105,7 +106,7 @@ VEHICLES = (
     ),
     PlacedEffect(
         "current", VEHICLE, "The water drifts steadily, as a vector over ground.", "nu_r = nu - R' U",
-        tuple(Number(axis, ("_m_s",), f"to the {axis}" if axis != "down" else "down", 0.0, -5.0, 5.0) for axis in EARTH),
+        tuple(Number(axis, ("_m_s",), f"speed {axis}", 0.0, -5.0, 5.0) for axis in EARTH),
     ),
     PlacedEffect(
         "tether", VEHICLE, "A cable pulls at a place of the hull, and back to where the run began.",

@@ -12,10 +12,9 @@ CATALOGUE: tuple[PlacedEffect, ...] = (*HYDRODYNAMICS, *THRUSTERS, *SENSORS, *VE
 
 
 def keys(effect: PlacedEffect) -> str:
-    """The keys that an effect takes in a scenario, endings by place where they differ."""
-    numbers = [f"{number.name}{'|'.join(ending or '-' for ending in number.endings)}".removesuffix("-")
-               for number in effect.numbers]  # fmt: skip
-    return ", ".join([*numbers, *([effect.text[0]] if effect.text else [])])
+    """The keys that an effect takes in a scenario; where they go by the place's unit, all of them."""
+    numbers = [" or ".join(f"`{number.name}{ending}`" for ending in number.endings) for number in effect.numbers]
+    return ", ".join([*numbers, *([f"`{effect.text[0]}`"] if effect.text else [])])
 
 
 def table() -> str:

@@ -97,7 +97,8 @@ SENSORS = (
         changes=change(clock_offset_s=lambda sensor, p: sensor.clock_offset_s + p["o"]),
     ),
     PlacedEffect(
-        "sensor_rotated", "sensor", "It is mounted at other angles than the vehicle file has.", "R -> R R(roll, pitch, yaw)",
+        "sensor_rotated", "sensor", "It is mounted at other angles than the vehicle file has.",
+        "R -> R R(roll, pitch, yaw)",
         tuple(Number(axis, ("_rad",), f"{axis} in its own axes", 0.0, **ANGLE) for axis in ("roll", "pitch", "yaw")),
         changes=change(rotation_deg=rotated),
     ),
