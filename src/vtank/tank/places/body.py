@@ -7,10 +7,9 @@ from dataclasses import replace
 import mujoco
 import numpy as np
 
-from ...plant.sixdof import coriolis
 from ...plant.vehicle import Vehicle
-from ...water.forces import cross_flow
 from ...water.record import SIZE, field
+from . import laws
 from .effect import VEHICLE, Array, Moving, Number, PlacedEffect, Values
 
 XYZ = tuple(Number(axis, ("_m",), f"along the body's {axis}", 0.0, -10.0, 10.0) for axis in "xyz")
@@ -55,14 +54,14 @@ def free(spec: mujoco.MjSpec) -> mujoco.MjsBody:
 
 def left_out(s: Moving, place: str, p: Values) -> Array:
     """Takes away a share of the added mass' Coriolis and centripetal forces, the Munk moment among them."""
-    return p["share"] * np.array(coriolis(s.vehicle.added_mass, tuple(s.through)))
+    return p["share"] * np.array(laws.turning(s.vehicle.added_mass, tuple(s.through)))
 
 
 def strips(s: Moving, place: str, p: Values) -> Array:
     """Drag of the flow across the hull from tail to nose."""
     user = np.zeros(SIZE)
     field(user, "cross_flow")[...] = p["tail"], p["nose"], p["sway"], p["heave"]
-    return np.array(cross_flow(user, tuple(s.through)))
+    return np.array(laws.strips(user, tuple(s.through)))
 
 
 def pulled(s: Moving, place: str, p: Values) -> Array:
@@ -92,7 +91,7 @@ VEHICLES = (
         (Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5), *XYZ), rigid=weighted,
     ),
     PlacedEffect(
-        "coriolis_left_out", VEHICLE, "Coriolis, centripetal and Munk terms of the added mass are left out, or part of them.",
+        "coriolis_left_out", VEHICLE, "Coriolis and Munk terms of the added mass are left out, or part of them.",
         "C_A -> (1 - share) C_A", (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0),),
         wrench=left_out,
     ),
