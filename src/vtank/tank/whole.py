@@ -22,7 +22,7 @@ from .layout import FINNING, FINS, SIZE, field
 from .mjcf import mujoco_says, named, read
 from .model import centre_of_gravity, mass_kg, site, vehicle_body
 from .places.acting import acting, thrust
-from .places.effect import Placed
+from .places.effect import Placed, label
 from .prepare import forces
 from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 
@@ -54,13 +54,13 @@ class Whole:
     @property
     def gears(self) -> dict[str, Array]:
         """Wrench of each thruster at 1 N, shape (6,), by its name."""
-        return {t.name or t.site: self.model.actuator_gear[i] for i, t in enumerate(self.vehicle.thrusters)}
+        return {label(t): self.model.actuator_gear[i] for i, t in enumerate(self.vehicle.thrusters)}
 
     def acting(self, asked: Mapping[str, Array], rows: slice) -> dict[str, Array]:
         """Inputs that act at some steps, (n,) by thruster and fin, of what is asked for at all, (T,) by column."""
         step_s = self.model.opt.timestep
         parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
-        return {part.name or part.site: acting(part, self.effects, asked, step_s, rows) for part in parts}
+        return {label(part): acting(part, self.effects, asked, step_s, rows) for part in parts}
 
     def control(self, asked: Mapping[str, Array], rows: slice | None = None) -> Array:
         """Controls from what thrusters and fins are asked for, (T,) each by its column; the others rest. (n, nu).
@@ -69,7 +69,7 @@ class Whole:
         """
         rows = rows or slice(0, len(next(iter(asked.values()))))
         inputs, time_s = self.acting(asked, rows), self.model.opt.timestep * np.arange(rows.start, rows.stop)
-        columns = [thrust(t, self.effects, time_s, inputs[t.name or t.site]) for t in self.vehicle.thrusters]
+        columns = [thrust(t, self.effects, time_s, inputs[label(t)]) for t in self.vehicle.thrusters]
         for fin in self.vehicle.fins:
             columns += 2 * [np.clip(inputs[fin.name], -fin.limit_rad, fin.limit_rad)]
         return np.stack(columns + [np.zeros(time_s.size)] * (self.model.nu - len(columns)), axis=1)

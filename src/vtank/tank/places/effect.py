@@ -75,7 +75,7 @@ class PlacedEffect:
     Attributes:
         name, sentence, law: for people. kind: of its place, one of KINDS.
         numbers: its parameters. text: key of a text that it takes, and whether it must be given.
-        places: axes at which it may stand, of an effect along an axis; else not used.
+        places: axes at which it may stand, of an effect along an axis; channels: of which a sensor must have one.
         changes: (vehicle, place, values) -> the vehicle that is flown instead.
         rigid: (specification, values) changes the rigid body.
         input: (inputs, values) -> the inputs that act, of a thruster or a fin, shape (n,).
@@ -92,6 +92,7 @@ class PlacedEffect:
     numbers: tuple[Number, ...] = ()
     text: tuple[str, bool] | None = None
     places: tuple[str, ...] = AXES
+    channels: tuple[str, ...] = ()
     changes: Callable[[Vehicle, str, Any], Vehicle] | None = None
     rigid: Callable[[mujoco.MjSpec, Any], None] | None = None
     input: Callable[[Array, Any], Array] | None = None
@@ -125,9 +126,15 @@ def along(axis: str, force: float) -> Array:
 def with_part(vehicle: Vehicle, kind: str, name: str, **changed: Any) -> Vehicle:
     """The vehicle with other attributes of one of its `thrusters`, `fins` or `sensors`."""
     parts = getattr(vehicle, kind)
-    return replace(vehicle, **{kind: tuple(replace(part, **changed) if part.name == name else part for part in parts)})
+    others: Any = {kind: tuple(replace(part, **changed) if label(part) == name else part for part in parts)}
+    return replace(vehicle, **others)
 
 
 def part(vehicle: Vehicle, kind: str, name: str) -> Any:
     """The thruster, fin or sensor of that name."""
-    return next(part for part in getattr(vehicle, kind) if part.name == name)
+    return next(part for part in getattr(vehicle, kind) if label(part) == name)
+
+
+def label(part: Any) -> str:
+    """Name of a thruster, fin or sensor; of a thruster without one, its site's."""
+    return str(part.name or part.site)

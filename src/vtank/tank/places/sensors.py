@@ -13,6 +13,7 @@ from .effect import Number, PlacedEffect, Values, part, with_part
 
 ANGLE, ARM = {"low": -3.2, "high": 3.2}, {"low": -100.0, "high": 100.0}
 GYRO = {"roll": "roll_rate_rad_s", "pitch": "pitch_rate_rad_s", "yaw": "yaw_rate_rad_s"}
+VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
 ACCELEROMETER = {axis: f"accel_{axis}_m_s2" for axis in "xyz"}
 
 
@@ -84,7 +85,7 @@ SENSORS = (
     ),
     PlacedEffect(
         "earth_axes", "sensor", "Velocity is recorded along north, east and down instead of the body's axes.",
-        "(u, v, w) -> R (u, v, w)", changes=change(earth_axes=lambda sensor, p: True),
+        "(u, v, w) -> R (u, v, w)", channels=VELOCITY, changes=change(earth_axes=lambda sensor, p: True),
     ),
     PlacedEffect(
         "clock_skew", "sensor", "Its clock runs slow.", "z(t) tells of t (1 + s)",
@@ -109,23 +110,27 @@ SENSORS = (
     ),
     PlacedEffect(
         "gyro_bias", "sensor", "A gyro turns where nothing turns.", "z -> z + b",
-        tuple(Number(axis, ("_rad_s",), f"bias in {axis}", 0.0, -10.0, 10.0) for axis in GYRO), changes=biased(GYRO),
+        tuple(Number(axis, ("_rad_s",), f"bias in {axis}", 0.0, -10.0, 10.0) for axis in GYRO),
+        channels=tuple(GYRO.values()), changes=biased(GYRO),
     ),
     PlacedEffect(
         "accelerometer_bias", "sensor", "An accelerometer reads what is not there.", "z -> z + b",
         tuple(Number(axis, ("_m_s2",), f"bias along {axis}", 0.0, -100.0, 100.0) for axis in ACCELEROMETER),
-        changes=biased(ACCELEROMETER),
+        channels=tuple(ACCELEROMETER.values()), changes=biased(ACCELEROMETER),
     ),
     PlacedEffect(
         "magnetometer_bias", "sensor", "The heading is off by an angle: declination, or iron nearby.", "heading + b",
-        (Number("b", ("_rad",), "error of the heading", low=-3.2, high=3.2),), changes=biased({"b": "heading_rad"}),
+        (Number("b", ("_rad",), "error of the heading", low=-3.2, high=3.2),),
+        channels=("heading_rad",), changes=biased({"b": "heading_rad"}),
     ),
     PlacedEffect(
         "depth_offset", "sensor", "The depth sensor was set to zero elsewhere.", "depth + o",
-        (Number("o", ("_m",), "error of the depth", low=-100.0, high=100.0),), changes=biased({"o": "depth_m"}),
+        (Number("o", ("_m",), "error of the depth", low=-100.0, high=100.0),),
+        channels=("depth_m",), changes=biased({"o": "depth_m"}),
     ),
     PlacedEffect(
         "sonar_offset", "sensor", "The sonar measures from a point that is not where the file has it.", "range + o",
-        (Number("o", ("_m",), "error of the range", low=-100.0, high=100.0),), changes=biased({"o": "range_m"}),
+        (Number("o", ("_m",), "error of the range", low=-100.0, high=100.0),),
+        channels=("range_m",), changes=biased({"o": "range_m"}),
     ),
 )  # fmt: skip

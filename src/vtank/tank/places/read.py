@@ -1,0 +1,83 @@
+"""The [effects] of a whole vehicle's scenario."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...plant.vehicle import AXES, Vehicle
+from ...record.table import Table
+from ...record.toml import meant
+from .catalogue import CATALOGUE
+from .effect import VEHICLE, Number, Placed, PlacedEffect, label, part
+
+INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of a number's endings
+
+
+def read_placed(table: Table, vehicle: Vehicle) -> tuple[Placed, ...]:
+    """The effects that a table switches on, each by NAME@PLACE; InputError names file, key and what there is."""
+    placed = [one for key in table.entries for one in _read(table, key, vehicle)]
+    table.close()
+    return tuple(placed)
+
+
+def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
+    """Kind of a place -> the places of that kind that a vehicle has."""
+    return {
+        "axis": AXES,
+        "thruster": tuple(map(label, vehicle.thrusters)),
+        "fin": tuple(fin.name for fin in vehicle.fins if fin.limit_rad),
+        "sensor": tuple(sensor.name for sensor in vehicle.sensors),
+        VEHICLE: (VEHICLE,),
+    }
+
+
+def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
+    effect, place = _found(table, key, vehicle)
+    own = table.table(key)
+    values: dict[str, Any] = {number.name: _number(own, number, effect, place, vehicle) for number in effect.numbers}
+    if effect.numbers and not own.entries and all(number.default == 0.0 for number in effect.numbers):
+        raise table.error(
+            key, f"does nothing so; expected one of {', '.join(n.name + n.endings[0] for n in effect.numbers)}"
+        )
+    if effect.name == "wrong_allocation":
+        other = own.choice("other", tuple(name for name in places(vehicle)["thruster"] if name != place))
+        one, two = (part(vehicle, "thrusters", name) for name in (place, other))
+        if one.input != two.input:
+            raise own.error(
+                "other", f"'{other}' takes {two.input}, '{place}' {one.input}; expected one of the same input"
+            )
+        own.close()
+        return [Placed(effect, place, {"column": two.column}), Placed(effect, other, {"column": one.column})]
+    if effect.text:
+        channels = part(vehicle, "sensors", place).channels
+        values["channel"] = own.choice("channel", ("", *channels), "")
+    own.close()
+    return [Placed(effect, place, values)]
+
+
+def _found(table: Table, key: str, vehicle: Vehicle) -> tuple[PlacedEffect, str]:
+    """The effect that a key names, and its place."""
+    name, _, place = key.strip('"').partition("@")
+    effects = [effect for effect in CATALOGUE if effect.name == name]
+    if not effects:
+        raise table.error(key, f"no effect '{name}'{meant(name, dict.fromkeys(e.name for e in CATALOGUE))}")
+    there = places(vehicle)
+    for effect in effects:
+        if place in (effect.places if effect.kind == "axis" else there[effect.kind]):
+            if effect.channels and not set(effect.channels) & set(part(vehicle, "sensors", place).channels):
+                raise table.error(key, f"'{place}' measures none of {', '.join(effect.channels)}")
+            return effect, place
+    known = [p for effect in effects for p in (effect.places if effect.kind == "axis" else there[effect.kind])]
+    if not known:
+        raise table.error(key, f"{vehicle.name} has no {effects[0].kind}")
+    raise table.error(key, f"expected {name}@PLACE, found the place '{place}'{meant(place, known)}")
+
+
+def _number(table: Table, number: Number, effect: PlacedEffect, place: str, vehicle: Vehicle) -> float:
+    """A number by its key, whose ending is the unit at this place."""
+    endings, index = number.endings, 0
+    if len(endings) == 2:
+        index = int(AXES.index(place) >= 3)
+    elif len(endings) == 3:
+        index = INPUTS.index(part(vehicle, "thrusters", place).input)
+    return table.number(number.name + endings[index], number.default, number.low, number.high)
