@@ -140,7 +140,7 @@ def _flown(
     every = round(period_s / step_s)
     if every < 1 or abs(every * step_s - period_s) > 1e-6 * period_s:
         raise InputError(f"period_s: expected a multiple of the time step of {step_s:g} s, found {period_s:g}")
-    table = {TIME: period_s * np.arange(-(-steps // every), dtype=np.float64)}
+    table = {TIME: np.round(period_s * np.arange(-(-steps // every)), TICK)}
     asked = {TIME: flight.times(steps)}
     for tick, time_s in enumerate(table[TIME]):
         flight.now()
