@@ -19,6 +19,7 @@ from ..plant.vehicle import AXES, Vehicle
 Array = NDArray[np.float64]
 REACH = 1e-6  # share of a wanted force that may be missing, by rounding; a choice
 RANK = 1e-6  # of the largest singular value, below which there is no force; a choice
+TURNS = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 1.0])  # of a fin only the moment is asked for: its push comes with it
 SLOWEST_M_S = 0.3  # [m/s] speed below which fins are not asked for more; a choice
 
 
@@ -28,6 +29,7 @@ class Allocation:
     Attributes:
         inertia: mass or moment of inertia of each axis, added mass included, shape (6,) [kg, kg m2].
         parts: thrusters, then the fins that move.
+        fins: wrench of all fins, fixed ones too, per angle and square of the speed, shape (6,) [kg/m, kg].
     """
 
     def __init__(self, vehicle: Vehicle, model: Any, axes: Sequence[str]) -> None:
@@ -40,7 +42,9 @@ class Allocation:
         moving = [(i, fin) for i, fin in enumerate(vehicle.fins) if fin.limit_rad]
         self.parts: tuple[Thruster | Fin, ...] = (*vehicle.thrusters, *(fin for _, fin in moving))
         self._pushes = np.array([gear * t.limit_N for gear, t in zip(gears[:count], vehicle.thrusters, strict=True)])
-        self._turns = np.array([_moment(gears[count + 2 * i + 1], fin) for i, fin in moving]).reshape(-1, 6)
+        lifts = [_lift(gears[count + 2 * i + 1], fin) for i, fin in enumerate(vehicle.fins)]
+        self.fins: Array = np.sum([*lifts, np.zeros(6)], axis=0)
+        self._turns = np.array([lifts[i] * TURNS * fin.limit_rad for i, fin in moving]).reshape(-1, 6)
         self.limits = np.array([t.limit_N for t in vehicle.thrusters] + [fin.limit_rad for _, fin in moving])
         self._known: dict[float, Array] = {}
 
@@ -106,7 +110,6 @@ class Allocation:
         return matrix
 
 
-def _moment(gear: Array, fin: Fin) -> Array:
-    """Wrench of a fin at its limit and 1 m/s; its push is left out, since it comes with the turn."""
-    lift = 0.5 * fin.density_kg_per_m3 * fin.area_m2 * fin.lift_per_rad * fin.limit_rad
-    return np.concatenate([np.zeros(3), lift * gear[3:6]])
+def _lift(gear: Array, fin: Fin) -> Array:
+    """Wrench of a fin's lift per angle and square of the speed, shape (6,)."""
+    return np.asarray(0.5 * fin.density_kg_per_m3 * fin.area_m2 * fin.lift_per_rad * gear, dtype=np.float64)

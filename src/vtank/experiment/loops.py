@@ -4,8 +4,9 @@
         (s + w)^2 (s + INTEGRAL w) = s^3 + (d + kd)/m s^2 + (k + kp)/m s + ki/m
     m u' + d u = F:           F = -kp e - ki int(e), both poles of the speed at w: (s + w)^2
 
-Of the vehicle file come mass with added mass, linear drag, the stiffness of roll and pitch; drag at the ordered speed
-is sent ahead. A rate that nothing measures is observed: the same equation, driven by the ordered force, corrected by
+Of the vehicle file come mass with added mass, linear drag, and the stiffness at the present speed: buoyancy rights
+roll and pitch, the Munk moment of a slender hull turns it across the flow and its fins turn it back, both with the
+square of the speed. Drag at the ordered speed is sent ahead. A rate that nothing measures is observed: the same equation, driven by the ordered force, corrected by
 the place.
 """
 
@@ -22,32 +23,34 @@ class Loop:
     """PID on a place, or PI on a speed, along one axis.
 
     Attributes:
-        mass: with added mass [kg, kg m2]; linear, quadratic: drag; stiffness: of a hull that rights itself [N m/rad].
-        bandwidth_rad_s: w. integral: of the error over time. speed: observed rate of the error; error: observed error.
+        mass: with added mass [kg, kg m2]; linear, quadratic: drag; rights: stiffness at rest [N m/rad]; per_square: what
+            comes to it with the square of the speed [N m/rad/(m/s)2].
+        bandwidth_rad_s: w. integral: of the error over time. rate: observed rate of the error; error: observed error.
     """
 
     mass: float
     linear: float
     quadratic: float
-    stiffness: float
+    rights: float
+    per_square: float
     bandwidth_rad_s: float
     of_speed: bool
     integral: float = 0.0
     error: float | None = None
     rate: float = 0.0
 
-    def force(self, error: float, rate: float) -> float:
+    def force(self, error: float, rate: float, surge_m_s: float) -> float:
         """Force or moment against an error of the place [m or rad] and of its rate, or against one of the speed."""
         m, w = self.mass, self.bandwidth_rad_s
         if self.of_speed:
             return -max(2.0 * m * w - self.linear, 0.0) * error - m * w * w * self.integral
-        kp = max(m * w * w * (1.0 + 2.0 * INTEGRAL) - self.stiffness, 0.0)
+        kp = max(m * w * w * (1.0 + 2.0 * INTEGRAL) - self.rights - self.per_square * surge_m_s**2, 0.0)
         kd = max(m * w * (2.0 + INTEGRAL) - self.linear, 0.0)
         return -kp * error - kd * rate - INTEGRAL * m * w**3 * self.integral
 
     def ahead(self, place: float, speed: float) -> float:
         """What an ordered place and speed need in any case: drag, and the stiffness of the hull."""
-        stiff = 0.0 if self.of_speed else self.stiffness * place
+        stiff = 0.0 if self.of_speed else self.rights * place
         return stiff + (self.linear + self.quadratic * abs(speed)) * speed
 
     def observe(self, error: float, force: float, step_s: float) -> float:

@@ -121,7 +121,7 @@ class Pilot:
         order, loop, (value, rate) = self.orders[number], self._loops[number], signal
         if order.loop == "speed":
             error = seen[SPEED[order.target]] - value if SPEED[order.target] in seen else 0.0
-            return loop.force(error, 0.0) + loop.ahead(0.0, value), error
+            return loop.force(error, 0.0, self._surge) + loop.ahead(0.0, value), error
         found = self.sensing.error(order.target, seen, places)
         if order.through and found is not None:
             deep = DIVING * loop.bandwidth_rad_s * found / max(self._surge, SLOWEST_M_S)
@@ -133,7 +133,7 @@ class Pilot:
             off = loop.observe(found, float(self._wanted[AXES.index(order.axis)]), self.period_s)
         else:
             off = speed - rate
-        return loop.force(found, off) + loop.ahead(value, rate), found
+        return loop.force(found, off, self._surge) + loop.ahead(value, rate), found
 
     def _side(self, order: Order, seen: Mapping[str, float]) -> float:
         """1, or of a zig-zag the side to which it turns now: it goes over when the heading passes its limit."""
@@ -187,10 +187,18 @@ class Pilot:
             mass=float(self.allocation.inertia[i]),
             linear=float(self.vehicle.linear_drag[i]),
             quadratic=float(self.vehicle.quadratic_drag[i]),
-            stiffness=max(rights, 0.0) if order.axis in ("roll", "pitch") else 0.0,
+            rights=max(rights, 0.0) if order.axis in ("roll", "pitch") else 0.0,
+            per_square=self._per_square(order.axis),
             bandwidth_rad_s=order.bandwidth_rad_s,
             of_speed=order.loop == "speed",
         )
+
+    def _per_square(self, axis: str) -> float:
+        """Stiffness of pitch or yaw over the square of the speed ahead: of fins, less that of the Munk moment."""
+        if axis not in ("pitch", "yaw"):
+            return 0.0
+        added, across = self.vehicle.added_mass, {"pitch": 2, "yaw": 1}[axis]
+        return float(added[0, 0] - added[across, across]) - self.allocation.fins[AXES.index(axis)]
 
     def _refuse_short(self, part: Thruster | Fin, forces: Array) -> None:
         """InputError where one of the forces, (T,) [N], is more than a thruster can make."""
