@@ -88,7 +88,10 @@ def test_an_excited_axis_moves_as_its_equation_says(tmp_path: Path) -> None:
         ({"size": 400.0}, "excite[0].amplitudes_N: expected a number from -100 to 100"),
         ({"size": 40.0, "axis": "yaw"}, "N of thruster thruster_1, which makes "),
         ({"size": 99.0, "vehicle": "phoenix"}, "of thruster tunnel_bow_vertical, which makes -8.9 N at most"),
-        ({"multisine": "multisin"}, "excite[0].kind: expected one of multisine, chirp, square, step_coast, zigzag, spiral"),
+        (
+            {"multisine": "multisin"},
+            "excite[0].kind: expected one of multisine, chirp, square, step_coast, zigzag, spiral",
+        ),
         ({"amplitudes_N": "amplitudes_rpm"}, "excite[0].amplitudes_rpm: wrong unit: expected 'amplitudes_N' [N]"),
         ({'axis = "heave"': 'input = "thruster_9_command"'}, "excite[0].input: expected one of thruster_1_command"),
         ({"duration_s": "duration_min"}, "duration_min: wrong unit: expected 'duration_s' [s]"),

@@ -6,8 +6,8 @@
 
 Of the vehicle file come mass with added mass, linear drag, and the stiffness at the present speed: buoyancy rights
 roll and pitch, the Munk moment of a slender hull turns it across the flow and its fins turn it back, both with the
-square of the speed. Drag at the ordered speed is sent ahead. A rate that nothing measures is observed: the same equation, driven by the ordered force, corrected by
-the place.
+square of the speed. Drag at the ordered speed is sent ahead. A rate that nothing measures is observed: the same
+equation, driven by the ordered force, corrected by the place.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ class Loop:
     """PID on a place, or PI on a speed, along one axis.
 
     Attributes:
-        mass: with added mass [kg, kg m2]; linear, quadratic: drag; rights: stiffness at rest [N m/rad]; per_square: what
-            comes to it with the square of the speed [N m/rad/(m/s)2].
+        mass: with added mass [kg, kg m2]. linear, quadratic: drag. rights: stiffness at rest [N m/rad].
+        per_square: stiffness that comes with the square of the speed [N m/rad/(m/s)2].
         bandwidth_rad_s: w. integral: of the error over time. rate: observed rate of the error; error: observed error.
     """
 

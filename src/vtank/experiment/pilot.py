@@ -53,6 +53,8 @@ class Pilot:
         self.sensing = Sensing(vehicle, -float(self.model.body_pos[body, 2]))
         obeyed = [obeyed for order in orders if (obeyed := self._obeyed(order))]
         self.orders = [order for order in obeyed if not self._taken(order, obeyed)]
+        kept = {axis for order in self.orders for axis in (order.target, order.axis)}
+        self.left = tuple(order.target for order in orders if order.target not in kept)
         axes = sorted({order.axis for order in self.orders if order.axis in AXES}, key=AXES.index)
         self.allocation = Allocation(vehicle, self.model, axes)
         for order in self.orders:
@@ -166,7 +168,7 @@ class Pilot:
         """Whether a hold may be left because depth is held by pushing its axis; InputError where it must not."""
         taken = any(other.through == order.target for other in orders)
         if taken and order.must:
-            raise order.table.error("axis", f"depth is held by {order.target} already; expected otherwise = \"leave\"")
+            raise order.table.error("axis", f'depth is held by {order.target} already; expected otherwise = "leave"')
         return taken
 
     def _check_reach(self, order: Order, allocation: Allocation) -> None:

@@ -40,10 +40,11 @@ Pilot = Callable[[float, Mapping[str, float]], Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Flown:
-    """A recording, and why the flight ended before its time, "" where it did not."""
+    """A recording, why the flight ended before its time ("" where it did not), and axes that were not held."""
 
     run: Run
     ended: str = ""
+    left: tuple[str, ...] = ()
 
 
 def fly_vehicle(

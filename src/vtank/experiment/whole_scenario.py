@@ -17,7 +17,7 @@ bandwidth_rad_s = 0.5
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -126,7 +126,7 @@ def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:
 def fly_whole(scenario: WholeScenario) -> Flown:
     """Fly a scenario; errors as of `fly_vehicle`."""
     pilot = scenario.pilot()
-    return fly(
+    flown = fly(
         scenario.vehicle,
         pilot if pilot.closed else pilot.table(),
         scenario.duration_s,
@@ -139,21 +139,21 @@ def fly_whole(scenario: WholeScenario) -> Flown:
         depth_m=scenario.depth_m,
         effects=scenario.effects,
     )
+    return replace(flown, left=pilot.left)
 
 
 def summary(scenario: WholeScenario, flown: Flown) -> str:
     """One line about a flight: what each excited and held axis did, as recorded; all of them, under an input."""
-    run, orders = flown.run, {order.target: order for order in scenario.orders}
-    told = []
+    run, orders, told = flown.run, {o.target: o for o in scenario.orders if o.target not in flown.left}, []
     for axis in AXES:
         if axis in orders or not set(orders) <= set(AXES):
+            places = [({"surge": "north_m", "sway": "east_m"} | PLACE)[axis]]
             by_place = axis in orders and orders[axis].loop == "place"
-            told.append(
-                _range(run, PLACE.get(axis, "north_m" if axis == "surge" else "east_m") if by_place else SPEED[axis])
-            )
-            told[-1] = told[-1] or (f"{SPEED[axis]} is not measured" if axis in orders else "")
-    if any(order.turns_at_rad for order in scenario.orders):
-        told.append(_range(run, "heading_rad"))
+            zigzag = axis in orders and orders[axis].turns_at_rad > 0.0
+            channels = (places if by_place else [SPEED[axis]]) + (places if zigzag else [])
+            told += [_range(run, channel) or f"{channel} is not measured" * (axis in orders) for channel in channels]
+    if flown.left:
+        told.append(f"{', '.join(flown.left)} not held: {scenario.vehicle.name} cannot")
     ended = f"; {flown.ended}" if flown.ended else ""
     return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(filter(None, told))}{ended}"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..water.installation import installed
 from .instruments import measured
 from .mjcf import mujoco_says
 from .model import HEARD, TANK_GROUP, vehicle_body
@@ -64,25 +66,20 @@ class Flight:
 
         InputError where the motion diverges.
         """
-        pushing = [placed for placed in self.whole.effects if placed.effect.wrench]
-        with mujoco_says("cannot step it"):
+        with mujoco_says("cannot step it"), installed(self._pushing):
             for row, ctrl in enumerate(control):
                 if self.ended:
                     return
-                if pushing:
-                    self.acting = {name: float(values[row]) for name, values in (acting or {}).items()}
-                    mujoco.set_mjcb_passive(self._push)
+                self.acting = {name: float(values[row]) for name, values in (acting or {}).items()}
                 self.data.ctrl[:] = ctrl
-                try:
-                    mujoco.mj_step(self.model, self.data)
-                finally:
-                    mujoco.set_mjcb_passive(None)
+                mujoco.mj_step(self.model, self.data)
                 self._keep()
 
     def now(self) -> None:
         """Have the sensors measure at this instant, before the step that begins here."""
         if self.done < len(self.sensordata):
-            mujoco.mj_forward(self.model, self.data)
+            with installed(self._pushing):
+                mujoco.mj_forward(self.model, self.data)
             self.sensordata[self.done] = self.data.sensordata
 
     def true(self, rows: slice, name: str = "") -> dict[str, Mapping[str, Array]]:
@@ -141,7 +138,15 @@ class Flight:
             memory=self._memory,
         )
 
-    def _push(self, model: Any, data: mujoco.MjData) -> None:
+    def _pushing(self) -> dict[str, Any]:
+        """The callback of the effects that push, where there are any."""
+        return {"passive": self._push} if any(placed.effect.wrench for placed in self.whole.effects) else {}
+
+    @cached_property
+    def _push(self) -> Any:
+        return self._passive
+
+    def _passive(self, model: Any, data: mujoco.MjData) -> None:
         """MuJoCo's passive callback: the forces of effects, in every Runge-Kutta stage."""
         moving = self._moving(data)
         wrench = np.sum(

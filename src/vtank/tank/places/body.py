@@ -42,8 +42,8 @@ def weighted(spec: mujoco.MjSpec, p: Values) -> None:
     """A sphere of lead, which displaces nothing, fixed to the body."""
     radius = np.cbrt(p["m"] / LEAD_KG_M3 * 0.75 / np.pi)
     free(spec).add_body(
-        name="vtank/trim weight", pos=(p["x"], p["y"], p["z"]), explicitinertial=True, mass=p["m"],
-        inertia=np.full(3, 0.4 * p["m"] * radius**2),
+        name="vtank/trim weight", pos=(p["x"], p["y"], p["z"]), ipos=np.zeros(3), explicitinertial=True,
+        mass=p["m"], inertia=np.full(3, 0.4 * p["m"] * radius**2),
     )  # fmt: skip
 
 
