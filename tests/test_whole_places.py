@@ -17,7 +17,6 @@ from vtank.plant.vehicle import AXES
 from vtank.record.table import Table
 from vtank.resources import models_dir, scenarios_dir
 from vtank.tank import forces, load_whole
-from vtank.tank.flight import Flight
 from vtank.tank.model import rigid_mass, vehicle_body
 from vtank.tank.places.catalogue import CATALOGUE, table
 from vtank.tank.places.effect import Placed
@@ -75,7 +74,7 @@ def wrench(vehicle: Vehicle, effects: tuple[Placed, ...] = (), nu: np.ndarray = 
     """All forces at a velocity, under ASKED, by the acceleration and the vehicle's own wet mass, (6,) [N, N m]."""
     whole, first = load_whole(vehicle, effects=effects), round(time_s / 0.01)
     asked = {key: np.full(first + 1, value) for key, value in ASKED.items()} | {"rudder_rad": np.full(first + 1, 0.1)}
-    rows, flight = slice(first, first + 1), Flight(whole, 1, nu)
+    rows, flight = slice(first, first + 1), whole.flight(1, nu)
     flight.data.time, flight.data.ctrl[:] = time_s, whole.control(asked, rows)[0]
     flight.acting = {name: float(values[0]) for name, values in whole.acting(asked, rows).items()}
     with forces():
@@ -227,7 +226,7 @@ def test_a_trim_weight_weighs_and_has_inertia(block: Vehicle) -> None:
     whole, own = load_whole(block, effects=effects), load_whole(block)
     more = rigid_mass(whole.model, vehicle_body(whole.model)) - rigid_mass(own.model, vehicle_body(own.model))
     assert more[0, 0] == pytest.approx(0.5) and more[5, 1] == pytest.approx(0.15) and more[4, 2] == pytest.approx(-0.15)
-    flight = Flight(whole, 1)
+    flight = whole.flight(1)
     with forces():
         flight.now()
     mass = rigid_mass(whole.model, vehicle_body(whole.model)) + block.added_mass

@@ -111,8 +111,8 @@ def test_the_scenarios_that_come_with_vtank_fly_from_the_command_line(tmp_path: 
     told = capsys.readouterr().out
     assert "dvl.heave_m_s" in told and "imu.yaw_rate_rad_s" in told
     runs = read_dataset(out).runs
-    assert [f"whole/{run.name}" for run in runs] == NAMES and len(NAMES) == 3
-    assert [entry["seed"] for entry in read_truth(out)["scenarios"]] == [5, 5, 5]
+    assert [f"whole/{run.name}" for run in runs] == NAMES and len(NAMES) == 7
+    assert [entry["seed"] for entry in read_truth(out)["scenarios"]] == [5] * 7
     assert main(["check-data", str(out)]) == 0 and "remus100-zigzag" in capsys.readouterr().out
 
 

@@ -31,6 +31,7 @@ from .readings import TICK, Instrument, Readings
 if TYPE_CHECKING:
     from ..tank.flight import Flight
     from ..tank.places.effect import Placed
+    from ..tank.whole import Whole
 
 Array = NDArray[np.float64]
 
@@ -99,8 +100,7 @@ def fly(
     **water: Any,
 ) -> Flown:
     """As `fly_vehicle`, told how it ended instead of warned; water: other arguments of `tank.load_whole`."""
-    from ..tank.flight import Flight  # MuJoCo takes a while to load
-    from ..tank.prepare import forces
+    from ..tank.prepare import forces  # MuJoCo takes a while to load
     from ..tank.whole import load_whole
 
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
@@ -108,10 +108,10 @@ def fly(
         raise InputError(f"duration_s: expected a number above 0 and up to {PAUSE_S:g} s, found {duration_s:g}")
     north, east, down = current_m_s
     whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, **water)
-    flight = Flight(whole, round(duration_s / whole.model.opt.timestep) + 1)
+    flight = whole.flight(round(duration_s / whole.model.opt.timestep) + 1)
     instruments = {sensor.name: Instrument(sensor, duration_s, seed) for sensor in whole.vehicle.sensors}
     with forces():
-        table = _flown(flight, vehicle, commands, period_s, instruments)
+        table = _flown(whole, flight, commands, period_s, instruments)
     if flight.ended and flight.done < 2:
         raise InputError(f"{name}: {flight.ended} where it starts")
     time_s = flight.times(flight.done)
@@ -125,8 +125,8 @@ def fly(
 
 
 def _flown(
+    whole: Whole,
     flight: Flight,
-    vehicle: Vehicle,
     commands: Mapping[str, ArrayLike] | Pilot,
     period_s: float,
     instruments: Mapping[str, Instrument],
@@ -134,9 +134,9 @@ def _flown(
     """Advance a flight to its end; the table of commands that it had."""
     steps, step_s = len(flight.sensordata), flight.step_s
     if not callable(commands):
-        table = check_commands(vehicle, commands)
+        table = check_commands(whole.vehicle, commands)
         asked = {key: held(flight.times(steps), table[TIME], values) for key, values in table.items()}
-        _advance(flight, asked, slice(0, steps))
+        _advance(whole, flight, asked, slice(0, steps))
         return table
     every = round(period_s / step_s)
     if every < 1 or abs(every * step_s - period_s) > 1e-6 * period_s:
@@ -146,18 +146,18 @@ def _flown(
     for tick, time_s in enumerate(table[TIME]):
         flight.now()
         rows = slice(tick * every, min((tick + 1) * every, steps))
-        for key, value in check_row(vehicle, commands(float(time_s), Readings(flight, instruments))).items():
+        for key, value in check_row(whole.vehicle, commands(float(time_s), Readings(flight, instruments))).items():
             table.setdefault(key, np.zeros(table[TIME].size))[tick:] = value
             asked.setdefault(key, np.zeros(steps))[rows.start :] = value
-        _advance(flight, asked, rows)
+        _advance(whole, flight, asked, rows)
         if flight.ended:
             break
     return table
 
 
-def _advance(flight: Flight, asked: Mapping[str, Array], rows: slice) -> None:
+def _advance(whole: Whole, flight: Flight, asked: Mapping[str, Array], rows: slice) -> None:
     """Fly some steps."""
-    flight.advance(flight.whole.control(asked, rows), flight.whole.acting(asked, rows))
+    flight.advance(whole.control(asked, rows), whole.acting(asked, rows))
 
 
 def check_row(vehicle: Vehicle, row: Mapping[str, float]) -> Mapping[str, float]:

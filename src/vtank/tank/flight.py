@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..plant.vehicle import Vehicle
 from ..water.installation import installed
 from .instruments import measured
 from .mjcf import mujoco_says
 from .model import HEARD, TANK_GROUP, vehicle_body
-from .places.effect import Moving
+from .places.effect import Moving, Placed, label
 from .places.laws import water_velocity
-
-if TYPE_CHECKING:
-    from .whole import Whole
 
 Array = NDArray[np.float64]
 FARTHEST = 1e6  # [SI] of any measurement, beyond which a flight has diverged; a choice
@@ -34,10 +32,18 @@ class Flight:
         ended: why it can go no further, "" while it can: it has struck something.
     """
 
-    def __init__(self, whole: Whole, steps: int, velocity: Sequence[float] | Array = (0.0,) * 6) -> None:
-        """velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
-        self.whole, self.done, self.ended = whole, 0, ""
-        self.model, self.data = whole.model, mujoco.MjData(whole.model)
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        vehicle: Vehicle,
+        effects: Sequence[Placed],
+        steps: int,
+        velocity: Sequence[float] | Array = (0.0,) * 6,
+    ) -> None:
+        """model, vehicle, effects: of a `Whole`. velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
+        self.done, self.ended, self.vehicle, self.effects = 0, "", vehicle, effects
+        self.model, self.data = model, mujoco.MjData(model)
+        self._gears = {label(t): gear for t, gear in zip(vehicle.thrusters, model.actuator_gear, strict=False)}
         self.body = vehicle_body(self.model)
         self.dof = self.model.body_dofadr[self.body]
         self.sensordata = np.full((steps, self.model.nsensordata), np.nan)
@@ -84,21 +90,21 @@ class Flight:
 
     def true(self, rows: slice, name: str = "") -> dict[str, Mapping[str, Array]]:
         """Each instrument's channels, or one's, free of error, at some steps: (n,) by its name and theirs [SI]."""
-        return measured(self.model, self.whole.vehicle.sensors, self.sensordata[rows], name)
+        return measured(self.model, self.vehicle.sensors, self.sensordata[rows], name)
 
     def _keep(self) -> None:
         """What was measured at the beginning of the step; whether the vehicle is still where it may be."""
         row = self.data.sensordata
         if not (np.abs(row) < FARTHEST).all() or not (np.abs(self.data.qvel) < FARTHEST).all():
             raise InputError(
-                f"{self.whole.vehicle.path}: the motion diverged after {self.done * self.step_s:.4g} s; its numbers or "
+                f"{self.vehicle.path}: the motion diverged after {self.done * self.step_s:.4g} s; its numbers or "
                 f"commands are out of range, or the time step of {self.step_s:g} s is too long for them"
             )
         self.sensordata[self.done] = row
         self.done += 1
-        if self.whole.effects:
+        if self.effects:
             moving = self._moving(self.data)
-            for placed in self.whole.effects:
+            for placed in self.effects:
                 if placed.effect.keep:
                     self._memory[placed.name] = placed.effect.keep(moving, placed.place, placed.values)
         if self._walled and (struck := self._struck()):
@@ -115,7 +121,7 @@ class Flight:
         return ""
 
     def _moving(self, data: mujoco.MjData) -> Moving:
-        whole, turn = self.whole, data.xmat[self.body].reshape(3, 3)
+        turn = data.xmat[self.body].reshape(3, 3)
         earth = TO_EARTH @ turn
         velocity = data.qvel[self.dof : self.dof + 6]
         nu = np.concatenate([turn.T @ velocity[:3], velocity[3:]])
@@ -128,19 +134,19 @@ class Flight:
         return Moving(
             time_s=data.time,
             step_s=self.step_s,
-            vehicle=whole.vehicle,
+            vehicle=self.vehicle,
             nu=nu,
             through=nu - np.concatenate([turn.T @ water, np.zeros(3)]),
             away=np.concatenate([away, angles]),
             earth=earth,
-            gears=whole.gears,
+            gears=self._gears,
             asked=self.acting,
             memory=self._memory,
         )
 
     def _pushing(self) -> dict[str, Any]:
         """The callback of the effects that push, where there are any."""
-        return {"passive": self._push} if any(placed.effect.wrench for placed in self.whole.effects) else {}
+        return {"passive": self._push} if any(placed.effect.wrench for placed in self.effects) else {}
 
     @cached_property
     def _push(self) -> Any:
@@ -149,9 +155,7 @@ class Flight:
     def _passive(self, model: Any, data: mujoco.MjData) -> None:
         """MuJoCo's passive callback: the forces of effects, in every Runge-Kutta stage."""
         moving = self._moving(data)
-        wrench = np.sum(
-            [p.effect.wrench(moving, p.place, p.values) for p in self.whole.effects if p.effect.wrench], axis=0
-        )
+        wrench = np.sum([p.effect.wrench(moving, p.place, p.values) for p in self.effects if p.effect.wrench], axis=0)
         turn, passive = data.xmat[self.body].reshape(3, 3), data.qfrc_passive
         passive[self.dof : self.dof + 3] += turn @ wrench[:3]
         passive[self.dof + 3 : self.dof + 6] += wrench[3:]

@@ -51,10 +51,9 @@ class Whole:
     vehicle: Vehicle
     effects: tuple[Placed, ...] = ()
 
-    @property
-    def gears(self) -> dict[str, Array]:
-        """Wrench of each thruster at 1 N, shape (6,), by its name."""
-        return {label(t): self.model.actuator_gear[i] for i, t in enumerate(self.vehicle.thrusters)}
+    def flight(self, steps: int, velocity: Sequence[float] | Array = (0.0,) * 6) -> Flight:
+        """A flight from where the vehicle floats; velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
+        return Flight(self.model, self.vehicle, self.effects, steps, velocity)
 
     def acting(self, asked: Mapping[str, Array], rows: slice) -> dict[str, Array]:
         """Inputs that act at some steps, (n,) by thruster and fin, of what is asked for at all, (T,) by column."""
@@ -80,7 +79,7 @@ class Whole:
         velocity: at the start, body axes, shape (6,) [m/s, rad/s]. It ends where the vehicle strikes a wall. InputError
         where the motion diverges. Effects that need the inputs themselves (thrust_loss) see none.
         """
-        flight = Flight(self, len(control), velocity)
+        flight = self.flight(len(control), velocity)
         with forces():
             flight.advance(control)
         return Motion(flight.times(flight.done), flight.true(slice(0, flight.done)))
