@@ -58,6 +58,7 @@ class Pilot:
         axes = sorted({order.axis for order in self.orders if order.axis in AXES}, key=AXES.index)
         self.allocation = Allocation(vehicle, self.model, axes)
         for order in self.orders:
+            self.sensing.watch(order)
             self._check_reach(order, self.allocation)
         height = float(centre_of_gravity(self.model, body)[2])
         rights = vehicle.mass_kg * G_M_S2 * height - vehicle.buoyancy_N * float(vehicle.centre_of_buoyancy_m[2])

@@ -78,6 +78,7 @@ class Readings(Mapping[str, float]):
     def __init__(self, flight: Flight, instruments: Mapping[str, Instrument]) -> None:
         """Of a flight that stands before its next step, whose sensors have measured there."""
         self._flight, self._instruments = flight, instruments
+        self._true: dict[str, Mapping[str, Array]] = {}
 
     def __getitem__(self, column: str) -> float:
         """The last sample that was not lost; KeyError where there is none yet, or no such channel."""
@@ -93,9 +94,10 @@ class Readings(Mapping[str, float]):
         last = int(kept[-1])
         step = min(int((instrument.instants[last] + NOW) / self._flight.step_s), self._flight.done)
         rows = slice(step, min(step + 2, self._flight.done + 1))
-        true = self._flight.true(rows, name)[name][channel]
+        if name not in self._true:
+            self._true[name] = self._flight.true(rows, name)[name]
         at = np.arange(rows.start, rows.stop) * self._flight.step_s
-        value = np.interp(instrument.instants[last : last + 1], at, true)
+        value = np.interp(instrument.instants[last : last + 1], at, self._true[name][channel])
         return float(instrument.written(channel, value, slice(last, last + 1))[0])
 
     def __iter__(self) -> Iterator[str]:

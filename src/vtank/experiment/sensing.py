@@ -34,28 +34,39 @@ class Sensing:
         """depth_m: at the start."""
         self._start = {"depth_m": depth_m}
         self._sources = {channel: s for s in reversed(vehicle.sensors) for channel in s.channels}
+        self._watched = {SPEED["surge"]}
+
+    def watch(self, order: Order) -> None:
+        """Look at what an order takes from now on."""
+        self._watched |= {*self._needed(order), *([SPEED[order.axis]] if order.axis in AXES else [])}
+        for triple in TRIPLES:
+            if self._watched & set(triple):
+                self._watched |= set(triple)
 
     def missing(self, order: Order) -> str:
-        """A channel that an order takes and no instrument measures, "" where there is none."""
+        """A channel that an order must have and no instrument measures, "" where there is none."""
+        return next((channel for channel in self._needed(order) if channel not in self._sources), "")
+
+    @staticmethod
+    def _needed(order: Order) -> tuple[str, ...]:
+        """Channels without which an order cannot be obeyed; one of a speed can, by its drag."""
         if order.turns_at_rad:
-            needed: tuple[str, ...] = ("heading_rad",)
-        elif order.loop != "place":
-            return ""  # a speed that is not measured is ordered by its drag alone
-        elif order.target in ("surge", "sway"):
-            needed = LEVEL
-        else:
-            needed = (PLACE[order.target], *([PLACE[order.through]] if order.through else []))
-        return next((channel for channel in needed if channel not in self._sources), "")
+            return ("heading_rad",)
+        if order.loop != "place":
+            return ()
+        if order.target in ("surge", "sway"):
+            return LEVEL
+        return (PLACE[order.target], *([PLACE[order.through]] if order.through else []))
 
     def latency_s(self, channel: str) -> float:
         """Of the instrument that tells a channel [s]; 0 where none does."""
         return self._sources[channel].latency_s if channel in self._sources else 0.0
 
     def look(self, readings: Mapping[str, float]) -> dict[str, float]:
-        """The last reading of every channel that has one, velocities in body axes, depth from the start."""
+        """The last reading of every watched channel that has one, velocities in body axes, depth from the start."""
         seen = {}
-        for channel, sensor in self._sources.items():
-            value = readings.get(f"{sensor.name}.{channel}")
+        for channel in self._watched & set(self._sources):
+            value = readings.get(f"{self._sources[channel].name}.{channel}")
             if value is not None:
                 seen[channel] = value - self._start.get(channel, 0.0)
         for triple in TRIPLES:
