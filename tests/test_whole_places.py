@@ -356,6 +356,22 @@ def test_a_sonar_that_is_off_hears_the_wall_elsewhere(block: Vehicle) -> None:
     assert other - one == pytest.approx(np.full(11, 0.2), abs=1e-12)
 
 
+def test_outliers_of_a_sonar_and_of_a_tachometer(block: Vehicle) -> None:
+    """As many as their probability says, of their size, and nothing else moves."""
+    walls = {"walls": models_dir() / "basin.xml", "depth_m": 1.0}
+    asked = {"time_s": np.arange(0.0, 20.0, 0.1), "two_command": np.full(200, 0.01)}
+    effects = placed(
+        block, sonar_multipath__ping={"p": 0.1, "extra_m": 0.5}, tachometer_spikes__two={"p": 0.2, "size": 0.3}
+    )
+    one, other = (fly_vehicle(block, asked, 19.9, effects=e, **walls) for e in ((), effects))
+    long = other.samples("ping.range_m")[1] - one.samples("ping.range_m")[1]
+    spikes = other.samples("two_command")[1] - 0.01
+    for off, size, share in ((long, 0.5, 0.1), (spikes, 0.3, 0.2)):
+        far = np.abs(off) > 1e-9
+        assert np.abs(off[far]) == pytest.approx(size) and far.mean() == pytest.approx(share, abs=0.07)
+    assert np.array_equal(one.samples("imu.surge_m_s")[1], other.samples("imu.surge_m_s")[1])
+
+
 def test_a_late_sensor_and_two_clocks(block: Vehicle) -> None:
     time_s, true = read(block, "surge_m_s")
     for effects, instant in (
@@ -412,7 +428,7 @@ def test_the_table_of_the_scenarios_is_current() -> None:
 
 def test_an_effect_does_something_and_its_law_has_its_numbers() -> None:
     for effect in CATALOGUE:
-        acts = (effect.changes, effect.rigid, effect.input, effect.delay, effect.thrust, effect.wrench)
+        acts = (effect.changes, effect.rigid, effect.input, effect.delay, effect.thrust, effect.wrench, effect.recorded)
         assert any(acts) or effect.name in ("wrong_allocation", "current"), effect.name
         assert effect.sentence.endswith(".") and effect.law
 

@@ -45,6 +45,9 @@ class Instrument:
         self.kept = rng.random(self.stamps.size) >= sensor.dropout
         noise = sensor.each("noise")
         self._errors = [size * rng.standard_normal(self.stamps.size) for size in noise]
+        if sensor.echo[1] > 0.0:
+            long = sensor.echo[0] * (rng.random(self.stamps.size) < sensor.echo[1])
+            self._errors[sensor.channels.index("range_m")] += long
 
     def written(self, channel: str, true: Array, rows: slice) -> Array:
         """What it writes of a channel that is truly so at some of its samples, shape (n,); NaN for no echo."""

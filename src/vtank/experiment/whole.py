@@ -115,6 +115,11 @@ def fly(
     if flight.ended and flight.done < 2:
         raise InputError(f"{name}: {flight.ended} where it starts")
     time_s = flight.times(flight.done)
+    for placed in whole.effects:
+        if placed.effect.recorded and (column := whole.column(placed.place)) in table:
+            rng = np.random.default_rng([seed, *column.encode()])
+            most = 1.0 if column.endswith("_command") else np.inf
+            table[column] = np.clip(placed.effect.recorded(table[column], placed.values, rng), -most, most)
     flown = table[TIME] <= time_s[-1] + 0.5 * flight.step_s
     channels = {key: (table[TIME][flown], values[flown]) for key, values in table.items() if key != TIME}
     motion = flight.true(slice(0, flight.done))

@@ -123,11 +123,11 @@ def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:
     return read_waves(table.table("waves"), depth_m)
 
 
-def fly_whole(scenario: WholeScenario) -> Flown:
-    """Fly a scenario; errors as of `fly_vehicle`."""
+def fly_whole(scenario: WholeScenario, vehicle: Vehicle | None = None) -> Flown:
+    """Fly a scenario; errors as of `fly_vehicle`. vehicle: that is flown; the pilot goes by the scenario's file."""
     pilot = scenario.pilot()
     flown = fly(
-        scenario.vehicle,
+        vehicle or scenario.vehicle,
         pilot if pilot.closed else pilot.table(),
         scenario.duration_s,
         seed=scenario.seed,

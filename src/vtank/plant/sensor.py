@@ -43,7 +43,8 @@ class Sensor:
         resolution: each channel is rounded to a multiple of it, in its own unit; 0 for none.
         clock_skew, clock_offset_s: what is stamped t was measured at t (1 + skew) - offset - latency: a clock that runs
             slow, and one that is ahead [-, s].
-        scale: of each channel, and earth_axes: whether velocities are along north, east, down; both of effects only.
+        scale: of each channel. earth_axes: whether velocities are along north, east, down. echo: by how much a range
+            reads long [m], and in which share of the pings. These three are of effects only, and no file has them.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Sensor:
     clock_offset_s: float = 0.0
     scale: tuple[float, ...] = ()
     earth_axes: bool = False
+    echo: tuple[float, float] = (0.0, 0.0)
 
     @property
     def rotation(self) -> NDArray[np.float64]:

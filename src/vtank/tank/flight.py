@@ -21,7 +21,6 @@ from .places.laws import water_velocity
 
 Array = NDArray[np.float64]
 FARTHEST = 1e6  # [SI] of any measurement, beyond which a flight has diverged; a choice
-TO_EARTH = np.diag([1.0, -1.0, -1.0])  # from the world's axes, north, west, up, to north, east, down
 
 
 class Flight:
@@ -121,28 +120,22 @@ class Flight:
         return ""
 
     def _moving(self, data: mujoco.MjData) -> Moving:
-        turn = data.xmat[self.body].reshape(3, 3)
-        earth = TO_EARTH @ turn
-        velocity = data.qvel[self.dof : self.dof + 6]
-        nu = np.concatenate([turn.T @ velocity[:3], velocity[3:]])
-        user = self.model.body_user
-        water = water_velocity(user[self.body], user[0], data.time, data.xpos[self.body], turn)
-        heading = np.arctan2(earth[1, 0], earth[0, 0])
-        self._heading += (heading - self._heading + np.pi) % (2.0 * np.pi) - np.pi  # beyond half a turn too
-        angles = np.arctan2(earth[2, 1], earth[2, 2]), -np.arcsin(np.clip(earth[2, 0], -1.0, 1.0)), self._heading
-        away = turn.T @ (data.xpos[self.body] - self._start)
-        return Moving(
+        user, turn, place = self.model.body_user, data.xmat[self.body].reshape(3, 3), data.xpos[self.body]
+        moving = Moving(
             time_s=data.time,
             step_s=self.step_s,
             vehicle=self.vehicle,
-            nu=nu,
-            through=nu - np.concatenate([turn.T @ water, np.zeros(3)]),
-            away=np.concatenate([away, angles]),
-            earth=earth,
+            turn=turn,
+            velocity=data.qvel[self.dof : self.dof + 6],
+            displaced=place - self._start,
+            water=lambda: water_velocity(user[self.body], user[0], data.time, place, turn),
+            last_heading=self._heading,
             gears=self._gears,
             asked=self.acting,
             memory=self._memory,
         )
+        self._heading = moving.heading
+        return moving
 
     def _pushing(self) -> dict[str, Any]:
         """The callback of the effects that push, where there are any."""

@@ -55,6 +55,11 @@ class Whole:
         """A flight from where the vehicle floats; velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
         return Flight(self.model, self.vehicle, self.effects, steps, velocity)
 
+    def column(self, name: str) -> str:
+        """Column of a thruster or fin."""
+        parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
+        return str(next(part.column for part in parts if label(part) == name))
+
     def acting(self, asked: Mapping[str, Array], rows: slice) -> dict[str, Array]:
         """Inputs that act at some steps, (n,) by thruster and fin, of what is asked for at all, (T,) by column."""
         step_s = self.model.opt.timestep

@@ -11,3 +11,16 @@ One file for each family: hydrodynamics.py (axes), thrusters.py (thrusters and f
 vehicle). `catalogue.table()` is the table of all of them; read.py reads them from a scenario. Nothing here is used by a
 diagnosis, which has to find them.
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...facade import facade
+
+if TYPE_CHECKING:
+    from .catalogue import CATALOGUE
+    from .effect import Moving, Number, Placed, PlacedEffect, along
+    from .read import places, read_placed
+
+__all__ = facade(__name__)

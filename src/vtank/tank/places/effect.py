@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -39,18 +41,21 @@ class Number:
     high: float = 1e6
 
 
-@dataclass
+TO_EARTH = np.array([[1.0], [-1.0], [-1.0]])  # from the world's axes, north, west, up, to north, east, down
+
+
+@dataclass(eq=False)
 class Moving:
-    """A vehicle at one instant, as the forces of effects see it; all in body axes unless said otherwise.
+    """A vehicle at one instant, as the forces of effects see it; what follows from the rest is found when asked for.
 
     Attributes:
-        time_s: since the start [s].
-        step_s: time step [s].
+        time_s: since the start [s]. step_s: time step [s].
         vehicle: with the effects that change it.
-        nu, through: velocity over ground and through the water, shape (6,) [m/s, rad/s].
-        away: displacement of the origin since the start [m], and roll, pitch and turn of the heading [rad], shape (6,).
-        earth: takes body axes to north, east, down, shape (3, 3).
-        water_m_s2: acceleration of the water that moves uniformly, and of gravity, are left to the tank.
+        turn: takes body axes to the world's, shape (3, 3).
+        velocity: of the origin in world axes and angular in body axes, shape (6,) [m/s, rad/s].
+        displaced: displacement of the origin since the start, world axes, shape (3,) [m].
+        water: () -> velocity of the water there, world axes [m/s].
+        last_heading: an instant ago, beyond half a turn too [rad].
         gears: wrench of each thruster at 1 N, by its name, shape (6,).
         asked: what acts of the inputs, by thruster.
         memory: of effects that have any, by effect and place; `keep` of an effect carries it over a step.
@@ -59,13 +64,41 @@ class Moving:
     time_s: float
     step_s: float
     vehicle: Vehicle
-    nu: Array
-    through: Array
-    away: Array
-    earth: Array
-    gears: Mapping[str, Array] = field(default_factory=dict)
-    asked: Mapping[str, float] = field(default_factory=dict)
-    memory: dict[str, float] = field(default_factory=dict)
+    turn: Array
+    velocity: Array
+    displaced: Array
+    water: Callable[[], Any]
+    last_heading: float
+    gears: Mapping[str, Array]
+    asked: Mapping[str, float]
+    memory: dict[str, float]
+
+    @cached_property
+    def nu(self) -> Array:
+        """Velocity over ground, body axes, shape (6,) [m/s, rad/s]."""
+        return np.concatenate([self.velocity[:3] @ self.turn, self.velocity[3:]])
+
+    @cached_property
+    def through(self) -> Array:
+        """Velocity through the water, body axes, shape (6,) [m/s, rad/s]."""
+        return np.concatenate([(self.velocity[:3] - self.water()) @ self.turn, self.velocity[3:]])
+
+    @cached_property
+    def earth(self) -> Array:
+        """Takes body axes to north, east, down, shape (3, 3)."""
+        return TO_EARTH * self.turn
+
+    @cached_property
+    def heading(self) -> float:
+        """Heading, counted on beyond half a turn [rad]."""
+        change = math.atan2(self.earth[1, 0], self.earth[0, 0]) - self.last_heading
+        return self.last_heading + (change + math.pi) % (2.0 * math.pi) - math.pi
+
+    @cached_property
+    def away(self) -> Array:
+        """Displacement since the start in body axes [m], and roll, pitch and turn of the heading [rad], shape (6,)."""
+        roll, pitch = math.atan2(self.earth[2, 1], self.earth[2, 2]), -math.asin(min(max(self.earth[2, 0], -1.0), 1.0))
+        return np.concatenate([self.displaced @ self.turn, [roll, pitch, self.heading]])
 
 
 @dataclass(frozen=True)
@@ -79,6 +112,7 @@ class PlacedEffect:
         changes: (vehicle, place, values) -> the vehicle that is flown instead.
         rigid: (specification, values) changes the rigid body.
         input: (inputs, values) -> the inputs that act, of a thruster or a fin, shape (n,).
+        recorded: (inputs, values, random numbers) -> what is recorded of the inputs, shape (n,).
         delay: values -> by how much they act later [s].
         thrust: (time_s, inputs, forces, values) -> forces [N], shape (n,).
         wrench: (Moving, place, values) -> what acts on the body besides, shape (6,) [N, N m].
@@ -96,6 +130,7 @@ class PlacedEffect:
     changes: Callable[[Vehicle, str, Any], Vehicle] | None = None
     rigid: Callable[[mujoco.MjSpec, Any], None] | None = None
     input: Callable[[Array, Any], Array] | None = None
+    recorded: Callable[[Array, Any, np.random.Generator], Array] | None = None
     delay: Callable[[Any], float] | None = None
     thrust: Callable[[Array, Array, Array, Any], Array] | None = None
     wrench: Callable[[Moving, str, Any], Array] | None = None

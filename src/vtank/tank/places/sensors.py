@@ -129,6 +129,18 @@ SENSORS = (
         channels=("depth_m",), changes=biased({"o": "depth_m"}),
     ),
     PlacedEffect(
+        "sonar_multipath",
+        "sensor",
+        "Now and then an echo by way of surface or floor is taken for the wall, and reads long.",
+        "range + extra with probability p",
+        (
+            Number("p", ("",), "probability per ping", low=0.0, high=1.0),
+            Number("extra", ("_m",), "excess path", low=0.0, high=100.0),
+        ),
+        channels=("range_m",),
+        changes=change(echo=lambda sensor, p: (p["extra"], p["p"])),
+    ),
+    PlacedEffect(
         "sonar_offset", "sensor", "The sonar measures from a point that is not where the file has it.", "range + o",
         (Number("o", ("_m",), "error of the range", low=-100.0, high=100.0),),
         channels=("range_m",), changes=biased({"o": "range_m"}),

@@ -26,6 +26,11 @@ def misread(n: Array, p: Values) -> Array:
     return n - p["b"]
 
 
+def spiked(n: Array, p: Values, random: np.random.Generator) -> Array:
+    """Single readings are far off, either way."""
+    return n + p["size"] * random.choice([-1.0, 1.0], n.size) * (random.random(n.size) < p["p"])
+
+
 def one_sided(time_s: Array, n: Array, force: Array, p: Values) -> Array:
     """(1 + e) ahead, (1 - e) astern."""
     return force * (1.0 + p["e"] * np.sign(force))
@@ -118,6 +123,17 @@ THRUSTERS = (
     PlacedEffect(
         "tachometer_bias", "thruster", "The recorded input is off by an amount.", "n_read = n + b",
         (Number("b", INPUT, "offset of what is recorded"),), input=misread,
+    ),
+    PlacedEffect(
+        "tachometer_spikes",
+        "thruster",
+        "Single recorded inputs are far off, though the thruster turned evenly.",
+        "n_read = n +- size with probability p",
+        (
+            Number("p", ("",), "probability per reading", low=0.0, high=1.0),
+            Number("size", INPUT, "size of a spike", low=0.0),
+        ),
+        recorded=spiked,
     ),
     PlacedEffect(
         "thruster_dead", "thruster", "A thruster is dead, or makes only part of its force.", "F -> (1 - share) F",
