@@ -34,7 +34,10 @@ def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
 def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
     effect, place = _found(table, key, vehicle)
     own = table.table(key)
-    values: dict[str, Any] = {number.name: _number(own, number, effect, place, vehicle) for number in effect.numbers}
+    values: dict[str, Any] = {
+        number.name: own.number(key_of(number, place, vehicle), number.default, number.low, number.high)
+        for number in effect.numbers
+    }
     if effect.numbers and not own.entries and all(number.default == 0.0 for number in effect.numbers):
         raise table.error(
             key, f"does nothing so; expected one of {', '.join(n.name + n.endings[0] for n in effect.numbers)}"
@@ -73,11 +76,11 @@ def _found(table: Table, key: str, vehicle: Vehicle) -> tuple[PlacedEffect, str]
     raise table.error(key, f"expected {name}@PLACE, found the place '{place}'{meant(place, known)}")
 
 
-def _number(table: Table, number: Number, effect: PlacedEffect, place: str, vehicle: Vehicle) -> float:
-    """A number by its key, whose ending is the unit at this place."""
-    endings, index = number.endings, 0
-    if len(endings) == 2:
+def key_of(number: Number, place: str, vehicle: Vehicle) -> str:
+    """Key of a number at a place: its name and the unit's ending there."""
+    index = 0
+    if len(number.endings) == 2:
         index = int(AXES.index(place) >= 3)
-    elif len(endings) == 3:
+    elif len(number.endings) == 3:
         index = INPUTS.index(part(vehicle, "thrusters", place).input)
-    return table.number(number.name + endings[index], number.default, number.low, number.high)
+    return number.name + number.endings[index]
