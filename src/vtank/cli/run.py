@@ -54,14 +54,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_whole(args: argparse.Namespace) -> int:
     """Fly whole vehicles and write what their instruments recorded."""
-    from ..experiment.whole_scenario import fly_whole, is_whole, load_whole_scenario, summary, write_flights
+    from ..experiment.whole_scenario import fly_scenarios, summary, write_flights
 
-    if single := [name for name in args.scenarios if not is_whole(name)]:
-        raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
     if args.truth or args.model != "tank":
         raise InputError("--truth and --model go with experiments of one axis; expected neither for a whole vehicle")
-    scenarios = [load_whole_scenario(name, args.set, args.seed) for name in args.scenarios]
-    flights = [fly_whole(scenario) for scenario in scenarios]
+    scenarios, flights = fly_scenarios(args.scenarios, args.set, args.seed)
     write_flights(args.out, scenarios, flights, args.set)
     for scenario, flown in zip(scenarios, flights, strict=True):
         print(summary(scenario, flown))

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record import PAUSE_S, TIME, Run, meant
+from ..record.table import Table
 from ..waves import Waves
 from .readings import TICK, Instrument, Readings
 
@@ -59,7 +60,7 @@ def fly_vehicle(
     name: str = "flight",
     period_s: float = 0.1,
     depth_m: float | None = None,
-    effects: Sequence[Placed] = (),
+    effects: Mapping[str, Mapping[str, Any]] | Sequence[Placed] = (),
 ) -> Run:
     """Fly from rest where the vehicle floats, heading north, and return what was recorded.
 
@@ -69,7 +70,8 @@ def fly_vehicle(
         them.
     walls: MJCF of a basin, which sonars hear; a flight ends, with a warning, where the box around the hull reaches one.
     current_m_s: of the water, north, east, down [m/s]. seed: of noise, lost samples and waves, which come from astern.
-    depth_m: at the start (default: as the vehicle's MJCF has it). effects: at places, of `tank.places`.
+    depth_m: at the start (default: as the vehicle's MJCF has it). effects: at places, as in a scenario, such as
+        {"linear_drag@yaw": {"c_N_m_s_per_rad": 2.0}}, or as `tank.places` reads them.
 
     Columns: the commands, and SENSOR.CHANNEL of each instrument, with its rate, noise, latency and lost samples. The
     same seed gives the same run. InputError for commands that the vehicle has not, where the motion diverges, and as
@@ -97,17 +99,21 @@ def fly(
     name: str = "flight",
     period_s: float = 0.1,
     current_m_s: Sequence[float] = (0.0, 0.0, 0.0),
+    effects: Mapping[str, Mapping[str, Any]] | Sequence[Placed] = (),
     **water: Any,
 ) -> Flown:
     """As `fly_vehicle`, told how it ended instead of warned; water: other arguments of `tank.load_whole`."""
-    from ..tank.prepare import forces  # MuJoCo takes a while to load
+    from ..tank.places.read import read_placed  # MuJoCo takes a while to load
+    from ..tank.prepare import forces
     from ..tank.whole import load_whole
 
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     if not 0.0 < duration_s <= PAUSE_S:
         raise InputError(f"duration_s: expected a number above 0 and up to {PAUSE_S:g} s, found {duration_s:g}")
+    if isinstance(effects, Mapping):
+        effects = read_placed(Table(Path("effects"), "", dict(effects)), vehicle)
     north, east, down = current_m_s
-    whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, **water)
+    whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, effects=effects, **water)
     flight = whole.flight(round(duration_s / whole.model.opt.timestep) + 1)
     instruments = {sensor.name: Instrument(sensor, duration_s, seed) for sensor in whole.vehicle.sensors}
     with forces():

@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
 from ..record import Manifest, Run, find_file, open_table, read_text, write_dataset
 from ..record.table import Table
@@ -140,6 +141,16 @@ def fly_whole(scenario: WholeScenario, vehicle: Vehicle | None = None) -> Flown:
         effects=scenario.effects,
     )
     return replace(flown, left=pilot.left)
+
+
+def fly_scenarios(
+    names: Sequence[str | Path], settings: Sequence[str] = (), seed: int | None = None
+) -> tuple[list[WholeScenario], list[Flown]]:
+    """Load and fly scenarios of whole vehicles; InputError where one is of one axis."""
+    if single := [name for name in names if not is_whole(name)]:
+        raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
+    scenarios = [load_whole_scenario(name, settings, seed) for name in names]
+    return scenarios, [fly_whole(scenario) for scenario in scenarios]
 
 
 def summary(scenario: WholeScenario, flown: Flown) -> str:

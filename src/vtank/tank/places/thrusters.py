@@ -74,7 +74,7 @@ def turned(vehicle: Vehicle, name: str, p: Values) -> Vehicle:
 def advance_loss(s: Moving, name: str, p: Values) -> Array:
     """Less thrust the faster the propeller advances: -gamma |n| u_a along its direction."""
     gear = s.gears[name]
-    return -p["gamma"] * abs(s.asked[name]) * float(gear @ s.through) * gear
+    return -p["gamma"] * abs(s.asked.get(name, 0.0)) * float(gear @ s.through) * gear
 
 
 def offset(angle: Array, p: Values) -> Array:
