@@ -305,3 +305,16 @@ def test_bias_resolution_and_clock_of_a_vehicle_file() -> None:
     depth = other.samples("log.depth_m")[1] / 0.05
     assert depth == pytest.approx(np.round(depth), abs=1e-9)
     assert depth[0] * 0.05 == pytest.approx(one.samples("log.depth_m")[1][0] - 0.2, abs=0.026)
+
+
+def test_what_may_be_left_is_left_and_told(tmp_path: Path) -> None:
+    """A torpedo holds its depth by its pitch, whichever stands first; what cannot be held beside the rest is told."""
+    both = '[[hold]]\naxis = "{}"\notherwise = "leave"\n'
+    ahead = '[[hold]]\naxis = "surge"\nspeed_m_s = 1.0\nbandwidth_rad_s = 0.3\n'
+    for first, second in (("pitch", "heave"), ("heave", "pitch")):
+        text = 'vehicle = "remus100"\n' + ahead + both.format(first) + both.format(second) + both.format("sway")
+        pilot = written(tmp_path, text).pilot()
+        assert [(o.target, o.through) for o in pilot.orders] == [("surge", ""), ("heave", "pitch")]
+        assert pilot.left == ("sway",)
+    with pytest.raises(InputError, match=r"hold\[1\].axis: the thrusters of remus100 cannot push along pitch beside"):
+        written(tmp_path, 'vehicle = "remus100"\n[[hold]]\naxis = "heave"\n[[hold]]\naxis = "pitch"\n').pilot()

@@ -6,7 +6,6 @@ It knows the vehicle file and what the instruments read, as a pilot on board wou
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from ..record import TIME
 from ..units import G_M_S2
 from .allocation import SLOWEST_M_S, Allocation
 from .loops import Loop
+from .obeying import obeyed
 from .orders import Order
 from .sensing import PLACE, SPEED, Sensing
 
@@ -25,6 +25,7 @@ Array = NDArray[np.float64]
 SHORT = 0.01  # share of its largest force by which a thruster may miss what is wanted in open loop; a choice
 HURRIED_RAD = 0.3  # [rad] that latency, lag and tick may cost a loop at its bandwidth; a choice
 DIVING = 0.3  # bandwidth of a depth over that of the pitch by which it is held; a choice
+LOOPS, FORWARD = ("place", "speed"), ("surge", "speed")
 STEEPEST_RAD = 0.35  # [rad] pitch that is ordered for the sake of depth; a choice
 
 
@@ -51,15 +52,13 @@ class Pilot:
         body = vehicle_body(self.model)
         self.vehicle, self.duration_s, self.period_s = vehicle, duration_s, period_s
         self.sensing = Sensing(vehicle, -float(self.model.body_pos[body, 2]))
-        obeyed = [obeyed for order in orders if (obeyed := self._obeyed(order))]
-        self.orders = [order for order in obeyed if not self._taken(order, obeyed)]
+        self.orders = obeyed(vehicle, self.model, orders, self.sensing)
         kept = {axis for order in self.orders for axis in (order.target, order.axis)}
         self.left = tuple(order.target for order in orders if order.target not in kept)
         axes = sorted({order.axis for order in self.orders if order.axis in AXES}, key=AXES.index)
         self.allocation = Allocation(vehicle, self.model, axes)
         for order in self.orders:
             self.sensing.watch(order)
-            self._check_reach(order, self.allocation)
         height = float(centre_of_gravity(self.model, body)[2])
         rights = vehicle.mass_kg * G_M_S2 * height - vehicle.buoyancy_N * float(vehicle.centre_of_buoyancy_m[2])
         self._loops = {i: self._loop(order, rights) for i, order in enumerate(self.orders) if order.loop in LOOPS}
@@ -147,36 +146,6 @@ class Pilot:
             self._sides[order.target] = -np.sign(heading) * self.allocation.sense(order.target)
         return float(self._sides[order.target])
 
-    def _obeyed(self, order: Order) -> Order | None:
-        """The order, or how it can be obeyed; None where it may be left. InputError where it must and cannot."""
-        if order.target in AXES:
-            own = Allocation(self.vehicle, self.model, [order.target])
-            if not own.able(order.target):
-                if (order.target, order.loop) != ("heave", "place") or not own.steers("pitch"):
-                    if order.must:
-                        self._check_reach(order, own)
-                    return None
-                order = replace(order, through="pitch")
-        if missing := self.sensing.missing(order):
-            if order.must:
-                what = f"{order.target} needs {missing}, which no sensor of {self.vehicle.name} measures"
-                raise order.table.error("axis" if order.target in AXES else "kind", what)
-            return None
-        return order
-
-    @staticmethod
-    def _taken(order: Order, orders: Sequence[Order]) -> bool:
-        """Whether a hold may be left because depth is held by pushing its axis; InputError where it must not."""
-        taken = any(other.through == order.target for other in orders)
-        if taken and order.must:
-            raise order.table.error("axis", f'depth is held by {order.target} already; expected otherwise = "leave"')
-        return taken
-
-    def _check_reach(self, order: Order, allocation: Allocation) -> None:
-        if order.axis in AXES and not allocation.able(order.axis):
-            message = f"the thrusters of {self.vehicle.name} cannot push along {order.target} alone"
-            raise order.table.error("axis", message)
-
     def _loop(self, order: Order, rights: float) -> Loop:
         """A loop with the vehicle's numbers; InputError where its bandwidth is too much for what is late."""
         i = AXES.index(order.axis)
@@ -211,6 +180,3 @@ class Pilot:
                 worst, name = int(short.argmax()), part.name or part.site
                 message = f"asks {forces[worst]:.3g} N of thruster {name}, which makes {made[worst]:.3g} N at most"
                 raise InputError(f"{self.orders[0].table.path}: excite: {message}")
-
-
-LOOPS, FORWARD = ("place", "speed"), ("surge", "speed")
