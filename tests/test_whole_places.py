@@ -445,6 +445,7 @@ def test_an_effect_does_something_and_its_law_has_its_numbers() -> None:
         ({"wrong_allocation__one": {"other": "two"}}, "'two' takes command, 'one' rev_s"),
         ({"depth_offset__ping": {"o_m": 1.0}}, "'ping' measures none of depth_m"),
         ({"sensor_scale__imu": {"s": 0.1, "channel": "roll_rad"}}, "expected one of , surge_m_s"),
+        ({"gyro_bias__imu": {"roll_rad_s": 0.1}}, "gyro_bias@imu.roll_rad_s: 'imu' does not measure roll_rate_rad_s"),
         ({"gyro_bias__imu": {}}, "does nothing so; expected one of roll_rad_s"),
         ({"seiche__yaw": {"amplitude_m_s": 1.0}}, "found the place 'yaw'"),
     ],

@@ -31,6 +31,7 @@ class Number:
         meaning: in a few words.
         default: None where it must be given.
         low, high: what is admissible.
+        channel: that it changes alone, which the sensor must measure; "" for all.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Number:
     default: float | None = None
     low: float = -1e6
     high: float = 1e6
+    channel: str = ""
 
 
 TO_EARTH = np.array([[1.0], [-1.0], [-1.0]])  # from the world's axes, north, west, up, to north, east, down

@@ -38,6 +38,9 @@ def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
         number.name: own.number(key_of(number, place, vehicle), number.default, number.low, number.high)
         for number in effect.numbers
     }
+    for number in effect.numbers:
+        if values[number.name] and number.channel and number.channel not in part(vehicle, "sensors", place).channels:
+            raise own.error(key_of(number, place, vehicle), f"'{place}' does not measure {number.channel}")
     if effect.numbers and not own.entries and all(number.default == 0.0 for number in effect.numbers):
         raise table.error(
             key, f"does nothing so; expected one of {', '.join(n.name + n.endings[0] for n in effect.numbers)}"

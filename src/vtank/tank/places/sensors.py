@@ -110,12 +110,14 @@ SENSORS = (
     ),
     PlacedEffect(
         "gyro_bias", "sensor", "A gyro turns where nothing turns.", "z -> z + b",
-        tuple(Number(axis, ("_rad_s",), f"bias in {axis}", 0.0, -10.0, 10.0) for axis in GYRO),
+        tuple(Number(axis, ("_rad_s",), f"bias in {axis}", 0.0, -10.0, 10.0, name) for axis, name in GYRO.items()),
         channels=tuple(GYRO.values()), changes=biased(GYRO),
     ),
     PlacedEffect(
         "accelerometer_bias", "sensor", "An accelerometer reads what is not there.", "z -> z + b",
-        tuple(Number(axis, ("_m_s2",), f"bias along {axis}", 0.0, -100.0, 100.0) for axis in ACCELEROMETER),
+        tuple(
+            Number(axis, ("_m_s2",), f"bias along {axis}", 0.0, -100.0, 100.0, name) for axis, name in ACCELEROMETER.items()
+        ),
         channels=tuple(ACCELEROMETER.values()), changes=biased(ACCELEROMETER),
     ),
     PlacedEffect(

@@ -99,8 +99,12 @@ def entries(
     """The keys and values of an effect in a scenario, at a size of which 1 is usual."""
     usual = Usual(vehicle, effect.kind, place)
     drawn: dict[str, Any] = {}
-    for number in effect.numbers:
+    measured = {c for s in vehicle.sensors if effect.kind == "sensor" and s.name == place for c in s.channels}
+    numbers = [n for n in effect.numbers if not n.channel or n.channel in measured]
+    vector = sum(number.default == 0.0 for number in numbers)  # a direction is drawn for it
+    for number in numbers:
         value = _value(effect.name, number)(usual) * (1.0 if number.name in FIXED else size)
+        value *= random.uniform(0.1, 1.0) if vector > 1 and number.name not in FIXED else 1.0
         sign = -1.0 if number.low < 0.0 < number.high and number.name not in FIXED and random.random() < 0.5 else 1.0
         drawn[key_of(number, place, vehicle)] = float(np.clip(sign * value, number.low, 0.98 * number.high))
     if effect.name == "wrong_allocation":
