@@ -11,7 +11,7 @@ from ...plant.sensor import Sensor, matrix_of
 from ...plant.vehicle import Vehicle
 from .effect import Number, PlacedEffect, Values, part, with_part
 
-ANGLE, ARM = {"low": -3.2, "high": 3.2}, {"low": -100.0, "high": 100.0}
+ANGLE, ARM = (-3.2, 3.2), (-100.0, 100.0)  # [rad], [m] admissible
 GYRO = {"roll": "roll_rate_rad_s", "pitch": "pitch_rate_rad_s", "yaw": "yaw_rate_rad_s"}
 VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
 ACCELEROMETER = {axis: f"accel_{axis}_m_s2" for axis in "xyz"}
@@ -100,12 +100,12 @@ SENSORS = (
     PlacedEffect(
         "sensor_rotated", "sensor", "It is mounted at other angles than the vehicle file has.",
         "R -> R R(roll, pitch, yaw)",
-        tuple(Number(axis, ("_rad",), f"{axis} in its own axes", 0.0, **ANGLE) for axis in ("roll", "pitch", "yaw")),
+        tuple(Number(axis, ("_rad",), f"{axis} in its own axes", 0.0, *ANGLE) for axis in ("roll", "pitch", "yaw")),
         changes=change(rotation_deg=rotated),
     ),
     PlacedEffect(
         "sensor_displaced", "sensor", "It sits elsewhere than the vehicle file has it.", "r -> r + (x, y, z)",
-        tuple(Number(axis, ("_m",), f"along the body's {axis}", 0.0, **ARM) for axis in "xyz"),
+        tuple(Number(axis, ("_m",), f"along the body's {axis}", 0.0, *ARM) for axis in "xyz"),
         changes=change(position_m=displaced),
     ),
     PlacedEffect(
@@ -115,9 +115,7 @@ SENSORS = (
     ),
     PlacedEffect(
         "accelerometer_bias", "sensor", "An accelerometer reads what is not there.", "z -> z + b",
-        tuple(
-            Number(axis, ("_m_s2",), f"bias along {axis}", 0.0, -100.0, 100.0, name) for axis, name in ACCELEROMETER.items()
-        ),
+        tuple(Number(x, ("_m_s2",), f"bias along {x}", 0.0, -100.0, 100.0, name) for x, name in ACCELEROMETER.items()),
         channels=tuple(ACCELEROMETER.values()), changes=biased(ACCELEROMETER),
     ),
     PlacedEffect(
