@@ -318,3 +318,15 @@ def test_what_may_be_left_is_left_and_told(tmp_path: Path) -> None:
         assert pilot.left == ("sway",)
     with pytest.raises(InputError, match=r"hold\[1\].axis: the thrusters of remus100 cannot push along pitch beside"):
         written(tmp_path, 'vehicle = "remus100"\n[[hold]]\naxis = "heave"\n[[hold]]\naxis = "pitch"\n').pilot()
+
+
+def test_a_thruster_that_pushes_one_way_only_brakes_by_doing_nothing() -> None:
+    """The others still do their part."""
+    craft = load_vehicle("remus100")
+    bench = ((0.0, 0.0), (25.0, 9.0))
+    craft = replace(craft, thrusters=(replace(craft.thrusters[0], curve=bench),))
+    allocation = Allocation(craft, load_whole(craft).model, ["surge", "yaw"])
+    back = allocation.matrix(1.0) @ np.array([-5.0, 0.0, 0.0, 0.0, 0.0, 0.2])
+    asked = allocation.inputs(back[None])
+    assert asked["propeller_rev_s"] == 0.0 and abs(asked["rudder_rad"][0]) > 0.01
+    assert allocation.overload(back) == pytest.approx(abs(asked["rudder_rad"][0]) / craft.fins[1].limit_rad)

@@ -124,7 +124,8 @@ def test_a_rudder_zigzag_turns_the_hull_to_either_side(tmp_path: Path) -> None:
 
 
 def test_experiments_of_one_axis_and_of_whole_vehicles_do_not_mix(tmp_path: Path, capsys) -> None:
-    assert is_whole(NAMES[0]) and not is_whole("sway")
+    (tmp_path / "held.toml").write_text('hold = "rigid"\n', encoding="utf-8")
+    assert is_whole(NAMES[0]) and not is_whole("sway") and not is_whole(tmp_path / "held.toml")
     for arguments, said in (
         ([NAMES[0], "sway"], "sway: an experiment of one axis"),
         ([NAMES[0], "--truth", "physical"], "--truth and --model go with experiments of one axis"),

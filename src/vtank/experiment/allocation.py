@@ -41,7 +41,8 @@ class Allocation:
         gears, count = model.actuator_gear, len(vehicle.thrusters)
         moving = [(i, fin) for i, fin in enumerate(vehicle.fins) if fin.limit_rad]
         self.parts: tuple[Thruster | Fin, ...] = (*vehicle.thrusters, *(fin for _, fin in moving))
-        self._pushes = np.array([gear * t.limit_N for gear, t in zip(gears[:count], vehicle.thrusters, strict=True)])
+        pushes = [gear * t.limit_N for gear, t in zip(gears[:count], vehicle.thrusters, strict=True)]
+        self._pushes = np.array(pushes).reshape(-1, 6)
         lifts = [_lift(gears[count + 2 * i + 1], fin) for i, fin in enumerate(vehicle.fins)]
         self.fins: Array = np.sum([*lifts, np.zeros(6)], axis=0)
         self._turns = np.array([lifts[i] * TURNS * fin.limit_rad for i, fin in moving]).reshape(-1, 6)
@@ -68,7 +69,8 @@ class Allocation:
     def largest(self, axis: str, surge_m_s: float) -> float:
         """The largest force or moment along an axis that all parts can make, either way [N or N m]."""
         efforts = self.matrix(surge_m_s)[:, AXES.index(axis)]
-        return 1.0 / max(self.overload(efforts), self.overload(-efforts))
+        most = max(self.overload(efforts), self.overload(-efforts))
+        return 1.0 / most if most else 0.0
 
     def sense(self, target: str) -> float:
         """1 where a positive force or input turns the bow to starboard, -1 where to port."""
@@ -79,11 +81,15 @@ class Allocation:
         return 1.0 if turns[target] > 0.0 else -1.0
 
     def overload(self, efforts: Array) -> float:
-        """The largest of forces and angles over what the part can do that way: 1 at its limit."""
-        pairs = zip(self.parts, efforts, strict=True)
-        return max(
-            abs(e) / (p.limit_rad if isinstance(p, Fin) else p.most_N(1.0 if e > 0.0 else -1.0)) for p, e in pairs
-        )
+        """The largest of forces and angles over what the part can do that way: 1 at its limit.
+
+        A thruster that pushes one way only gives nothing the other way, and stops nobody else.
+        """
+        shares = [0.0]
+        for part, effort in zip(self.parts, efforts.tolist(), strict=True):
+            most = part.limit_rad if isinstance(part, Fin) else part.most_N(1.0 if effort > 0.0 else -1.0)
+            shares.append(abs(effort) / most if most else 0.0)
+        return max(shares)
 
     def inputs(self, efforts: Array) -> dict[str, Array]:
         """Inputs of thrusters [rev/s, -, N] and fins [rad] by column, (T,), for forces and angles, (T, parts).

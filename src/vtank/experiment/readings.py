@@ -1,6 +1,7 @@
 """What instruments write of what is true: rate, latency, clock, noise, bias, resolution and lost samples of each.
 
-What is random is drawn before the flight, so that a pilot on board reads the very numbers that are recorded.
+What is random is drawn before the flight, so that a pilot on board reads the very numbers that are recorded; but
+an acceleration at the moment of a command is that of just before it.
 """
 
 from __future__ import annotations

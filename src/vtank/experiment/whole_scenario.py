@@ -70,7 +70,8 @@ class WholeScenario:
 
 def is_whole(name_or_path: str | Path) -> bool:
     """Whether a scenario is one of whole vehicles: it has [[excite]] or [[hold]]."""
-    return not {"excite", "hold"}.isdisjoint(open_table(find_file(name_or_path, scenarios_dir(), "scenario")).entries)
+    entries = open_table(find_file(name_or_path, scenarios_dir(), "scenario")).entries
+    return "excite" in entries or isinstance(entries.get("hold"), list)  # of one axis it is a word
 
 
 def load_whole_scenario(
