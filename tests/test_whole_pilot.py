@@ -330,3 +330,20 @@ def test_a_thruster_that_pushes_one_way_only_brakes_by_doing_nothing() -> None:
     asked = allocation.inputs(back[None])
     assert asked["propeller_rev_s"] == 0.0 and abs(asked["rudder_rad"][0]) > 0.01
     assert allocation.overload(back) == pytest.approx(abs(asked["rudder_rad"][0]) / craft.fins[1].limit_rad)
+
+
+def test_a_scenario_states_a_sensor_otherwise(tmp_path: Path) -> None:
+    scenario = written(tmp_path, HOLD + "[sensor.depth]\nresolution = [0.1]\nrate_hz = 4.0\n")
+    depth, plain = (
+        next(s for s in v.sensors if s.name == "depth") for v in (scenario.vehicle, load_vehicle("bluerov2"))
+    )
+    assert replace(depth, resolution=plain.resolution, rate_hz=plain.rate_hz) == plain
+    time_s, read = fly_whole(scenario).run.samples("depth.depth_m")
+    assert np.allclose(np.diff(time_s), 0.25) and np.allclose(read * 10.0, np.round(read * 10.0))
+    for text, said in (
+        ("[sensor.dept]\nrate_hz = 4.0\n", "sensor.dept: no such sensor; did you mean 'depth'?"),
+        ("[sensor.depth]\nrate = 4.0\n", "sensor.depth.rate: "),
+        ("[sensor.depth]\nnoise = [0.1, 0.2]\n", "sensor.depth.noise: expected 1 numbers, one for each channel"),
+    ):
+        with pytest.raises(InputError, match=re.escape(said)):
+            written(tmp_path, HOLD + text)

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
 from ..record import Manifest, Run, find_file, open_table, read_text, write_dataset
 from ..record.table import Table
@@ -87,6 +88,7 @@ def load_whole_scenario(
     table = open_table(path, tuple(settings))
     table.text("description", "")
     vehicle = load_vehicle(table.file("vehicle"))
+    vehicle = replace(vehicle, sensors=changed_sensors(table.table("sensor"), vehicle.sensors))
     orders = (*(read_excite(part, vehicle) for part in table.tables("excite")), *map(read_hold, table.tables("hold")))
     if not orders:
         raise table.error("excite", "expected one excitation or more, [[excite]]")

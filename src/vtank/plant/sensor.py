@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,6 +85,22 @@ def matrix_of(roll_pitch_yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
 def read_sensors(table: Table) -> tuple[Sensor, ...]:
     """The [sensor.NAME] of a vehicle file; InputError names file and key."""
     return tuple(_sensor(name, table.table(name)) for name in table.entries)
+
+
+def changed_sensors(table: Table, sensors: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
+    """The sensors with what a scenario's [sensor.NAME] states otherwise; InputError names file and key."""
+    names = [sensor.name for sensor in sensors]
+    for name in table.entries:
+        if name not in names:
+            raise table.error(name, "no such sensor" + meant(name, names))
+    return tuple(_changed(sensor, table.table(sensor.name)) if table.has(sensor.name) else sensor for sensor in sensors)
+
+
+def _changed(sensor: Sensor, table: Table) -> Sensor:
+    table.check_keys(KEYS[1:])
+    as_it_is = {key: getattr(sensor, key) for key in KEYS}
+    entries = {key: list(value) if isinstance(value, tuple) else value for key, value in as_it_is.items()}
+    return _sensor(sensor.name, replace(table, entries={k: v for k, v in entries.items() if v != []} | table.entries))
 
 
 def _sensor(name: str, table: Table) -> Sensor:
