@@ -442,7 +442,10 @@ def test_an_effect_does_something_and_its_law_has_its_numbers() -> None:
         ({"linear_drag": {"c_N_s_per_m": 1.0}}, "expected linear_drag@PLACE"),
         ({"thrust_deadband__thre": {"n0": 1.0}}, "did you mean 'three'? there are: one, two, three"),
         ({"thrust_deadband__one": {"n0": 1.0}}, "thrust_deadband@one.n0: wrong unit: expected 'n0_rev_s' [rev/s]"),
-        ({"wrong_allocation__one": {"other": "two"}}, "'two' takes command, 'one' rev_s"),
+        (
+            {"wrong_allocation__one": {"other": "two"}},
+            "wrong_allocation@one: block has no other thruster that takes rev_s",
+        ),
         ({"depth_offset__ping": {"o_m": 1.0}}, "'ping' measures none of depth_m"),
         ({"sensor_scale__imu": {"s": 0.1, "channel": "roll_rad"}}, "expected one of , surge_m_s"),
         ({"gyro_bias__imu": {"roll_rad_s": 0.1}}, "gyro_bias@imu.roll_rad_s: 'imu' does not measure roll_rate_rad_s"),

@@ -21,6 +21,6 @@ from ...facade import facade
 if TYPE_CHECKING:
     from .catalogue import CATALOGUE
     from .effect import Moving, Number, Placed, PlacedEffect, along
-    from .read import key_of, places, read_placed
+    from .read import key_of, partners, places, read_placed
 
 __all__ = facade(__name__)

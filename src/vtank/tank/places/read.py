@@ -31,6 +31,12 @@ def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
     }
 
 
+def partners(vehicle: Vehicle, name: str) -> tuple[str, ...]:
+    """Other thrusters that take the same kind of input, whose wires may be exchanged with one's."""
+    own = part(vehicle, "thrusters", name)
+    return tuple(label(t) for t in vehicle.thrusters if t.input == own.input and label(t) != name)
+
+
 def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
     effect, place = _found(table, key, vehicle)
     own = table.table(key)
@@ -46,14 +52,12 @@ def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
             key, f"does nothing so; expected one of {', '.join(n.name + n.endings[0] for n in effect.numbers)}"
         )
     if effect.name == "wrong_allocation":
-        other = own.choice("other", tuple(name for name in places(vehicle)["thruster"] if name != place))
-        one, two = (part(vehicle, "thrusters", name) for name in (place, other))
-        if one.input != two.input:
-            raise own.error(
-                "other", f"'{other}' takes {two.input}, '{place}' {one.input}; expected one of the same input"
-            )
+        one, others = part(vehicle, "thrusters", place), partners(vehicle, place)
+        if not others:
+            raise table.error(key, f"{vehicle.name} has no other thruster that takes {one.input}")
+        two = part(vehicle, "thrusters", own.choice("other", others))
         own.close()
-        return [Placed(effect, place, {"column": two.column}), Placed(effect, other, {"column": one.column})]
+        return [Placed(effect, place, {"column": two.column}), Placed(effect, label(two), {"column": one.column})]
     if effect.text:
         channels = part(vehicle, "sensors", place).channels
         values["channel"] = own.choice("channel", ("", *channels), "")

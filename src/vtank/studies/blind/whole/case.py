@@ -16,7 +16,8 @@ from ....experiment.whole_scenario import WholeScenario, fly_whole, load_whole_s
 from ....plant.vehicle import AXES, Vehicle, load_vehicle
 from ....record import Run
 from ....record.table import Table
-from ....tank.places import CATALOGUE, Placed, places, read_placed
+from ....record.writer import run_bytes
+from ....tank.places import CATALOGUE, Placed, partners, places, read_placed
 from ..cause import log_uniform
 from .scenarios import FAMILIES, able, draw_scenario
 from .sizes import entries
@@ -67,6 +68,8 @@ def draw_whole(seed: int, number: int, attempt: int) -> WholeCase | None:
             runs = [_run(scenario, flown, effects) for scenario in scenarios] if effects else plain
             signals = signal(nominal, plain[:given], runs[:given])
             if not effects or max(signals.values()) >= SEEN:
+                for run in runs:
+                    run_bytes(run)  # InputError for readings that nobody would believe, such as angles in degrees
                 label = next(iter(told)) if kind == "single" else kind
                 truth = {"kind": kind, "vehicle": name, "label": label, "effects": told, "signal": signals,
                          "given": given, "scenarios": texts, "own": _numbers(flown)}  # fmt: skip
@@ -113,6 +116,8 @@ def _draw_effect(random: np.random.Generator, vehicle: Vehicle) -> tuple[Any, st
         if effect.channels:
             has = {s.name for s in vehicle.sensors if set(s.channels) & set(effect.channels)}
             at = [p for p in at if p in has]
+        if effect.name == "wrong_allocation":
+            at = [p for p in at if partners(vehicle, p)]
         if at:
             known[effect.name, effect.kind] = effect, at
     effect, at = known[list(known)[int(random.integers(len(known)))]]

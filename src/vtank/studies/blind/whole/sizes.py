@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ....plant.vehicle import AXES, Vehicle
-from ....tank.places import Number, PlacedEffect, key_of, places
+from ....tank.places import Number, PlacedEffect, key_of, partners
 
 U_M_S, U_RAD_S = 0.4, 0.3  # usual speeds, choices
 
@@ -108,7 +108,7 @@ def entries(
         sign = -1.0 if number.low < 0.0 < number.high and number.name not in FIXED and random.random() < 0.5 else 1.0
         drawn[key_of(number, place, vehicle)] = float(np.clip(sign * value, number.low, 0.98 * number.high))
     if effect.name == "wrong_allocation":
-        drawn["other"] = str(random.choice([name for name in places(vehicle)["thruster"] if name != place]))
+        drawn["other"] = str(random.choice(partners(vehicle, place)))
     return drawn
 
 
