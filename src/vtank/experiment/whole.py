@@ -168,7 +168,7 @@ def _flown(
 
 def _advance(whole: Whole, flight: Flight, asked: Mapping[str, Array], rows: slice) -> None:
     """Fly some steps."""
-    flight.advance(whole.control(asked, rows), whole.acting(asked, rows))
+    flight.advance(whole.control(asked, rows), whole.acting(asked, rows) if whole.effects else None)
 
 
 def check_row(vehicle: Vehicle, row: Mapping[str, float]) -> Mapping[str, float]:

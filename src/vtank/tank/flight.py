@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import Any
 
 import mujoco
@@ -55,6 +54,9 @@ class Flight:
         self._start = self.data.xpos[self.body].copy()
         self._corners = corners(self.model, self.body)
         around = self.model.body_rootid[self.model.geom_bodyid] != self.body
+        pushed = any(placed.effect.wrench for placed in effects)
+        callbacks = {"passive": self._push} if pushed else {}
+        self._callbacks = lambda: callbacks
         self._walled = bool((self.model.geom_group[around] == TANK_GROUP).any())
 
     @property
@@ -71,7 +73,7 @@ class Flight:
 
         InputError where the motion diverges.
         """
-        with mujoco_says("cannot step it"), installed(self._pushing):
+        with mujoco_says("cannot step it"), installed(self._callbacks):
             for row, ctrl in enumerate(control):
                 if self.ended:
                     return
@@ -83,7 +85,7 @@ class Flight:
     def now(self) -> None:
         """Have the sensors measure at this instant, before the step that begins here."""
         if self.done < len(self.sensordata):
-            with installed(self._pushing):
+            with installed(self._callbacks):
                 mujoco.mj_forward(self.model, self.data)
             self.sensordata[self.done] = self.data.sensordata
 
@@ -137,15 +139,7 @@ class Flight:
         self._heading = moving.heading
         return moving
 
-    def _pushing(self) -> dict[str, Any]:
-        """The callback of the effects that push, where there are any."""
-        return {"passive": self._push} if any(placed.effect.wrench for placed in self.effects) else {}
-
-    @cached_property
-    def _push(self) -> Any:
-        return self._passive
-
-    def _passive(self, model: Any, data: mujoco.MjData) -> None:
+    def _push(self, model: Any, data: mujoco.MjData) -> None:
         """MuJoCo's passive callback: the forces of effects, in every Runge-Kutta stage."""
         moving = self._moving(data)
         wrench = np.sum([p.effect.wrench(moving, p.place, p.values) for p in self.effects if p.effect.wrench], axis=0)
