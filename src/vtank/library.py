@@ -61,7 +61,7 @@ def run(
             raise InputError(
                 "truth and simulator go with experiments of one axis; expected neither for a whole vehicle"
             )
-        whole, flights = fly_scenarios(scenarios, settings, seed)
+        whole, flights = fly_scenarios(scenarios, settings, seed, progress)
         if out is not None:
             write_flights(Path(out), whole, flights, settings)
         return tuple(flown.run for flown in flights)

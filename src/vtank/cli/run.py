@@ -55,10 +55,12 @@ def run(args: argparse.Namespace) -> int:
 def _run_whole(args: argparse.Namespace) -> int:
     """Fly whole vehicles and write what their instruments recorded."""
     from ..experiment.whole_scenario import fly_scenarios, summary, write_flights
+    from .progress import percent
 
     if args.truth or args.model != "tank":
         raise InputError("--truth and --model go with experiments of one axis; expected neither for a whole vehicle")
-    scenarios, flights = fly_scenarios(args.scenarios, args.set, args.seed)
+    with percent(f"flying {len(args.scenarios)} run{'s' * (len(args.scenarios) > 1)}") as report:
+        scenarios, flights = fly_scenarios(args.scenarios, args.set, args.seed, report)
     write_flights(args.out, scenarios, flights, args.set)
     for scenario, flown in zip(scenarios, flights, strict=True):
         print(summary(scenario, flown))

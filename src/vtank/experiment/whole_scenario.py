@@ -16,7 +16,7 @@ bandwidth_rad_s = 0.5
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -147,13 +147,21 @@ def fly_whole(scenario: WholeScenario, vehicle: Vehicle | None = None) -> Flown:
 
 
 def fly_scenarios(
-    names: Sequence[str | Path], settings: Sequence[str] = (), seed: int | None = None
+    names: Sequence[str | Path],
+    settings: Sequence[str] = (),
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> tuple[list[WholeScenario], list[Flown]]:
-    """Load and fly scenarios of whole vehicles; InputError where one is of one axis."""
+    """Load and fly scenarios of whole vehicles; InputError where one is of one axis. progress: told the share done."""
     if single := [name for name in names if not is_whole(name)]:
         raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
     scenarios = [load_whole_scenario(name, settings, seed) for name in names]
-    return scenarios, [fly_whole(scenario) for scenario in scenarios]
+    flights = []
+    for number, scenario in enumerate(scenarios, 1):
+        flights.append(fly_whole(scenario))
+        if progress:
+            progress(number / len(scenarios))
+    return scenarios, flights
 
 
 def summary(scenario: WholeScenario, flown: Flown) -> str:
