@@ -166,6 +166,18 @@ def test_an_effect_of_a_thruster_changes_its_force_alone(block: Vehicle, key, va
     assert wrench(block, effects, time_s=1.0) - wrench(block, time_s=1.0) == pytest.approx(expected, abs=1e-9)
 
 
+def test_effects_of_one_thruster_act_in_their_order_whatever_the_file_has(block: Vehicle) -> None:
+    """What is read less its bias, less the dead band, and then the force fades: 0.5 (4 - 1 - 0.5)^2 (1 - 0.2)."""
+    entries = {
+        "thruster_dead__one": {"share": 0.2},
+        "thrust_deadband__one": {"n0_rev_s": 0.5},
+        "tachometer_bias__one": {"b_rev_s": 1.0},
+    }
+    for keys in (list(entries), list(entries)[::-1]):
+        whole = load_whole(block, effects=placed(block, **{key: entries[key] for key in keys}))
+        assert whole.control({"one_rev_s": np.array([4.0])})[0, 0] == pytest.approx(0.5 * 2.5**2 * 0.8)
+
+
 def test_exchanged_inputs_push_at_each_others_place(block: Vehicle) -> None:
     alike = replace(block, thrusters=tuple(replace(t, input="N", gain=1.0) for t in block.thrusters))
     whole = load_whole(alike, effects=placed(alike, wrong_allocation__one={"other": "three"}))

@@ -14,10 +14,13 @@ INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of a number's e
 
 
 def read_placed(table: Table, vehicle: Vehicle) -> tuple[Placed, ...]:
-    """The effects that a table switches on, each by NAME@PLACE; InputError names file, key and what there is."""
+    """The effects that a table switches on, each by NAME@PLACE; InputError names file, key and what there is.
+
+    They come in the order of the catalogue, in which they act, however the file has them.
+    """
     placed = [one for key in table.entries for one in _read(table, key, vehicle)]
     table.close()
-    return tuple(placed)
+    return tuple(sorted(placed, key=lambda one: CATALOGUE.index(one.effect)))
 
 
 def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:

@@ -88,7 +88,11 @@ def smaller(vehicle: Vehicle, name: str, p: Values) -> Vehicle:
     return with_part(vehicle, "fins", name, area_m2=fin.area_m2 * (1.0 - p["share"]))
 
 
-THRUSTERS = (
+THRUSTERS = (  # in the order in which they act: what is read, what acts of it, the force
+    PlacedEffect(
+        "tachometer_bias", "thruster", "The recorded input is off by an amount.", "n_read = n + b",
+        (Number("b", INPUT, "offset of what is recorded"),), input=misread,
+    ),
     PlacedEffect(
         "thrust_deadband", "thruster", "Below a threshold the propeller only churns, or the drive does not turn it.",
         "n_e = sign(n) max(|n| - n0, 0)", (Number("n0", INPUT, "threshold, in the unit of the input", low=0.0),),
@@ -119,10 +123,6 @@ THRUSTERS = (
     PlacedEffect(
         "command_delay", "thruster", "The drive obeys late.", "n(t) -> n(t - d)",
         (Number("d", ("_s",), "delay", low=0.0, high=60.0),), delay=later,
-    ),
-    PlacedEffect(
-        "tachometer_bias", "thruster", "The recorded input is off by an amount.", "n_read = n + b",
-        (Number("b", INPUT, "offset of what is recorded"),), input=misread,
     ),
     PlacedEffect(
         "tachometer_spikes",
