@@ -146,8 +146,11 @@ def changed(vehicle: Vehicle, effects: Sequence[Placed]) -> Vehicle:
 
 def drift(effects: Sequence[Placed]) -> Array:
     """The current that is an effect, world axes [m/s]."""
-    values = [placed.values for placed in effects if placed.effect.name == "current"]
-    return np.sum([(v["north"], -v["east"], -v["down"]) for v in values] + [np.zeros(3)], axis=0)
+    current = np.zeros(3)
+    for placed in effects:
+        if placed.effect.drifts:
+            current += np.array(placed.effect.drifts(placed.values)) * (1.0, -1.0, -1.0)
+    return current
 
 
 def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array:

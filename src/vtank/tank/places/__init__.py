@@ -22,5 +22,6 @@ if TYPE_CHECKING:
     from .catalogue import CATALOGUE
     from .effect import Moving, Number, Placed, PlacedEffect, along
     from .read import key_of, partners, places, read_placed
+    from .usual import Usual
 
 __all__ = facade(__name__)

@@ -12,7 +12,9 @@ from ...water.record import SIZE, field
 from . import laws
 from .effect import VEHICLE, Array, Moving, Number, PlacedEffect, Values
 
-XYZ = tuple(Number(axis, ("_m",), f"along the body's {axis}", 0.0, -10.0, 10.0) for axis in "xyz")
+XYZ = tuple(
+    Number(axis, ("_m",), f"along the body's {axis}", 0.0, -10.0, 10.0, usual=lambda s: 0.05 * s.hull) for axis in "xyz"
+)
 EARTH = ("north", "east", "down")
 LEAD_KG_M3 = 11340.0
 
@@ -75,42 +77,80 @@ def pulled(s: Moving, place: str, p: Values) -> Array:
 
 VEHICLES = (
     PlacedEffect(
-        "centre_of_gravity", VEHICLE, "The centre of gravity is not where the vehicle file has it.",
-        "r_G -> r_G + (x, y, z)", XYZ, rigid=heavy_elsewhere,
+        "centre_of_gravity",
+        VEHICLE,
+        "The centre of gravity is not where the vehicle file has it.",
+        "r_G -> r_G + (x, y, z)",
+        XYZ,
+        rigid=heavy_elsewhere,
     ),
     PlacedEffect(
-        "centre_of_buoyancy", VEHICLE, "The centre of buoyancy is not where the vehicle file has it.",
-        "r_B -> r_B + (x, y, z)", XYZ, changes=buoyed_elsewhere,
+        "centre_of_buoyancy",
+        VEHICLE,
+        "The centre of buoyancy is not where the vehicle file has it.",
+        "r_B -> r_B + (x, y, z)",
+        XYZ,
+        changes=buoyed_elsewhere,
     ),
     PlacedEffect(
-        "buoyancy", VEHICLE, "The vehicle is lighter or heavier in water than its file has it.", "B -> B + B",
-        (Number("B", ("_N",), "more buoyancy"),), changes=lighter,
+        "buoyancy",
+        VEHICLE,
+        "The vehicle is lighter or heavier in water than its file has it.",
+        "B -> B + B",
+        (Number("B", ("_N",), "more buoyancy", usual=lambda s: 0.005 * s.weight),),
+        changes=lighter,
     ),
     PlacedEffect(
-        "trim_weight", VEHICLE, "A weight has been added and forgotten.", "m, at (x, y, z)",
-        (Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5), *XYZ), rigid=weighted,
+        "trim_weight",
+        VEHICLE,
+        "A weight has been added and forgotten.",
+        "m, at (x, y, z)",
+        (Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5, usual=lambda s: 0.0005 * s.weight), *XYZ),
+        rigid=weighted,
     ),
     PlacedEffect(
-        "coriolis_left_out", VEHICLE, "Coriolis and Munk terms of the added mass are left out, or part of them.",
-        "C_A -> (1 - share) C_A", (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0),),
+        "coriolis_left_out",
+        VEHICLE,
+        "Coriolis and Munk terms of the added mass are left out, or part of them.",
+        "C_A -> (1 - share) C_A",
+        (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0, usual=lambda _: 0.8),),
         wrench=left_out,
     ),
     PlacedEffect(
-        "cross_flow_drag", VEHICLE, "Every strip of the hull drags in the flow that it meets itself.",
+        "cross_flow_drag",
+        VEHICLE,
+        "Every strip of the hull drags in the flow that it meets itself.",
         "dY = -sway |V| (v + x r) dx, dZ = -heave |V| (w - x q) dx, from tail to nose",
-        (Number("sway", ("_N_s2_per_m3",), "drag per length in sway", 0.0, 0.0),
-         Number("heave", ("_N_s2_per_m3",), "drag per length in heave", 0.0, 0.0),
-         Number("tail", ("_m",), "hindmost x", low=-100.0, high=100.0),
-         Number("nose", ("_m",), "foremost x", low=-100.0, high=100.0)), wrench=strips,
+        (
+            Number(
+                "sway", ("_N_s2_per_m3",), "drag per length in sway", 0.0, 0.0, usual=lambda s: 3.0 * s.force / s.u**2
+            ),
+            Number(
+                "heave", ("_N_s2_per_m3",), "drag per length in heave", 0.0, 0.0, usual=lambda s: 3.0 * s.force / s.u**2
+            ),
+            Number("tail", ("_m",), "hindmost x", low=-100.0, high=100.0, usual=lambda s: -s.hull, shape=True),
+            Number("nose", ("_m",), "foremost x", low=-100.0, high=100.0, usual=lambda s: s.hull, shape=True),
+        ),
+        wrench=strips,
     ),
     PlacedEffect(
-        "current", VEHICLE, "The water drifts steadily, as a vector over ground.", "nu_r = nu - R' U",
-        tuple(Number(axis, ("_m_s",), f"speed {axis}", 0.0, -5.0, 5.0) for axis in EARTH),
+        "current",
+        VEHICLE,
+        "The water drifts steadily, as a vector over ground.",
+        "nu_r = nu - R' U",
+        tuple(Number(axis, ("_m_s",), f"speed {axis}", 0.0, -5.0, 5.0, usual=lambda _: 0.1) for axis in EARTH),
+        drifts=lambda p: (p["north"], p["east"], p["down"]),
     ),
     PlacedEffect(
-        "tether", VEHICLE, "A cable pulls at a place of the hull, and back to where the run began.",
+        "tether",
+        VEHICLE,
+        "A cable pulls at a place of the hull, and back to where the run began.",
         "F = R' (north, east, down) - k (displacement of the place)",
-        (*(Number(axis, ("_N",), f"tension {axis}", 0.0) for axis in EARTH),
-         Number("k", ("_N_per_m",), "stiffness", 0.0, 0.0), *XYZ), wrench=pulled,
+        (
+            *(Number(axis, ("_N",), f"tension {axis}", 0.0, usual=lambda s: s.force) for axis in EARTH),
+            Number("k", ("_N_per_m",), "stiffness", 0.0, 0.0, usual=lambda s: 0.3 * s.force),
+            *XYZ,
+        ),
+        wrench=pulled,
     ),
-)  # fmt: skip
+)

@@ -14,7 +14,7 @@ CATALOGUE: tuple[PlacedEffect, ...] = (*HYDRODYNAMICS, *THRUSTERS, *SENSORS, *VE
 def keys(effect: PlacedEffect) -> str:
     """The keys that an effect takes in a scenario; where they go by the place's unit, all of them."""
     numbers = [" or ".join(f"`{number.name}{ending}`" for ending in number.endings) for number in effect.numbers]
-    return ", ".join([*numbers, *([f"`{effect.text[0]}`"] if effect.text else [])])
+    return ", ".join([*numbers, *([f"`{effect.text}`"] if effect.text else [])])
 
 
 def table() -> str:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from ...plant.vehicle import AXES, Vehicle
+from .usual import Usual
 
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
@@ -32,6 +33,7 @@ class Number:
         default: None where it must be given.
         low, high: what is admissible.
         channel: that it changes alone, which the sensor must measure; "" for all.
+        usual: what is usual at a place; shape: whether that is so whatever the size of the effect.
     """
 
     name: str
@@ -41,6 +43,8 @@ class Number:
     low: float = -1e6
     high: float = 1e6
     channel: str = ""
+    usual: Callable[[Usual], float] = field(kw_only=True, default=lambda _: 1.0)
+    shape: bool = field(kw_only=True, default=False)
 
 
 TO_EARTH = np.array([[1.0], [-1.0], [-1.0]])  # from the world's axes, north, west, up, to north, east, down
@@ -109,9 +113,12 @@ class PlacedEffect:
 
     Attributes:
         name, sentence, law: for people. kind: of its place, one of KINDS.
-        numbers: its parameters. text: key of a text that it takes, and whether it must be given.
+        numbers: its parameters.
+        text: that it takes: the "channel" of a sensor that is meant, default all; the "other" thruster whose inputs are
+            exchanged with this one's.
         places: axes at which it may stand, of an effect along an axis; channels: of which a sensor must have one.
         changes: (vehicle, place, values) -> the vehicle that is flown instead.
+        drifts: values -> current to the north, east and down [m/s].
         rigid: (specification, values) changes the rigid body.
         input: (inputs, values) -> the inputs that act, of a thruster or a fin, shape (n,).
         recorded: (inputs, values, random numbers) -> what is recorded of the inputs, shape (n,).
@@ -126,10 +133,11 @@ class PlacedEffect:
     sentence: str
     law: str
     numbers: tuple[Number, ...] = ()
-    text: tuple[str, bool] | None = None
+    text: Literal["", "channel", "other"] = ""
     places: tuple[str, ...] = AXES
     channels: tuple[str, ...] = ()
     changes: Callable[[Vehicle, str, Any], Vehicle] | None = None
+    drifts: Callable[[Any], tuple[float, float, float]] | None = None
     rigid: Callable[[mujoco.MjSpec, Any], None] | None = None
     input: Callable[[Array, Any], Array] | None = None
     recorded: Callable[[Array, Any, np.random.Generator], Array] | None = None

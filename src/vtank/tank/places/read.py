@@ -54,7 +54,7 @@ def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
         raise table.error(
             key, f"does nothing so; expected one of {', '.join(n.name + n.endings[0] for n in effect.numbers)}"
         )
-    if effect.name == "wrong_allocation":
+    if effect.text == "other":
         one, others = part(vehicle, "thrusters", place), partners(vehicle, place)
         if not others:
             raise table.error(key, f"{vehicle.name} has no other thruster that takes {one.input}")

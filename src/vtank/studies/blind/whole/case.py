@@ -116,7 +116,7 @@ def _draw_effect(random: np.random.Generator, vehicle: Vehicle) -> tuple[Any, st
         if effect.channels:
             has = {s.name for s in vehicle.sensors if set(s.channels) & set(effect.channels)}
             at = [p for p in at if p in has]
-        if effect.name == "wrong_allocation":
+        if effect.text == "other":
             at = [p for p in at if partners(vehicle, p)]
         if at:
             known[effect.name, effect.kind] = effect, at
@@ -145,8 +145,8 @@ def _run(scenario: WholeScenario, vehicle: Vehicle, effects: tuple[Placed, ...])
 def _numbers(vehicle: Vehicle) -> dict[str, Any]:
     """Drag and added mass that were flown."""
     return {
-        "linear_drag": vehicle.linear_drag.tolist(),
-        "quadratic_drag": vehicle.quadratic_drag.tolist(),
+        "linear": vehicle.linear_drag.tolist(),
+        "quadratic": vehicle.quadratic_drag.tolist(),
         "added_mass": vehicle.added_mass.ravel().tolist(),
         "axes": list(AXES),
     }

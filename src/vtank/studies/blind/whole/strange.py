@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ....plant.vehicle import AXES, Vehicle
-from ....tank.places import Moving, Placed, PlacedEffect, along
-from .sizes import Usual
+from ....tank.places import Moving, Placed, PlacedEffect, Usual, along
 
 Force = Callable[[Moving, int], float]
 
