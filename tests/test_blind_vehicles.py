@@ -70,6 +70,8 @@ def test_cases_are_sealed_and_come_again_from_their_seed(short: None, tmp_path: 
             assert max(truth["signal"].values()) == 0.0
         runs = read_dataset(tmp_path / "one" / entry.case).runs
         assert len(runs) == truth["given"] == 1 and len(truth["held_out_files"]) == 1
+        down = [z for run in runs for name in run.columns if name.endswith("depth_m") for z in run.samples(name)[1]]
+        assert not down or min(down) > 20.0  # vtank's water has no surface to break
         told = "".join(path.read_text() for path in (tmp_path / "one" / entry.case).iterdir())
         assert "@" not in told and "@" not in (tmp_path / "one" / "cases.json").read_text()
 
