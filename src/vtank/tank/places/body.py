@@ -113,7 +113,7 @@ VEHICLES = (
         VEHICLE,
         "Coriolis and Munk terms of the added mass are left out, or part of them.",
         "C_A -> (1 - share) C_A",
-        (Number("share", ("",), "of them that is left out", 1.0, -2.0, 2.0, usual=lambda _: 0.8),),
+        (Number("share", ("",), "of them that is left out", 1.0, 0.0, 1.0, usual=lambda _: 0.8),),
         wrench=left_out,
     ),
     PlacedEffect(
