@@ -88,8 +88,11 @@ def test_an_excited_axis_moves_as_its_equation_says(tmp_path: Path) -> None:
         ({"size": 400.0}, "excite[0].amplitudes_N: expected a number from -100 to 100"),
         ({"size": 40.0, "axis": "yaw"}, "N of thruster thruster_1, which makes "),
         ({"size": 99.0, "vehicle": "phoenix"}, "of thruster tunnel_bow_vertical, which makes -8.9 N at most"),
-        ({"multisine": "multisin"}, "excite[0].kind: expected one of multisine, chirp, square, step_coast"),
-        ({"amplitudes_N": "amplitudes_m"}, "excite[0].amplitudes_m: wrong unit: expected 'amplitudes_N' [N]"),
+        (
+            {"multisine": "multisin"},
+            "excite[0].kind: expected one of multisine, chirp, square, step_coast, zigzag, spiral",
+        ),
+        ({"amplitudes_N": "amplitudes_rpm"}, "excite[0].amplitudes_rpm: wrong unit: expected 'amplitudes_N' [N]"),
         ({'axis = "heave"': 'input = "thruster_9_command"'}, "excite[0].input: expected one of thruster_1_command"),
         ({"duration_s": "duration_min"}, "duration_min: wrong unit: expected 'duration_s' [s]"),
         ({"excite": "excites"}, "excite"),
@@ -108,8 +111,8 @@ def test_the_scenarios_that_come_with_vtank_fly_from_the_command_line(tmp_path: 
     told = capsys.readouterr().out
     assert "dvl.heave_m_s" in told and "imu.yaw_rate_rad_s" in told
     runs = read_dataset(out).runs
-    assert [f"whole/{run.name}" for run in runs] == NAMES and len(NAMES) == 3
-    assert [entry["seed"] for entry in read_truth(out)["scenarios"]] == [5, 5, 5]
+    assert [f"whole/{run.name}" for run in runs] == NAMES and len(NAMES) == 7
+    assert [entry["seed"] for entry in read_truth(out)["scenarios"]] == [5] * 7
     assert main(["check-data", str(out)]) == 0 and "remus100-zigzag" in capsys.readouterr().out
 
 
@@ -121,7 +124,8 @@ def test_a_rudder_zigzag_turns_the_hull_to_either_side(tmp_path: Path) -> None:
 
 
 def test_experiments_of_one_axis_and_of_whole_vehicles_do_not_mix(tmp_path: Path, capsys) -> None:
-    assert is_whole(NAMES[0]) and not is_whole("sway")
+    (tmp_path / "held.toml").write_text('hold = "rigid"\n', encoding="utf-8")
+    assert is_whole(NAMES[0]) and not is_whole("sway") and not is_whole(tmp_path / "held.toml")
     for arguments, said in (
         ([NAMES[0], "sway"], "sway: an experiment of one axis"),
         ([NAMES[0], "--truth", "physical"], "--truth and --model go with experiments of one axis"),

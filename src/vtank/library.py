@@ -50,12 +50,22 @@ def run(
     progress: told the share that is done, 0 to 1. InputError for bad input and where the vehicle strikes a wall.
     """
     from .experiment.fly import fly, plan_all, write_results
+    from .experiment.whole_scenario import fly_scenarios, is_whole, write_flights
     from .record.dataset import refuse_strangers
 
     if not scenarios:
         raise InputError("no scenario: nothing can be simulated")
     if out is not None:
         refuse_strangers(Path(out))
+    if any(map(is_whole, scenarios)):
+        if truth or simulator != "tank":
+            raise InputError(
+                "truth and simulator go with experiments of one axis; expected neither for a whole vehicle"
+            )
+        whole, flights = fly_scenarios(scenarios, settings, seed, progress)
+        if out is not None:
+            write_flights(Path(out), whole, flights, settings)
+        return tuple(flown.run for flown in flights)
     results = fly(plan_all(scenarios, settings, seed, truth), simulator, threads, progress)
     if out is not None:
         write_results(out, results, simulator, settings)

@@ -28,6 +28,9 @@ def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the cases")
     parser.add_argument("--truth-out", type=Path, metavar="DIR", help="folder for the truth (default: DIR-truth)")
     parser.add_argument("--threads", type=int, default=2, metavar="N", help="cases at a time (default 2)")
+    parser.add_argument(
+        "--vehicles", action="store_true", help="whole vehicles with effects at places, of which nothing else is chosen"
+    )
     parser.add_argument("--kinds", nargs="+", metavar="KIND", help="kinds of cases (default all)")
     parser.add_argument(
         "--effects", nargs="+", metavar="NAME", help="effects, laws and own parameters that may come up"
@@ -75,10 +78,23 @@ def _make(args: argparse.Namespace) -> int:
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
+    if args.vehicles:
+        return _make_vehicles(args, truth_out)
     kinds = tuple(KINDS) if args.kinds is None else tuple(args.kinds)
     effects = None if args.effects is None else tuple(args.effects)
     order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
     make(order, args.out, truth_out, progress)
+    print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
+    return 0
+
+
+def _make_vehicles(args: argparse.Namespace, truth_out: Path) -> int:
+    from ..studies.blind.whole.make import make_whole
+    from .progress import progress
+
+    if args.kinds or args.effects or args.familiar or args.no_separations:
+        raise InputError("--kinds, --effects, --familiar and --no-separations do not go with --vehicles; expected none")
+    make_whole(args.trials, args.seed, args.out, truth_out, args.threads, progress)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 

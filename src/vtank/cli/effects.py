@@ -17,6 +17,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )  # fmt: skip
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--json", action="store_true", help="print as JSON")
+    form.add_argument("--places", action="store_true", help="print the effects at places of whole vehicles")
     form.add_argument("--markdown", action="store_true", help="print the table of the README")
 
 
@@ -27,6 +28,11 @@ def run(args: argparse.Namespace) -> int:
     from ..present.catalogue import as_data, catalogue_table, described
     from ..record import json_text
 
+    if args.places:
+        from ..tank.places.catalogue import table
+
+        print(table(), end="")
+        return 0
     if args.draft:
         return _draft(args.names, args.draft)
     for name in args.names:

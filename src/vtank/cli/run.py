@@ -53,18 +53,17 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _run_whole(args: argparse.Namespace) -> int:
-    """Fly whole vehicles in open loop and write what their instruments recorded."""
-    from ..experiment.whole_scenario import fly_whole, is_whole, load_whole_scenario, summary, write_flights
+    """Fly whole vehicles and write what their instruments recorded."""
+    from ..experiment.whole_scenario import fly_scenarios, summary, write_flights
+    from .progress import percent
 
-    if single := [name for name in args.scenarios if not is_whole(name)]:
-        raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
     if args.truth or args.model != "tank":
         raise InputError("--truth and --model go with experiments of one axis; expected neither for a whole vehicle")
-    scenarios = [load_whole_scenario(name, args.set, args.seed) for name in args.scenarios]
-    runs = [fly_whole(scenario) for scenario in scenarios]
-    write_flights(args.out, scenarios, runs, args.set)
-    for scenario, run in zip(scenarios, runs, strict=True):
-        print(summary(scenario, run))
+    with percent(f"flying {len(args.scenarios)} run{'s' * (len(args.scenarios) > 1)}") as report:
+        scenarios, flights = fly_scenarios(args.scenarios, args.set, args.seed, report)
+    write_flights(args.out, scenarios, flights, args.set)
+    for scenario, flown in zip(scenarios, flights, strict=True):
+        print(summary(scenario, flown))
     print(f"wrote {args.out}")
     return 0
 

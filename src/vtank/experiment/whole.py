@@ -1,65 +1,180 @@
-"""A whole vehicle flown open loop under a table of commands, and recorded by its instruments.
+"""A whole vehicle flown under a table of commands, or by a pilot on what its instruments read, and recorded by them.
 
 ahead = {"time_s": [0, 5], "thruster_1_command": [0.5, 0.0], "thruster_2_command": [0.5, 0.0]}
 run = fly_vehicle("bluerov2", ahead, duration_s=20.0, seed=1)
 run.samples("dvl.surge_m_s")
+
+def deeper(time_s, readings):
+    down = 2.0 * (3.0 - readings.get("depth.depth_m", 3.0))
+    return {f"thruster_{k}_command": max(-1.0, min(down, 1.0)) for k in (5, 6, 7, 8)}
+
+run = fly_vehicle("bluerov2", deeper, duration_s=20.0, seed=1)
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..plant.sensor import Sensor
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record import PAUSE_S, TIME, Run, meant
+from ..record.table import Table
 from ..waves import Waves
+from .readings import TICK, Instrument, Readings
+
+if TYPE_CHECKING:
+    from ..tank.flight import Flight
+    from ..tank.places.effect import Placed
+    from ..tank.whole import Whole
 
 Array = NDArray[np.float64]
-TICK = 9  # decimals of a time [s], so that two instruments that sample at one moment share a row; a choice
+
+
+Pilot = Callable[[float, Mapping[str, float]], Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A recording, why the flight ended before its time ("" where it did not), and axes that were not held."""
+
+    run: Run
+    ended: str = ""
+    left: tuple[str, ...] = ()
 
 
 def fly_vehicle(
     vehicle: str | Path | Vehicle,
-    commands: Mapping[str, ArrayLike],
+    commands: Mapping[str, ArrayLike] | Pilot,
     duration_s: float,
     seed: int = 0,
     walls: Path | None = None,
     current_m_s: Sequence[float] = (0.0, 0.0, 0.0),
     waves: Waves | None = None,
     name: str = "flight",
+    period_s: float = 0.1,
+    depth_m: float | None = None,
+    effects: Mapping[str, Mapping[str, Any]] | Sequence[Placed] = (),
 ) -> Run:
     """Fly from rest where the vehicle floats, heading north, and return what was recorded.
 
     commands: a table of `time_s` and columns NAME_rev_s, NAME_command, NAME_N of thrusters in the input of the vehicle
-        file, NAME_rad of fins; a row holds until the next, what is not named rests. walls: MJCF of a basin, which
-        sonars hear; nothing stops a vehicle that reaches them.
+        file, NAME_rad of fins; a row holds until the next, what is not named rests. Or a pilot: called every period_s
+        with the time and the last readings, by SENSOR.CHANNEL, it returns columns' values, which hold until it changes
+        them.
+    walls: MJCF of a basin, which sonars hear; a flight ends, with a warning, where the box around the hull reaches one.
     current_m_s: of the water, north, east, down [m/s]. seed: of noise, lost samples and waves, which come from astern.
+    depth_m: at the start (default: as the vehicle's MJCF has it). effects: at places, as in a scenario, such as
+        {"linear_drag@yaw": {"c_N_m_s_per_rad": 2.0}}, or as `tank.places` reads them.
 
     Columns: the commands, and SENSOR.CHANNEL of each instrument, with its rate, noise, latency and lost samples. The
-    same seed gives the same run. InputError for commands that the vehicle has not, and as `tank.load_whole`.
+    same seed gives the same run. InputError for commands that the vehicle has not, where the motion diverges, and as
+    `tank.load_whole`.
     """
-    from ..tank.whole import load_whole  # MuJoCo takes a while to load
+    settings: dict[str, Any] = {
+        "seed": seed,
+        "walls": walls,
+        "current_m_s": current_m_s,
+        "waves": waves,
+        "depth_m": depth_m,
+    }
+    flown = fly(vehicle, commands, duration_s, name=name, period_s=period_s, effects=effects, **settings)
+    if flown.ended:
+        warnings.warn(f"{name}: {flown.ended}", stacklevel=2)
+    return flown.run
+
+
+def fly(
+    vehicle: str | Path | Vehicle,
+    commands: Mapping[str, ArrayLike] | Pilot,
+    duration_s: float,
+    *,
+    seed: int = 0,
+    name: str = "flight",
+    period_s: float = 0.1,
+    current_m_s: Sequence[float] = (0.0, 0.0, 0.0),
+    effects: Mapping[str, Mapping[str, Any]] | Sequence[Placed] = (),
+    **water: Any,
+) -> Flown:
+    """As `fly_vehicle`, told how it ended instead of warned; water: other arguments of `tank.load_whole`."""
+    from ..tank.places.read import read_placed  # MuJoCo takes a while to load
+    from ..tank.prepare import forces
+    from ..tank.whole import load_whole
 
     vehicle = vehicle if isinstance(vehicle, Vehicle) else load_vehicle(vehicle)
     if not 0.0 < duration_s <= PAUSE_S:
         raise InputError(f"duration_s: expected a number above 0 and up to {PAUSE_S:g} s, found {duration_s:g}")
+    if isinstance(effects, Mapping):
+        effects = read_placed(Table(Path("effects"), "", dict(effects)), vehicle)
     north, east, down = current_m_s
-    whole = load_whole(vehicle, walls, (north, -east, -down), waves, seed=seed)
-    table = check_commands(vehicle, commands)
-    step_s = whole.model.opt.timestep
-    time_s = np.arange(round(duration_s / step_s) + 1) * step_s
-    asked = {key: held(time_s, table[TIME], values) for key, values in table.items()}
-    motion = whole.fly(whole.control(asked))
-    flown = table[TIME] <= duration_s
+    whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, effects=effects, **water)
+    flight = whole.flight(round(duration_s / whole.model.opt.timestep) + 1)
+    instruments = {sensor.name: Instrument(sensor, duration_s, seed) for sensor in whole.vehicle.sensors}
+    with forces():
+        table = _flown(whole, flight, commands, period_s, instruments)
+    if flight.ended and flight.done < 2:
+        raise InputError(f"{name}: {flight.ended} where it starts")
+    time_s = flight.times(flight.done)
+    for placed in whole.effects:
+        if placed.effect.recorded and (column := whole.column(placed.place)) in table:
+            rng = np.random.default_rng([seed, *column.encode()])
+            most = 1.0 if column.endswith("_command") else np.inf
+            table[column] = np.clip(placed.effect.recorded(table[column], placed.values, rng), -most, most)
+    flown = table[TIME] <= time_s[-1] + 0.5 * flight.step_s
     channels = {key: (table[TIME][flown], values[flown]) for key, values in table.items() if key != TIME}
-    for sensor in vehicle.sensors:
-        channels |= recorded(sensor, motion.time_s, motion.channels[sensor.name], seed)
-    return Run.from_channels(name, channels)
+    motion = flight.true(slice(0, flight.done))
+    for sensor_name, instrument in instruments.items():
+        channels |= instrument.record(time_s, motion[sensor_name])
+    ended = f"{flight.ended} after {time_s[-1]:.4g} s, the last good time" if flight.ended else ""
+    return Flown(Run.from_channels(name, channels), ended)
+
+
+def _flown(
+    whole: Whole,
+    flight: Flight,
+    commands: Mapping[str, ArrayLike] | Pilot,
+    period_s: float,
+    instruments: Mapping[str, Instrument],
+) -> dict[str, Array]:
+    """Advance a flight to its end; the table of commands that it had."""
+    steps, step_s = len(flight.sensordata), flight.step_s
+    if not callable(commands):
+        table = check_commands(whole.vehicle, commands)
+        asked = {key: held(flight.times(steps), table[TIME], values) for key, values in table.items()}
+        _advance(whole, flight, asked, slice(0, steps))
+        return table
+    every = round(period_s / step_s)
+    if every < 1 or abs(every * step_s - period_s) > 1e-6 * period_s:
+        raise InputError(f"period_s: expected a multiple of the time step of {step_s:g} s, found {period_s:g}")
+    table = {TIME: np.round(period_s * np.arange(-(-steps // every)), TICK)}
+    asked = {TIME: flight.times(steps)}
+    for tick, time_s in enumerate(table[TIME]):
+        flight.now()
+        rows = slice(tick * every, min((tick + 1) * every, steps))
+        for key, value in check_row(whole.vehicle, commands(float(time_s), Readings(flight, instruments))).items():
+            table.setdefault(key, np.zeros(table[TIME].size))[tick:] = value
+            asked.setdefault(key, np.zeros(steps))[rows.start :] = value
+        _advance(whole, flight, asked, rows)
+        if flight.ended:
+            break
+    return table
+
+
+def _advance(whole: Whole, flight: Flight, asked: Mapping[str, Array], rows: slice) -> None:
+    """Fly some steps."""
+    flight.advance(whole.control(asked, rows), whole.acting(asked, rows) if whole.effects else None)
+
+
+def check_row(vehicle: Vehicle, row: Mapping[str, float]) -> Mapping[str, float]:
+    """What a pilot asks for at one time; InputError as `check_commands`."""
+    check_commands(vehicle, {TIME: [0.0]} | {key: [value] for key, value in row.items()})
+    return row
 
 
 def check_commands(vehicle: Vehicle, commands: Mapping[str, ArrayLike]) -> dict[str, Array]:
@@ -85,24 +200,3 @@ def held(time_s: Array, at_s: Array, values: Array) -> Array:
     """Values that hold from their times on, at other times; 0 before the first. All shapes (T,)."""
     row = np.searchsorted(at_s, time_s + 10.0**-TICK, side="right") - 1
     return np.where(row < 0, 0.0, values[np.maximum(row, 0)])
-
-
-def recorded(sensor: Sensor, time_s: Array, true: Mapping[str, Array], seed: int) -> dict[str, tuple[Array, Array]]:
-    """What an instrument writes of what is true at the times of the steps, (T,): column -> its times [s] and values.
-
-    A sample tells what was so `latency_s` before. Times that are not a step's are interpolated.
-    """
-    rng = np.random.default_rng([seed, *sensor.name.encode()])
-    at = np.arange(np.floor(time_s[-1] * sensor.rate_hz * (1.0 + 1e-12)) + 1.0) / sensor.rate_hz
-    at = np.round(at[at >= sensor.latency_s], TICK)
-    kept, columns = rng.random(at.size) >= sensor.dropout, {}
-    for channel, noise in zip(sensor.channels, sensor.noise or (0.0,) * len(sensor.channels), strict=True):
-        values = np.interp(at - sensor.latency_s, time_s, true[channel]) + noise * rng.standard_normal(at.size)
-        if channel in ("roll_rad", "heading_rad"):
-            values = (values + np.pi) % (2.0 * np.pi) - np.pi
-        if channel == "range_m":
-            values = np.where(values < 0.0, np.nan, values)
-        there = kept & np.isfinite(values)
-        if there.any():
-            columns[f"{sensor.name}.{channel}"] = at[there], values[there]
-    return columns

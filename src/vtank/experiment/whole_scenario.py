@@ -1,51 +1,51 @@
-"""Open-loop scenarios of whole vehicles: which axes or inputs are excited, and how, in a TOML file.
+"""Scenarios of whole vehicles: which axes or inputs are excited, what is held meanwhile, in a TOML file.
 
 vehicle = "bluerov2"
 duration_s = 60.0
 [[excite]]
-kind = "multisine"                       # or step_coast, chirp, square (of a rudder: a zig-zag)
+kind = "multisine"                       # or step_coast, chirp, square, zigzag, spiral
 axis = "heave"                           # or input = "rudder_rad"
-amplitudes_N = [10.0, 10.0]              # N_m about roll, pitch, yaw; plain "amplitudes" of an input, in its unit
+amplitudes_N = [10.0, 10.0]              # N_m about roll, pitch, yaw; orders.py has the other loops
 frequencies_rad_s = [0.5, 1.3]
+[[hold]]
+axis = "yaw"
+bandwidth_rad_s = 0.5
+[effects]
+"linear_drag@heave" = { c_N_s_per_m = 20.0 }
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..plant.actuators import Thruster
+from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
-from ..record import TIME, Manifest, Run, find_file, open_table, read_text, write_dataset
+from ..record import Manifest, Run, find_file, open_table, read_text, write_dataset
 from ..record.table import Table
 from ..resources import models_dir, scenarios_dir
-from .excitation import Excitation, read_signal
-from .whole import fly_vehicle
+from ..waves import Waves
+from .orders import Order, check_orders, read_excite, read_hold
+from .pilot import Pilot
+from .sea import read_waves
+from .sensing import PLACE, SPEED
+from .whole import Flown, fly
+
+if TYPE_CHECKING:
+    from ..tank.places.effect import Placed
 
 Array = NDArray[np.float64]
-UNIT = {axis: "_N" if axis in AXES[:3] else "_N_m" for axis in AXES}
-SHORT = 0.01  # share of its largest force by which a thruster may miss what is wanted; a choice
-REACH = 1e-6  # share of a wanted force that may come out as another axis' force or moment, by rounding; a choice
-
-
-@dataclass(frozen=True)
-class Part:
-    """One excitation: along an axis of AXES, or of one input by its column; `key` of the file for messages."""
-
-    target: str
-    signal: Excitation
-    table: Table
 
 
 @dataclass(frozen=True)
 class WholeScenario:
-    """A flight to be: of which vehicle, for how long [s], under which excitations, each period_s a new command [s]."""
+    """A flight to be: of which vehicle, for how long [s], under which orders, each period_s a new command [s]."""
 
     name: str
     path: Path
@@ -55,51 +55,24 @@ class WholeScenario:
     seed: int
     walls: Path | None
     current_m_s: tuple[float, float, float]
-    parts: tuple[Part, ...]
+    depth_m: float | None
+    waves: Waves
+    orders: tuple[Order, ...]
+    effects: tuple[Placed, ...]
+
+    def pilot(self) -> Pilot:
+        """Who flies it; InputError where the vehicle cannot do what is asked."""
+        return Pilot(self.vehicle, self.orders, self.duration_s, self.period_s, self.depth_m)
 
     def commands(self) -> dict[str, Array]:
-        """The table of commands for `fly_vehicle`; InputError where the thrusters cannot do what is asked."""
-        count = int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1
-        time_s = self.period_s * np.arange(count, dtype=np.float64)
-        wanted, table = np.zeros((time_s.size, 6)), {TIME: time_s}
-        for part in self.parts:
-            value = part.signal.command(time_s, self.duration_s)[0]
-            if part.target in AXES:
-                wanted[:, AXES.index(part.target)] += value
-            else:
-                table[part.target] = table.get(part.target, np.zeros_like(value)) + value
-        axes = [part for part in self.parts if part.target in AXES]
-        return table | (self._allocated(wanted, axes) if axes else {})
-
-    def _allocated(self, wanted: Array, axes: Sequence[Part]) -> dict[str, Array]:
-        """Inputs of the thrusters whose forces make a wrench, (T, 6) [N, N m]: the least ones that do."""
-        from ..tank.whole import load_whole  # MuJoCo takes a while to load
-
-        thrusters = self.vehicle.thrusters
-        wrenches = load_whole(self.vehicle).model.actuator_gear[: len(thrusters)]
-        inverse = np.linalg.pinv(wrenches)  # (6, K)
-        for part in axes:
-            one = np.eye(6)[AXES.index(part.target)]
-            if np.abs(one @ inverse @ wrenches - one).max() > REACH:
-                message = f"the thrusters of {self.vehicle.name} cannot push along {part.target} alone"
-                raise part.table.error("axis", message)
-        forces = wanted @ inverse
-        return {t.column: self._input(t, force) for t, force in zip(thrusters, forces.T, strict=True) if force.any()}
-
-    def _input(self, thruster: Thruster, force: Array) -> Array:
-        """Inputs for forces (T,) [N]; InputError where one is more than the thruster can make."""
-        asked = thruster.input_for(force)
-        made = thruster.force_N(asked)
-        if (short := np.abs(made - force)).max() > SHORT * thruster.limit_N:
-            worst, name = int(short.argmax()), thruster.name or thruster.site
-            message = f"asks {force[worst]:.3g} N of thruster {name}, which makes {made[worst]:.3g} N at most"
-            raise InputError(f"{self.path}: excite: {message}")
-        return asked
+        """The table of commands of a scenario in open loop; InputError where the thrusters cannot do what is asked."""
+        return self.pilot().table()
 
 
 def is_whole(name_or_path: str | Path) -> bool:
-    """Whether a scenario is one of whole vehicles: it has [[excite]]."""
-    return "excite" in open_table(find_file(name_or_path, scenarios_dir(), "scenario")).entries
+    """Whether a scenario is one of whole vehicles: it has [[excite]] or [[hold]]."""
+    entries = open_table(find_file(name_or_path, scenarios_dir(), "scenario")).entries
+    return "excite" in entries or isinstance(entries.get("hold"), list)  # of one axis it is a word
 
 
 def load_whole_scenario(
@@ -109,15 +82,20 @@ def load_whole_scenario(
 
     settings: KEY=VALUE laid over it. seed: instead of the file's.
     """
+    from ..tank.places.read import read_placed  # MuJoCo takes a while to load
+
     path = find_file(name_or_path, scenarios_dir(), "scenario")
     table = open_table(path, tuple(settings))
     table.text("description", "")
     vehicle = load_vehicle(table.file("vehicle"))
-    parts = tuple(_part(part, vehicle) for part in table.tables("excite"))
-    if not parts:
+    vehicle = replace(vehicle, sensors=changed_sensors(table.table("sensor"), vehicle.sensors))
+    orders = (*(read_excite(part, vehicle) for part in table.tables("excite")), *map(read_hold, table.tables("hold")))
+    if not orders:
         raise table.error("excite", "expected one excitation or more, [[excite]]")
+    check_orders(orders)
     own_seed = table.integer("seed", 0)
     walls = table.file("walls", "", ".xml")
+    depth_m = table.number("depth_m", None, 0.0, 1e4) if table.has("depth_m") else None
     scenario = WholeScenario(
         name=path.stem,
         path=path,
@@ -127,53 +105,98 @@ def load_whole_scenario(
         seed=own_seed if seed is None else seed,
         walls=(models_dir() / f"{walls}.xml" if not walls.endswith(".xml") else Path(walls)) if walls else None,
         current_m_s=table.vector("current_m_s") if table.has("current_m_s") else (0.0, 0.0, 0.0),
-        parts=parts,
+        depth_m=depth_m,
+        waves=_waves(table, vehicle, depth_m),
+        orders=orders,
+        effects=read_placed(table.table("effects"), vehicle),
     )
     table.close()
     return scenario
 
 
-def _part(table: Table, vehicle: Vehicle) -> Part:
-    if table.either("axis", "input") == "axis":
-        target = table.choice("axis", AXES)
-        signal = read_signal(table, UNIT[target])
-    else:
-        fins = [fin.column for fin in vehicle.fins if fin.limit_rad]
-        target = table.choice("input", tuple([*(t.column for t in vehicle.thrusters), *fins]))
-        signal = read_signal(table, "")
-    table.close()
-    return Part(target, signal, table)
+def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:
+    """The sea; InputError where the vehicle floats on it: vtank's water has no surface that moves."""
+    if not table.has("waves"):
+        return Waves()
+    if vehicle.heave_N_per_m:
+        raise table.error(
+            "waves", f"{vehicle.name} floats, and is held at a waterline that stands still; expected none"
+        )
+    if depth_m is None:
+        raise table.error("depth_m", "missing; expected with [waves]: their motion fades with depth")
+    return read_waves(table.table("waves"), depth_m)
 
 
-def fly_whole(scenario: WholeScenario) -> Run:
-    """Fly a scenario; errors as of `fly_vehicle`."""
-    return fly_vehicle(
-        scenario.vehicle,
-        scenario.commands(),
+def fly_whole(scenario: WholeScenario, vehicle: Vehicle | None = None) -> Flown:
+    """Fly a scenario; errors as of `fly_vehicle`. vehicle: that is flown; the pilot goes by the scenario's file."""
+    pilot = scenario.pilot()
+    flown = fly(
+        vehicle or scenario.vehicle,
+        pilot if pilot.closed else pilot.table(),
         scenario.duration_s,
-        scenario.seed,
-        scenario.walls,
-        scenario.current_m_s,
+        seed=scenario.seed,
         name=scenario.name,
+        period_s=scenario.period_s,
+        current_m_s=scenario.current_m_s,
+        walls=scenario.walls,
+        waves=scenario.waves,
+        depth_m=scenario.depth_m,
+        effects=scenario.effects,
     )
+    return replace(flown, left=pilot.left)
 
 
-def summary(scenario: WholeScenario, run: Run) -> str:
-    """One line about a flight: how fast each excited axis went, as it was recorded; all of them, under an input."""
-    targets = {part.target for part in scenario.parts}
-    axes = [axis for axis in AXES if axis in targets or not targets <= set(AXES)]
-    told = []
-    for axis in axes:
-        channel = f"{axis}_m_s" if axis in AXES[:3] else f"{axis}_rate_rad_s"
-        column = next((name for name in run.columns if name.rpartition(".")[2] == channel), "")
-        if column:
-            told.append(f"{column} {np.nanmin(run.columns[column]):+.3g} to {np.nanmax(run.columns[column]):+.3g}")
-        elif axis in targets:
-            told.append(f"{channel} is not measured")
-    return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(told)}"
+def fly_scenarios(
+    names: Sequence[str | Path],
+    settings: Sequence[str] = (),
+    seed: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[list[WholeScenario], list[Flown]]:
+    """Load and fly scenarios of whole vehicles; InputError where one is of one axis. progress: told the share done."""
+    if single := [name for name in names if not is_whole(name)]:
+        raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
+    scenarios = [load_whole_scenario(name, settings, seed) for name in names]
+    flights = []
+    for number, scenario in enumerate(scenarios, 1):
+        flights.append(fly_whole(scenario))
+        if progress:
+            progress(number / len(scenarios))
+    return scenarios, flights
 
 
-def write_flights(out: Path, scenarios: Sequence[WholeScenario], runs: Sequence[Run], settings: Sequence[str]) -> None:
+def summary(scenario: WholeScenario, flown: Flown) -> str:
+    """One line about a flight: what each excited and held axis did, as recorded; all of them, under an input."""
+    run, orders, told = flown.run, {o.target: o for o in scenario.orders if o.target not in flown.left}, []
+    for axis in AXES:
+        if axis in orders or not set(orders) <= set(AXES):
+            places = [({"surge": "north_m", "sway": "east_m"} | PLACE)[axis]]
+            by_place = axis in orders and orders[axis].loop == "place"
+            zigzag = axis in orders and orders[axis].turns_at_rad > 0.0
+            channels = (places if by_place else [SPEED[axis]]) + (places if zigzag else [])
+            told += [_range(run, channel) or f"{channel} is not measured" * (axis in orders) for channel in channels]
+    if flown.left:
+        told.append(f"{', '.join(flown.left)} not held: {scenario.vehicle.name} cannot")
+    ended = f"; {flown.ended}" if flown.ended else ""
+    return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(filter(None, told))}{ended}"
+
+
+def _range(run: Run, channel: str) -> str:
+    """Least and greatest value of the first column that has a channel, "" for none."""
+    column = next((name for name in run.columns if name.rpartition(".")[2] == channel), "")
+    if not column:
+        return ""
+    return f"{column} {np.nanmin(run.columns[column]):+.3g} to {np.nanmax(run.columns[column]):+.3g}"
+
+
+def write_flights(
+    out: Path, scenarios: Sequence[WholeScenario], flights: Sequence[Flown], settings: Sequence[str]
+) -> None:
     """Write the recordings as a data set, with scenarios and seeds in its truth; InputError for an unfit folder."""
-    flown: list[Mapping[str, Any]] = [{"name": s.name, "text": read_text(s.path), "seed": s.seed} for s in scenarios]
-    write_dataset(out, runs, Manifest(), {"model": "whole", "settings": list(settings), "scenarios": flown})
+    told: list[Mapping[str, Any]] = [
+        {"name": s.name, "text": read_text(s.path), "seed": s.seed}
+        | ({"effects": [{"effect": p.name, **p.values} for p in s.effects]} if s.effects else {})
+        | ({"ended": flown.ended} if flown.ended else {})
+        for s, flown in zip(scenarios, flights, strict=True)
+    ]
+    truth = {"model": "whole", "settings": list(settings), "scenarios": told}
+    write_dataset(out, [flown.run for flown in flights], Manifest(), truth)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -68,17 +69,29 @@ class Thruster:
 
     def input_for(self, force_N: Array) -> Array:
         """The least input that makes a steady force: inverse of `force_N`, up to the largest force. Same shape."""
+        found = np.zeros_like(force_N)
+        for side, (made, asked) in self._inverse.items():
+            found = np.where(side * force_N > 0.0, np.interp(side * force_N, made, asked), found)
+        return found
+
+    def most_N(self, side: float) -> float:
+        """The largest force ahead (side 1) or astern (-1) [N]."""
+        return float(self._inverse[side][0][-1])
+
+    @cached_property
+    def _inverse(self) -> dict[float, tuple[Array, Array]]:
+        """Side, 1 ahead and -1 astern -> increasing sizes of force, and the least input for each."""
         most = {"rev_s": np.sqrt(self.limit_N / self.gain), "N": self.limit_N}.get(self.input, 0.0) + self.dead_band
         if self.input == "command":
             most = 1.0
         elif self.curve:
             most = max(abs(asked) for asked, _ in self.curve)
-        found = np.zeros_like(force_N)
+        sides = {}
         for side in (1.0, -1.0):
             asked = side * np.linspace(0.0, most, FINE)
             made, first = np.unique(np.maximum.accumulate(side * self.force_N(asked)), return_index=True)
-            found = np.where(side * force_N > 0.0, np.interp(side * force_N, made, asked[first]), found)
-        return found
+            sides[side] = made, asked[first]
+        return sides
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ NATIVE = {  # sensor of MuJoCo -> numbers of it
     KINDS.mjSENS_FRAMEQUAT: 4,
 }
 WIDTH = sum(NATIVE.values())
+TO_EARTH = np.array([1.0, -1.0, -1.0])  # from the world, north, west, up, to north, east, down
 
 
 def add_sensors(spec: mujoco.MjSpec, body: mujoco.MjsBody, sensors: tuple[Sensor, ...]) -> None:
@@ -38,12 +39,18 @@ def add_sensors(spec: mujoco.MjSpec, body: mujoco.MjsBody, sensors: tuple[Sensor
             spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
 
 
-def measured(model: mujoco.MjModel, sensors: tuple[Sensor, ...], sensordata: Array) -> dict[str, Mapping[str, Array]]:
-    """Each instrument's channels without error, by its name and theirs: sensordata (T, nsensordata) -> (T,) [SI]."""
+def measured(
+    model: mujoco.MjModel, sensors: tuple[Sensor, ...], sensordata: Array, only: str = ""
+) -> dict[str, Mapping[str, Array]]:
+    """Each instrument's channels without error, by its name and theirs: sensordata (T, nsensordata) -> (T,) [SI].
+
+    only: name of the one that is meant (default: all).
+    """
     found = {}
     for number, sensor in enumerate(sensors):
-        start = model.sensor_adr[number * len(NATIVE)]
-        found[sensor.name] = _channels(model, sensor, sensordata[:, start : start + WIDTH])
+        if only in ("", sensor.name):
+            start = model.sensor_adr[number * len(NATIVE)]
+            found[sensor.name] = _channels(model, sensor, sensordata[:, start : start + WIDTH])
     return found
 
 
@@ -52,6 +59,11 @@ def _channels(model: mujoco.MjModel, sensor: Sensor, numbers: Array) -> Mapping[
     w, x, y, z = quaternion.T
     ahead = np.array([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)]).T  # x axis, world
     starboard_z, down_z = 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    if sensor.earth_axes:
+        starboard = np.array([2.0 * (x * y - w * z), 1.0 - 2.0 * (x * x + z * z), starboard_z]).T
+        down = np.array([2.0 * (x * z + w * y), 2.0 * (y * z - w * x), down_z]).T
+        u, v, d = velocity[:, :1], velocity[:, 1:2], velocity[:, 2:]
+        velocity = (u * ahead + v * starboard + d * down) * TO_EARTH
     channels = dict(
         zip(
             ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import mujoco
-import mujoco.rollout
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,16 +16,18 @@ from ..errors import InputError
 from ..plant.actuators import Fin, Thruster
 from ..plant.vehicle import Vehicle
 from ..waves import Waves
-from .instruments import add_sensors, measured
+from .flight import Flight
+from .instruments import add_sensors
 from .layout import FINNING, FINS, SIZE, field
 from .mjcf import mujoco_says, named, read
 from .model import centre_of_gravity, mass_kg, site, vehicle_body
+from .places.acting import acting, thrust
+from .places.effect import Placed, label
 from .prepare import forces
 from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 
 Array = NDArray[np.float64]
 NEAR_M = 1e-3  # [m] within which the two files of a vehicle may differ about a place; a choice
-FARTHEST = 1e6  # [SI] of any measurement, beyond which a flight has diverged; a choice
 WATERLINE = "vtank/waterline"
 TURNED = np.array([1.0, -1.0, -1.0])  # from axes z up to axes z down, x ahead in both
 
@@ -40,46 +42,52 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Whole:
-    """A vehicle as MuJoCo steps it, inside `tank.forces()`.
+    """A vehicle as MuJoCo steps it, inside `tank.forces()`; `vehicle` with what effects make of it.
 
     Controls, nu in number: force of each thruster [N], angle of each fin twice [rad].
     """
 
     model: mujoco.MjModel
     vehicle: Vehicle
+    effects: tuple[Placed, ...] = ()
 
-    def control(self, asked: Mapping[str, Array]) -> Array:
-        """Controls from what thrusters and fins are asked for, (T,) each by its column; the others rest. (T, nu)."""
-        size = len(next(iter(asked.values())))
-        rest = np.zeros(size)
-        columns = [thruster.force_N(asked.get(thruster.column, rest)) for thruster in self.vehicle.thrusters]
+    def flight(self, steps: int, velocity: Sequence[float] | Array = (0.0,) * 6) -> Flight:
+        """A flight from where the vehicle floats; velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
+        return Flight(self.model, self.vehicle, self.effects, steps, velocity)
+
+    def column(self, name: str) -> str:
+        """Column of a thruster or fin."""
+        parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
+        return str(next(part.column for part in parts if label(part) == name))
+
+    def acting(self, asked: Mapping[str, Array], rows: slice) -> dict[str, Array]:
+        """Inputs that act at some steps, (n,) by thruster and fin, of what is asked for at all, (T,) by column."""
+        step_s = self.model.opt.timestep
+        parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
+        return {label(part): acting(part, self.effects, asked, step_s, rows) for part in parts}
+
+    def control(self, asked: Mapping[str, Array], rows: slice | None = None) -> Array:
+        """Controls from what thrusters and fins are asked for, (T,) each by its column; the others rest. (n, nu).
+
+        rows: the steps that are meant (default: all).
+        """
+        rows = rows or slice(0, len(next(iter(asked.values()))))
+        inputs, time_s = self.acting(asked, rows), self.model.opt.timestep * np.arange(rows.start, rows.stop)
+        columns = [thrust(t, self.effects, time_s, inputs[label(t)]) for t in self.vehicle.thrusters]
         for fin in self.vehicle.fins:
-            columns += 2 * [np.clip(asked.get(fin.column, rest), -fin.limit_rad, fin.limit_rad)]
-        return np.stack(columns + [rest] * (self.model.nu - len(columns)), axis=1)
+            columns += 2 * [np.clip(inputs[fin.name], -fin.limit_rad, fin.limit_rad)]
+        return np.stack(columns + [np.zeros(time_s.size)] * (self.model.nu - len(columns)), axis=1)
 
     def fly(self, control: Array, velocity: Sequence[float] | Array = (0.0,) * 6) -> Motion:
         """Motion from where the vehicle floats, under a row of controls for each time step, (T, nu).
 
-        velocity: at the start, body axes, shape (6,) [m/s, rad/s]. InputError where the motion diverges.
+        velocity: at the start, body axes, shape (6,) [m/s, rad/s]. It ends where the vehicle strikes a wall. InputError
+        where the motion diverges. Effects that need the inputs themselves (thrust_loss) see none.
         """
-        model, data = self.model, mujoco.MjData(self.model)
-        dof = model.body_dofadr[vehicle_body(model)]
-        mujoco.mj_kinematics(model, data)
-        turn = data.xmat[vehicle_body(model)].reshape(3, 3)
-        data.qvel[dof : dof + 6] = np.concatenate([turn @ velocity[:3], velocity[3:]])
-        kind = mujoco.mjtState.mjSTATE_FULLPHYSICS
-        start = np.zeros(mujoco.mj_stateSize(model, kind))
-        mujoco.mj_getState(model, data, start, kind)
-        with mujoco_says("cannot step it"), forces():
-            _, sensordata = mujoco.rollout.rollout(model, data, start[None], control[None])
-        if not (np.abs(sensordata) < FARTHEST).all():
-            lost = int(np.argmax(~(np.abs(sensordata[0]) < FARTHEST).all(axis=1)))
-            raise InputError(
-                f"{self.vehicle.path}: the motion diverged after {lost * model.opt.timestep:.4g} s; its numbers or "
-                f"commands are out of range, or the time step of {model.opt.timestep:g} s is too long for them"
-            )
-        time_s = np.arange(len(control)) * model.opt.timestep
-        return Motion(time_s, measured(model, self.vehicle.sensors, sensordata[0]))
+        flight = self.flight(len(control), velocity)
+        with forces():
+            flight.advance(control)
+        return Motion(flight.times(flight.done), flight.true(slice(0, flight.done)))
 
 
 def load_whole(
@@ -89,10 +97,13 @@ def load_whole(
     waves: Waves | None = None,
     towards_rad: float = 0.0,
     seed: int = 0,
+    depth_m: float | None = None,
+    effects: Sequence[Placed] = (),
 ) -> Whole:
     """The vehicle in open water or within walls, with all its thrusters, fins and instruments.
 
-    Water as of `vtank.water.add`. InputError names the file and key where the vehicle's two files do not fit together.
+    Water as of `vtank.water.add`. depth_m: of its origin at the start (default: as in the MJCF). effects: of
+    `tank.places`. InputError names the file and key where the vehicle's two files do not fit together.
     """
     hull, around = read(vehicle.mjcf), read(walls) if walls else None
     with named(vehicle.mjcf):
@@ -101,6 +112,12 @@ def load_whole(
             bare = world.copy().compile()
     check_files(vehicle, bare)
     body = free_body(world)
+    if depth_m is not None:
+        body.pos[2] = -depth_m
+    vehicle = changed(vehicle, effects)
+    for placed in effects:
+        if placed.effect.rigid:
+            placed.effect.rigid(world, placed.values)
     for number, thruster in enumerate(vehicle.thrusters):
         _add_thruster(world, thruster, place(vehicle, bare, f"thruster[{number}]", thruster.site))
     for number, fin in enumerate(vehicle.fins):
@@ -109,12 +126,31 @@ def load_whole(
         _add_waterline(world, body, vehicle.heave_N_per_m)
     add_sensors(world, body, vehicle.sensors)
     with named(vehicle.mjcf), mujoco_says("cannot compile it"):
-        model = water.add(world, {body.name: vehicle}, current_m_s, waves, towards_rad, seed)
+        model = water.add(
+            world, {body.name: vehicle}, np.asarray(current_m_s) + drift(effects), waves, towards_rad, seed
+        )
     fins = slice(len(vehicle.thrusters), len(vehicle.thrusters) + 2 * len(vehicle.fins))
     field(model.actuator_user[fins], "body", FINS)[...] = vehicle_body(model)
     if walls:
         mark_walls(model)
-    return Whole(model, vehicle)
+    return Whole(model, vehicle, tuple(effects))
+
+
+def changed(vehicle: Vehicle, effects: Sequence[Placed]) -> Vehicle:
+    """What effects make of a vehicle."""
+    for placed in effects:
+        if placed.effect.changes:
+            vehicle = placed.effect.changes(vehicle, placed.place, placed.values)
+    return vehicle
+
+
+def drift(effects: Sequence[Placed]) -> Array:
+    """The current that is an effect, world axes [m/s]."""
+    current = np.zeros(3)
+    for placed in effects:
+        if placed.effect.drifts:
+            current += np.array(placed.effect.drifts(placed.values)) * (1.0, -1.0, -1.0)
+    return current
 
 
 def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array:
