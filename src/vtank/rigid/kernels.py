@@ -233,8 +233,10 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
         wound(x0, d, t, late, steps, drive, i, hull, k, y)
         here = x0
     if record.kind[m] >= ACCEL:
-        j = min(i, drive.thrust.shape[0] - 1)
-        rates(t, here, drive.thrust[j], drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
+        j, thrust = min(i, drive.thrust.shape[0] - 1), scratch[7]
+        for a in range(6):  # between the means over the steps before and after
+            thrust[a] = 0.5 * (drive.thrust[max(i - 1, 0), a] + drive.thrust[j, a])
+        rates(t, here, thrust, drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
         if drive.push.shape[0]:
             for a in range(6):
                 rate[6 + a] += drive.push[j, a]
@@ -259,7 +261,7 @@ def simulate(hull, start, steps, record, drive, gain, memory, restart, out, trac
     shape (0, 18); restart: states to begin anew with before some measurements, NaN elsewhere, (M, 18) or (0, 18).
     """
     x, d, k, y = np.zeros(18), np.zeros(6), np.empty((4, 18)), np.empty(18)
-    push, scratch, i, t = np.zeros(6), np.zeros((7, 18)), 0, steps.now[0] if steps.now.size else 0.0
+    push, scratch, i, t = np.zeros(6), np.zeros((8, 18)), 0, steps.now[0] if steps.now.size else 0.0
     x[:12] = start
     for q in range(steps.which.size):
         m = steps.which[q]
@@ -293,7 +295,7 @@ def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, 
         P[12 + a, 12 + a] = sigma[a] ** 2
     F, A, x, d = np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros(18), np.empty(6)
     k, y, push, H, C = np.empty((4, 18)), np.empty(18), np.zeros(6), np.zeros(SIZE), np.zeros(SIZE)
-    scratch = np.zeros((7, 18))
+    scratch = np.zeros((8, 18))
     base, wake, later, i, t = np.zeros(SIZE), np.zeros(6), np.zeros(6), 0, steps.now[0] if steps.now.size else 0.0
     for q in range(steps.which.size):
         m = steps.which[q]

@@ -28,7 +28,7 @@ WIDE = 96  # changes that are followed at a time; a choice
 def followed(hull, start, steps, record, drive, gain, memory, path, before):
     """States and disturbances of a filter at the starts of steps, (N + 1, 18), and before measurements, (M, 18)."""
     x, d, k, y = np.zeros(18), np.zeros(6), np.empty((4, 18)), np.empty(18)
-    push, scratch, i, t = np.zeros(6), np.zeros((7, 18)), 0, steps.now[0] if steps.now.size else 0.0
+    push, scratch, i, t = np.zeros(6), np.zeros((8, 18)), 0, steps.now[0] if steps.now.size else 0.0
     x[:12] = start
     for q in range(steps.which.size):
         m = steps.which[q]
@@ -61,7 +61,7 @@ def accelerations(hull, steps, drive, path, out):
 @law
 def shifted(hull, other, steps, record, drive, before, out):
     """What an instrument that is described otherwise would read over what it reads, along the path, into (M,)."""
-    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((7, 18))
+    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((8, 18))
     for q in range(steps.which.size):
         m, i = steps.which[q], steps.upto[q]
         t = record.stamp[m] - record.late[m]
@@ -75,7 +75,7 @@ def tangents(hull, start, steps, record, drive, gain, memory, push, shift, out):
     """Change of the innovations, (M, W), under accelerations `push`, (W, N, 6), and shifts of readings, (W, M)."""
     wide = out.shape[1]
     x, d, k, y = np.zeros(18), np.zeros(6), np.empty((4, 18)), np.empty(18)
-    scratch, along, H = np.zeros((7, 18)), np.zeros(6), np.zeros(SIZE)
+    scratch, along, H = np.zeros((8, 18)), np.zeros(6), np.zeros(SIZE)
     X, Y, E, F = np.zeros((SIZE, wide)), np.zeros((SIZE, wide)), np.zeros(wide), np.zeros((SIZE, SIZE))
     s, base, everywhere, i, t = np.zeros(18), np.zeros(18), np.ones(6), 0, steps.now[0] if steps.now.size else 0.0
     x[:12] = start

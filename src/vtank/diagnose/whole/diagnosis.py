@@ -135,9 +135,7 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
     if name in ("none", "parameters"):
-        if left:
-            return Verdict("unknown", (), left[:1], (), _channel(selection, left[0]), 0.5, left)
-        return Verdict(name, (), (), (), None, chance)
+        return Verdict(name, (), (), (), None, chance, left)
     model = selection.sets[name]
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))

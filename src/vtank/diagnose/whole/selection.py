@@ -211,7 +211,8 @@ def _judged(
                        key=lambda block: -block.gain)  # fmt: skip
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in alone:
-        weights[f"unknown@{block.place}"] = refitted.log_evidence + block.gain + spread
+        mimicked = IMPERFECT * max(refitted.log_evidence - nominal.log_evidence, 0.0)
+        weights[f"unknown@{block.place}"] = refitted.log_evidence + block.gain - mimicked + spread
     level = max(weights.values())
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
