@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import signal
 import sys
@@ -34,6 +35,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
     modules = _modules()
     args = _parser(modules).parse_args(argv)
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors="backslashreplace")  # names of files need not be text
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
         with warnings.catch_warnings():
@@ -50,9 +53,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _silence_stdout()
         return 141
     except OSError as error:
-        if error.filename is None:
-            raise
-        return _refuse(f"{error.filename}: {error.strerror}")
+        return _refuse(f"{_culprit(error)}: {error.strerror or error}")
     finally:
         signal.signal(signal.SIGTERM, previous)
 
@@ -76,6 +77,18 @@ def _parser(modules: dict[str, ModuleType]) -> argparse.ArgumentParser:
 def _refuse(message: str) -> int:
     print(f"vtank: error: {message}", file=sys.stderr)
     return 2
+
+
+def _culprit(error: OSError) -> str:
+    """What the system refused: its file, or what is printed, where that takes nothing more."""
+    if error.filename is not None:
+        return str(error.filename)
+    try:
+        sys.stdout.flush()
+    except OSError:
+        _silence_stdout()
+        return "standard output"
+    return "the system"
 
 
 def _show_warning(

@@ -16,10 +16,11 @@ def at_least(least: int, **arguments: int | None) -> None:
 
 
 def refuse_unwritable(*paths: Path | None) -> None:
-    """InputError where a file could not be written; None is one that was not asked for."""
-    for path in paths:
-        if path is None:
-            continue
+    """InputError where a file could not be written, or two are one; None is one that was not asked for."""
+    named = [path for path in paths if path is not None]
+    for number, path in enumerate(named):
+        if path.resolve() in [other.resolve() for other in named[:number]]:
+            raise InputError(f"{path}: named twice, expected files of their own")
         parent = next(folder for folder in path.resolve().parents if folder.exists())
         if path.is_dir() or not parent.is_dir() or not os.access(parent, os.W_OK):
             raise InputError(f"{path}: cannot be written, expected the path of a file")

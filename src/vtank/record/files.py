@@ -7,18 +7,26 @@ from pathlib import Path
 
 from ..errors import InputError
 
+MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take some GB while they are read; a choice
+
 
 def read_bytes(path: Path) -> bytes:
-    """The whole file; InputError for a folder, for what has no end (pipe, device, socket), for what cannot be read."""
+    """The whole file; InputError for what cannot be read, for a folder, and for what has no end or is too long.
+
+    No end have pipes, devices and sockets; too long is a file of more than MOST_BYTES.
+    """
     try:
-        mode = path.stat().st_mode
-        if stat.S_ISREG(mode):
+        state = path.stat()
+        if stat.S_ISREG(state.st_mode) and state.st_size <= MOST_BYTES:
             return path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: not a path ({error})") from None
-    found = "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
+    if stat.S_ISREG(state.st_mode):
+        found, most = f"{state.st_size / 2**20:,.0f} MB", f"{MOST_BYTES / 2**20:,.0f} MB"
+        raise InputError(f"{path}: holds {found}, expected {most} at most; split it, or record fewer samples a second")
+    found = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe, a device or a socket"
     raise InputError(f"{path}: is {found}, expected a file")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import InputError
 from ...present import Picture
 from ...present.document import html, markdown
 from ...record import Kind, results_folder
@@ -36,20 +37,28 @@ GROUPS: dict[str, Callable[[Row], str]] = {  # what the cases are grouped by
 Groups = dict[str, dict[str, dict[str, Measure]]]  # group -> member -> measure
 
 
-def score(folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent) -> dict[str, Any]:
-    """Rows and measures; InputError where a hash does not hold."""
-    opened = open_all(folder, truth, answers)
+def score(
+    folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent, published: str | None = None
+) -> dict[str, Any]:
+    """Rows, measures and what was checked; InputError where a hash does not hold, `published` among them if given."""
+    opened = open_all(folder, truth, answers, published)
     rows = []
     with processes(count) as work, stage("scoring", len(opened.truths)) as advance:
         for one in work(partial(_row, opened, truth), list(opened.truths)):
             rows.append(one)
             advance(one.case)
-    return {"rows": rows, "sources": opened.sources, "measures": grouped(rows)}
+    return {"rows": rows, "sources": opened.sources, "checked": opened.checked, "measures": grouped(rows)}
 
 
 def _row(opened: Opened, truth: Path, case: str) -> Row:
     sealed, answer = opened.truths[case], opened.answers[case]
-    return row(case, sealed, answer, closed(case, sealed, answer, truth))
+    try:
+        return row(case, sealed, answer, closed(case, sealed, answer, truth))
+    except InputError as reason:
+        raise InputError(f"{case}: {reason}") from None
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(f"{case}: truth or answer is not as vtank writes it ({what})") from error
 
 
 def grouped(rows: Sequence[Row]) -> Groups:
@@ -76,7 +85,12 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
 
     groups, rows = scored["measures"], scored["rows"]
     pictures = draw_all(rows)
-    blocks = page(groups, scored["sources"], [Picture(name, caption) for name, (caption, _) in pictures.items()])
+    blocks = page(
+        groups,
+        scored["sources"],
+        scored["checked"],
+        [Picture(name, caption) for name, (caption, _) in pictures.items()],
+    )
     files: dict[str, str | bytes] = {
         "score.md": markdown(blocks),
         "score.html": html(TITLE, blocks),
@@ -84,7 +98,7 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
         "measures.csv": measures_csv(groups),
         **{name: png for name, (_, png) in pictures.items()},
     }
-    about = {"sources": scored["sources"], "cases": len(rows), "measures": groups}
+    about = {"sources": scored["sources"], "checked": scored["checked"], "cases": len(rows), "measures": groups}
     with results_folder(out, RESULTS, about) as folder:
         for name, content in files.items():
             (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)

@@ -15,15 +15,15 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, parse_json, read_json, read_text
+from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, Held, cannot_write, locked, parse_json, read_json, read_text
 from .campaign import Campaign
 from .chunk import Piece, differing, versions
-from .table import Row
+from .table import Row, is_row
 
 IDENTITY = CAMPAIGN
 SCHEMA = "vtank.campaign/1"
@@ -31,7 +31,7 @@ DATA = CAMPAIGN_RUNS  # folder of the CSV runs
 ROWS = "runs.csv"
 HDF5 = "runs.h5"
 PART = ".part"
-PAGE = re.compile(r"lock|(campaign\.json|[0-9]{6,}\.(json|npy))(\.part)?")  # names in the journal's folder
+PAGE = re.compile(r"(campaign\.json|[0-9]{6,}\.(json|npy))(\.part)?")  # names in the journal's folder
 TALLY = ("runs", "done", "failed")
 OURS = {JOURNAL, DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
 
@@ -40,8 +40,9 @@ OURS = {JOURNAL, DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
 def renamed(path: Path) -> Iterator[Path]:
     """Where to write a file that takes its name when the block ends well; until then it is called *.part."""
     part = path.with_name(path.name + PART)
-    yield part
-    os.replace(part, path)
+    with cannot_write(path):
+        yield part
+        os.replace(part, path)
 
 
 @contextmanager
@@ -73,7 +74,7 @@ class Journal:
         self.identity = identity(campaign, form)
         self.complete = _same(out / IDENTITY, self.identity)
         self.chunks: list[range] = []
-        self._lock: IO[str] | None = None
+        self._lock = ExitStack()
         if self.complete:
             self._remove()  # what a go left that was killed at the very end
         else:
@@ -83,16 +84,19 @@ class Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._lock:
-            self._lock.close()
+        self._lock.close()
 
     def _begin(self, runs: int, chunk: int) -> None:
         present = {path.name for path in self.out.iterdir()} if self.out.is_dir() else set()
         if present - OURS or (present and JOURNAL not in present) or self._strangers():
             found = ", ".join(sorted(present)[:3])
             raise InputError(f"{self.out}: not a campaign begun by vtank, holds {found}: choose another folder")
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self._lock = _locked(self.folder / "lock")
+        with cannot_write(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock.enter_context(locked(self.folder))
+        except Held:
+            raise InputError(f"{self.out}: another process is flying this campaign") from None
         if not _same(self.folder / IDENTITY, self.identity, beside=("chunk",)):
             self._write(self.folder / IDENTITY, self.identity | {"chunk": chunk})
         if self.form == "csv":
@@ -111,7 +115,8 @@ class Journal:
         files = {f"{DATA}/{row['run']}.csv": data for row, data in piece.runs if data}
         if self.form == "csv":
             for name, data in files.items():
-                (self.out / name).write_bytes(data)
+                with cannot_write(self.out / name):
+                    (self.out / name).write_bytes(data)
             sizes = {name: len(data) for name, data in files.items()}
         else:
             with renamed(self.spool(piece.start)) as part:
@@ -160,7 +165,7 @@ class Journal:
         path = self._page(start)
         page = parse_json(read_text(path), path)
         rows, sizes = (page.get("rows"), page.get("sizes")) if isinstance(page, dict) else (None, None)
-        if not isinstance(rows, list) or not isinstance(sizes, dict):
+        if not isinstance(sizes, dict) or not isinstance(rows, list) or not all(map(is_row, rows)):
             raise InputError(f"{path}: not a page of a journal")
         return page
 
@@ -178,21 +183,6 @@ class Journal:
     def _write(self, path: Path, content: dict[str, Any]) -> None:
         with whole(path) as file:
             json.dump(content, file, ensure_ascii=False, separators=(",", ":"))
-
-
-def _locked(path: Path) -> IO[str]:
-    """A file that no other process may lock; the lock ends with the process, however it ends."""
-    file = open(path, "w")
-    try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:  # elsewhere than on POSIX there is no such lock
-        pass
-    except OSError:
-        file.close()
-        raise InputError(f"{path.parent.parent}: another process is flying this campaign") from None
-    return file
 
 
 def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -> bool:
