@@ -21,6 +21,7 @@ from .closed import closed
 from .measures import Measure
 from .questions import by, measures
 from .rows import Row, row
+from .tables import TITLE, cases_csv, measures_csv, page
 from .verify import Opened, open_all
 
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/2")
@@ -53,7 +54,9 @@ def score(
 def _row(opened: Opened, truth: Path, case: str) -> Row:
     sealed, answer = opened.truths[case], opened.answers[case]
     try:
-        return row(case, sealed, answer, closed(case, sealed, answer, truth))
+        found = row(case, sealed, answer, closed(case, sealed, answer, truth))
+        grouped([found]), cases_csv([found])  # all that is asked of it
+        return found
     except InputError as reason:
         raise InputError(f"{case}: {reason}") from None
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
@@ -81,7 +84,6 @@ def calibration(rows: Sequence[Row]) -> dict[str, Measure]:
 def write_score(out: Path, scored: dict[str, Any]) -> None:
     """Write the score as Markdown, HTML and JSON, the cases and tables as CSV, and the figures into a folder."""
     from .figures import draw_all
-    from .tables import TITLE, cases_csv, measures_csv, page
 
     groups, rows = scored["measures"], scored["rows"]
     pictures = draw_all(rows)
