@@ -112,7 +112,7 @@ def load_whole_scenario(
     path = find_file(name_or_path, scenarios_dir(), "scenario")
     table = open_table(path, tuple(settings))
     table.text("description", "")
-    vehicle = load_vehicle(table.file("vehicle"))
+    vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
     parts = tuple(_part(part, vehicle) for part in table.tables("excite"))
     if not parts:
         raise table.error("excite", "expected one excitation or more, [[excite]]")

@@ -24,11 +24,11 @@ def known_truth(truth: str | Path) -> dict[str, float]:
     """Parameters by name, SI, of a preset or of the first run in a truth.json; InputError where there are none."""
     path = Path(truth)
     if path.suffix == ".json" or path.is_dir():
-        content = read_truth(path) or {}
-        parameters = next((run.get("parameters") for run in content.get("runs", [])), None)
-        if not isinstance(parameters, Mapping):
-            raise InputError(f"{truth}: no runs with parameters in it, expected the truth.json of a data set")
-        return {name: float(parameters.get(name, 0.0)) for name in NAMES}
+        try:
+            parameters = (read_truth(path) or {})["runs"][0]["parameters"]
+            return {name: float(parameters.get(name, 0.0)) for name in NAMES}
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+            raise InputError(f"{truth}: no runs with parameters in it, expected the truth.json of a data set") from None
     p = load_truth(truth).vector()
     return {name: float(p[slot(name)]) for name in NAMES}
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .rules import PAUSE_S, content_fault
     from .run import INPUTS, OUTPUTS, TIME, Run
     from .table import GREATEST, Table, open_table
-    from .toml import find_file, line_of, meant, parse
+    from .toml import find_file, line_of, meant, parse, shown
     from .writer import DECIMALS, run_bytes, write_run
 
 __all__ = facade(__name__)

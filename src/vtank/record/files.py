@@ -10,6 +10,14 @@ from ..errors import InputError
 MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take some GB while they are read; a choice
 
 
+def is_file(path: Path) -> bool:
+    """Whether a file that can be read stands there; False for what cannot be the name of one, too."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_bytes(path: Path) -> bytes:
     """The whole file; InputError for what cannot be read, for a folder, and for what has no end or is too long.
 

@@ -12,13 +12,14 @@ from xml.etree import ElementTree
 import mujoco
 
 from ..errors import InputError
+from ..record.files import is_file
 
 MOST_ELEMENTS = 5000  # copies included; MuJoCo's time grows with their square, 3 s for this many bodies
 
 
 def read(path: Path) -> mujoco.MjSpec:
     """The specification in an MJCF file; InputError names the file."""
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such MJCF file")
     with named(path):
         check_size(path)

@@ -20,7 +20,18 @@ from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, Held, cannot_write, locked, parse_json, read_json, read_text
+from ...record import (
+    CAMPAIGN,
+    CAMPAIGN_RUNS,
+    JOURNAL,
+    Held,
+    cannot_write,
+    locked,
+    parse_json,
+    read_json,
+    read_text,
+    shown,
+)
 from .campaign import Campaign
 from .chunk import Piece, differing, versions
 from .table import Row, is_row
@@ -103,7 +114,9 @@ class Journal:
             (self.out / DATA).mkdir(exist_ok=True)
         size = read_json(self.folder / IDENTITY, SCHEMA).get("chunk")
         if not isinstance(size, int) or size < 1:
-            raise InputError(f"{self.folder / IDENTITY}: chunk: expected a whole number of at least 1, found {size!r}")
+            raise InputError(
+                f"{self.folder / IDENTITY}: chunk: expected a whole number of at least 1, found {shown(size)}"
+            )
         self.chunks = [range(start, min(start + size, runs)) for start in range(0, runs, size)]
 
     def left(self) -> list[range]:
@@ -141,7 +154,7 @@ class Journal:
         """Failed runs of a complete campaign."""
         failed = read_json(self.out / IDENTITY, SCHEMA).get("failed")
         if not isinstance(failed, int):
-            raise InputError(f"{self.out / IDENTITY}: failed: expected a whole number, found {failed!r}")
+            raise InputError(f"{self.out / IDENTITY}: failed: expected a whole number, found {shown(failed)}")
         return failed
 
     def finish(self, runs: int, failed: int) -> None:
