@@ -18,24 +18,32 @@ def is_file(path: Path) -> bool:
         return False
 
 
-def read_bytes(path: Path) -> bytes:
-    """The whole file; InputError for what cannot be read, for a folder, and for what has no end or is too long.
+def check_file(path: Path) -> None:
+    """InputError for what is no file to read: what cannot be seen, a folder, what has no end or is too long.
 
     No end have pipes, devices and sockets; too long is a file of more than MOST_BYTES.
     """
     try:
         state = path.stat()
-        if stat.S_ISREG(state.st_mode) and state.st_size <= MOST_BYTES:
-            return path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: not a path ({error})") from None
-    if stat.S_ISREG(state.st_mode):
+    if not stat.S_ISREG(state.st_mode):
+        found = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe, a device or a socket"
+        raise InputError(f"{path}: is {found}, expected a file")
+    if state.st_size > MOST_BYTES:
         found, most = f"{state.st_size / 2**20:,.0f} MB", f"{MOST_BYTES / 2**20:,.0f} MB"
         raise InputError(f"{path}: holds {found}, expected {most} at most; split it, or record fewer samples a second")
-    found = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe, a device or a socket"
-    raise InputError(f"{path}: is {found}, expected a file")
+
+
+def read_bytes(path: Path) -> bytes:
+    """The whole file; InputError as of `check_file`, and for what cannot be read."""
+    check_file(path)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def read_text(path: Path) -> str:
