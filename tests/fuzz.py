@@ -208,7 +208,7 @@ def whole_run(folder: Path) -> Files:
     """The recording of a whole vehicle, as text."""
     time = 0.1 * np.arange(40)
     columns = {"time_s": time, "thruster_1_command": 0.5 * np.cos(time), "dvl.surge_m_s": 0.2 * np.sin(time),
-               "heading_rad": 0.1 * time, "gyro.yaw_rate_rad_s": 0.1 + 0 * time, "battery_V": 15.0 + 0 * time}  # fmt: skip
+               "heading_rad": 0.1 * time, "gyro.yaw_rate_rad_s": 0.1 * time, "battery_V": 15.0 - time}  # fmt: skip
     lines = [",".join(columns), *(",".join(f"{v:.4f}" for v in row) for row in zip(*columns.values(), strict=True))]
     return {"run.csv": "\n".join(lines) + "\n"}
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from .atomic import NEW, cannot_write, left_rooms, utf8, write_bytes, write_files, write_text
+    from .atomic import NEW, cannot_write, clear_rooms, left_rooms, utf8, write_bytes, write_files, write_text
     from .columns import FIXED, MOTION, NAMED, Column, column
     from .dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, DataSet, read_dataset, read_truth, write_dataset
     from .documents import json_text, jsonable, parse_json, read_json

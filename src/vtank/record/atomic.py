@@ -75,8 +75,7 @@ def room(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         with ExitStack() as stack:
             with locked(path.parent, wait=True):  # or a new room could be taken for a left one
-                for left in left_rooms(path):
-                    shutil.rmtree(left, ignore_errors=True)
+                clear_rooms(path)
                 name = stack.enter_context(tempfile.TemporaryDirectory(prefix=_prefix(path), dir=path.parent))
                 stack.enter_context(locked(Path(name)))
             yield Path(name)
@@ -85,6 +84,12 @@ def room(path: Path) -> Iterator[Path]:
             with suppress(OSError):
                 parent.rmdir()
         raise
+
+
+def clear_rooms(path: Path) -> None:
+    """Remove the rooms for a path that no process holds any more."""
+    for left in left_rooms(path):
+        shutil.rmtree(left, ignore_errors=True)
 
 
 def left_rooms(path: Path) -> Iterator[Path]:

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import NEW, Run, current_versions, left_rooms, read_bytes, read_json, sha256
+from ...record import NEW, Run, clear_rooms, current_versions, left_rooms, read_bytes, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/3", "vtank.blind-truth/2", "vtank.blind-seal/2"
 INDEX, SEAL = "cases.json", "seal.json"
@@ -187,11 +187,14 @@ def _entry(case: dict[str, Any]) -> Entry:
 
 def ended(cases: Path, sealed: Path, order: Mapping[str, Any]) -> bool:
     """Whether the truths of this order are in place and its cases stood ready beside theirs, where they are put now."""
-    path = cases.resolve()
+    path, done = cases.resolve(), False
     for ready in (left / NEW for left in left_rooms(path)):
         if not path.exists() and (ready / INDEX).is_file() and (sealed / SEAL).is_file():
             seal, faults = read_seal(sealed, read_index(ready))
             if not faults and canonical(seal["order"]) == canonical(order):
                 ready.rename(path)
-                return True
-    return False
+                done = True
+    if path.exists():
+        clear_rooms(path)
+        clear_rooms(sealed.resolve())
+    return done
