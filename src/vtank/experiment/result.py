@@ -40,7 +40,8 @@ class Result:
 
     def check_clearance(self) -> None:
         """InputError where the motion ran away, or the vehicle struck a wall."""
-        scenario, moves = self.plan.scenario, np.isfinite(self.true["position_m"] + self.true["surge_m_s"])
+        scenario, motion = self.plan.scenario, ("position_m", "surge_m_s")
+        moves = np.all([np.isfinite(values) for name, values in self.true.items() if name in motion], axis=0)
         if not moves.all():
             last = f"the motion diverged after {self.run.time_s[max(int(np.argmin(moves)) - 1, 0)]:g} s"
             why = "its parameters or inputs are out of range"

@@ -53,4 +53,5 @@ def read_text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x})") from None
+        guess = "; is it UTF-16?" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ""
+        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x}){guess}") from None

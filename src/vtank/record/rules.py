@@ -98,7 +98,8 @@ def _content_faults(run: Run) -> Iterator[Fault]:
     outputs = run.outputs or [name for name in run.columns if name.rpartition(".")[2] in MOTION] or list(run.columns)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in outputs)
     if longest < SHORTEST:
-        yield Fault(None, f"{longest} samples of {' or '.join(outputs)}, expected at least {SHORTEST}")
+        plural = "s" * (longest != 1)
+        yield Fault(None, f"{longest} sample{plural} of {' or '.join(outputs)}, expected at least {SHORTEST}")
 
 
 def _time_faults(time_s: FloatArray) -> Iterator[Fault]:
