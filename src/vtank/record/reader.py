@@ -23,7 +23,7 @@ HEADER_LINE = 1  # lines count from 1; row r of the data is line r + 2
 
 
 def read_run(path: Path | str) -> Run:
-    """The run in a CSV file; InputError says where it breaks the rules of a run, DataSetWarning which unit is doubted."""
+    """The run in a CSV file; InputError says where it breaks the rules of a run, DataSetWarning what is doubted."""
     path = Path(path)
     text = read_text(path)
     if not text.strip():
