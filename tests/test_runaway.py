@@ -31,3 +31,9 @@ def test_a_run_that_diverges_is_named_with_its_last_good_time(
     assert "open-loop-sine.toml: run open-loop-sine-1: " in said and "diverged after 0" in said
     assert said.endswith(("parameters or inputs are out of range", "is too long for them"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["runaway.toml"]
+
+
+def test_a_truth_at_which_nothing_moves_bounds_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "still.toml").write_text(TRUTH.replace("-1e12", "-1e11").replace("5e-4", "1e-11").replace("0.7", "1e-9"))
+    assert main(["identifiability", "paper-ds1", "--seeds", "0", "--truth", str(tmp_path / "still.toml")]) == 2
+    assert "the plan tells nothing of alpha" in capsys.readouterr().err

@@ -12,6 +12,7 @@ gone, 143 terminated.
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
 import io
 import os
@@ -19,6 +20,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from types import ModuleType
 from typing import NoReturn
 
@@ -35,8 +37,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
     modules = _modules()
     args = _parser(modules).parse_args(argv)
-    if isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout.reconfigure(errors="backslashreplace")  # names of files need not be text
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names of files need not be text
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
         with warnings.catch_warnings():
@@ -80,15 +83,14 @@ def _refuse(message: str) -> int:
 
 
 def _culprit(error: OSError) -> str:
-    """What the system refused: its file, or what is printed, where that takes nothing more."""
+    """What the system refused: a file, or what is printed, since all that is written elsewhere is told by its name."""
     if error.filename is not None:
         return str(error.filename)
-    try:
-        sys.stdout.flush()
-    except OSError:
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO):
+        return "the system"
+    with suppress(OSError):  # where it is a file of its own
         _silence_stdout()
-        return "standard output"
-    return "the system"
+    return "standard output"
 
 
 def _show_warning(

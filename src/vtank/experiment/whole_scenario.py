@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.actuators import Thruster
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
-from ..record import TIME, Manifest, Run, find_file, open_table, read_text, write_dataset
+from ..record import TIME, Manifest, Run, find_file, open_table, read_text, stem, write_dataset
 from ..record.table import Table
 from ..resources import models_dir, scenarios_dir
 from .excitation import Excitation, read_signal
@@ -119,7 +119,7 @@ def load_whole_scenario(
     own_seed = table.integer("seed", 0)
     walls = table.file("walls", "", ".xml")
     scenario = WholeScenario(
-        name=path.stem,
+        name=stem(path),
         path=path,
         vehicle=vehicle,
         duration_s=table.positive("duration_s", 120.0, 86400.0),

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..estimate.comparison import Comparison
 from ..plant.parameters import slot
 from ..plant.truth import load_truth
-from ..record import read_truth, results_folder
+from ..record import read_truth, results_folder, utf8
 from .blocks import Block, Heading, Picture, Table
 from .document import csv_text, markdown
 from .fit_picture import fit_picture
@@ -56,7 +56,7 @@ def write_folder(
     for i, seen in enumerate(found[0].runs):
         files[f"{seen.name}.png"] = fit_picture(found, i)
         blocks.append(Picture(f"{seen.name}.png", f"{seen.name}: free run of every model"))
-    files["identification.md"] = markdown(blocks).encode()
+    files["identification.md"] = utf8(markdown(blocks))
     with results_folder(path, IDENTIFICATION, content) as folder:
         for name, data in files.items():
             (folder / name).write_bytes(data)

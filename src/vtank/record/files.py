@@ -18,6 +18,11 @@ def is_file(path: Path) -> bool:
         return False
 
 
+def stem(path: Path) -> str:
+    """The file's name without its ending; what is no text in it is spelled, as \\udcff."""
+    return path.stem.encode(errors="backslashreplace").decode()
+
+
 def check_file(path: Path) -> None:
     """InputError for what is no file to read: what cannot be seen, a folder, what has no end or is too long.
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .atomic import NEW, cannot_write, put_in_place, room
+from .atomic import NEW, cannot_write, put_in_place, room, utf8
 from .documents import json_text, read_json
 
 
@@ -89,7 +89,7 @@ def results_folder(path: Path | str, kind: Kind, about: Mapping[str, Any] | None
     with new_folder(path, kind) as new:
         yield new
         content = {"schema": kind.schema, **(about or {}), "files": sorted(files_in(new))}
-        (new / kind.marker).write_text(json_text(content), encoding="utf-8")
+        (new / kind.marker).write_bytes(utf8(json_text(content)))
 
 
 def _listed(marker: Path, kind: Kind) -> set[str]:

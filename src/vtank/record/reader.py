@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from .doubts import doubts
-from .files import read_text
+from .files import read_text, stem
 from .manifest import DataSetWarning
 from .rules import content_fault, header_fault
 from .run import TIME, FloatArray, Run
@@ -34,7 +34,7 @@ def read_run(path: Path | str) -> Run:
         raise InputError(f"{path}, line {HEADER_LINE}: {fault.message}")
     values = _values(path, names, lines)
     columns = dict(zip(names, np.ascontiguousarray(values.T), strict=True))
-    run = Run(path.stem, columns.pop(TIME), columns)
+    run = Run(stem(path), columns.pop(TIME), columns)
     fault = content_fault(run)
     if fault:
         line = "" if fault.row is None else f", line {fault.row + 2}"

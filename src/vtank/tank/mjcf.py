@@ -91,7 +91,8 @@ def named(path: Path) -> Iterator[None]:
 @contextmanager
 def mujoco_says(what: str) -> Iterator[None]:
     """Turn MuJoCo's complaint into an InputError, and what it warns of, on the console and in a log, into warnings."""
-    kept, said = mujoco.get_mju_user_warning(), []
+    said: list[str] = []
+    kept = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(said.append)
     try:
         with warnings.catch_warnings(record=True) as found:
