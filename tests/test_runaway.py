@@ -34,6 +34,7 @@ def test_a_run_that_diverges_is_named_with_its_last_good_time(
 
 
 def test_a_truth_at_which_nothing_moves_bounds_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "still.toml").write_text(TRUTH.replace("-1e12", "-1e11").replace("5e-4", "1e-11").replace("0.7", "1e-9"))
+    text = TRUTH.replace("-1e12", "-1e11").replace("5e-4", "1e-11").replace("0.7", "1e-9")
+    (tmp_path / "still.toml").write_text(text)
     assert main(["identifiability", "paper-ds1", "--seeds", "0", "--truth", str(tmp_path / "still.toml")]) == 2
     assert "the plan tells nothing of alpha" in capsys.readouterr().err
