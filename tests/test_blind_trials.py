@@ -220,6 +220,19 @@ def test_a_changed_salt_is_named(salt: object, copy: Path) -> None:
             verify(copy)
 
 
+@pytest.mark.parametrize("name", ["..", "", "../cases", ".", "a/b", "/etc", 7])
+def test_names_that_lead_elsewhere_are_refused(name: object, copy: Path) -> None:
+    for key in ("case", "nominal", "runs"):
+        path = copy / "cases" / "cases.json"
+        index = json.loads((path).read_text())
+        index["cases"][0][key] = {str(name): "0"} if key == "runs" else name
+        (copy / "forged").mkdir(exist_ok=True)
+        (copy / "forged" / "cases.json").write_text(json.dumps(index))
+        if (key, name) != ("runs", 7):
+            with pytest.raises(InputError, match="expected the name of a case or of a run"):
+                read_index(copy / "forged")
+
+
 def forge(root: Path) -> None:
     """Another answer to the first case, and all hashes of the answers made anew to fit."""
     path = root / "answers.json"

@@ -118,6 +118,13 @@ def test_a_reader_that_stops_early_is_no_error(data: Path) -> None:
     assert (done.returncode, done.stderr) == (141, "")
 
 
+def test_a_command_computes_with_one_thread_of_linear_algebra() -> None:
+    """Two threads add up in another order: the same command would print other last digits on another machine."""
+    code = "import os, sys, vtank.cli; print('numpy' in sys.modules, os.environ['OPENBLAS_NUM_THREADS'])"
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    assert subprocess.check_output([sys.executable, "-c", code], text=True, env=environment) == "False 1\n"
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
 def test_what_cannot_be_printed_is_told(data: Path) -> None:
     command = [sys.executable, "-m", "vtank", "check-data", str(data)]

@@ -27,6 +27,7 @@ from typing import NoReturn
 from vtank import __version__
 from vtank.errors import InputError
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of several threads are rounded otherwise, by 1e-12
 COMMANDS = (  # in the order of `vtank --help`
     *("demo", "run", "campaign", "identify", "reproduce", "check-data"),
     *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),

@@ -174,11 +174,16 @@ def read_seal(truth: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
     return seal, faults
 
 
+def is_name(name: Any) -> bool:
+    """Whether it is the name of a file or folder here, and leads to no other place."""
+    return isinstance(name, str) and name not in ("", "..") and Path(name).name == name
+
+
 def _entry(case: dict[str, Any]) -> Entry:
     """A case of the index; ValueError for names that lead out of its folder or are no names."""
     runs, withheld = dict(case["runs"]), tuple(case["withheld"])
     for name in (case["case"], case["nominal"], *runs):
-        if not isinstance(name, str) or Path(name).name != name:
+        if not is_name(name):
             raise ValueError(f"found {name!r}, expected the name of a case or of a run")
     if not all(isinstance(text, str) for text in (*runs.values(), *withheld, case["commitment"])):
         raise ValueError("expected hashes and names of effects as texts")

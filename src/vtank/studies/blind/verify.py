@@ -10,7 +10,7 @@ from typing import Any
 from ...errors import InputError
 from ...record import parse_json, read_bytes, read_json, read_text, sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
-from .seal import TRUTH_SCHEMA, Index, canonical, commitment, digest, finite, read_index, read_seal
+from .seal import TRUTH_SCHEMA, Index, canonical, commitment, digest, finite, is_name, read_index, read_seal
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def _truth(truth: Path, case: str) -> dict[str, Any]:
 
 def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
     files = document.get("held_out_files")
-    if not isinstance(files, dict) or any(Path(file).name != file for file in files):
+    if not isinstance(files, dict) or not all(map(is_name, files)):
         return [f"{truth / case}.json: does not list the held-out runs"]
     return list(_files(truth / "held_out" / case, files, "held-out run"))
 
