@@ -142,3 +142,17 @@ def test_a_file_of_gigabytes_is_not_read(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds 10,240 MB, expected 256 MB at most"):
         read_bytes(tmp_path / "sparse.csv")
     assert MOST_BYTES == 2**28
+
+
+def test_where_there_are_no_locks_nothing_of_others_is_cleared_away(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def none(number: int, how: int) -> None:
+        raise OSError(37, "No locks available")
+
+    monkeypatch.setattr("fcntl.flock", none)
+    with locked(tmp_path) as sure:
+        assert not sure
+    with room(tmp_path / "a.csv") as other:
+        write_bytes(tmp_path / "a.csv", b"mine")
+        assert other.is_dir()

@@ -95,7 +95,9 @@ def clear_rooms(path: Path) -> None:
 def left_rooms(path: Path) -> Iterator[Path]:
     """Rooms for a path that no process holds any more, each one held while it is looked at."""
     for left in [entry for entry in path.parent.glob("*") if entry.name.startswith(_prefix(path)) and entry.is_dir()]:
-        with suppress(Held, OSError), locked(left):
+        with suppress(Held, OSError), locked(left) as sure:
+            if not sure:
+                continue
             if (left / OLD).exists() and not path.exists():  # killed between two renamings
                 (left / OLD).rename(path)
             yield left

@@ -13,17 +13,18 @@ class Held(Exception):
 
 
 @contextmanager
-def locked(path: Path, wait: bool = False) -> Iterator[None]:
+def locked(path: Path, wait: bool = False) -> Iterator[bool]:
     """Hold the lock of what stands at `path`; where another process does, Held, or `wait` until it is free.
 
-    Elsewhere than on POSIX, and where system or file system refuses, everybody gets it.
+    Yields whether there is a lock at all: elsewhere than on POSIX, and on some file systems, there is none.
     """
-    number = -1
+    number, sure = -1, False
     try:
         import fcntl
 
         number = os.open(path, os.O_RDONLY)
         fcntl.flock(number, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        sure = True
     except BlockingIOError:
         os.close(number)
         raise Held(str(path)) from None
@@ -32,7 +33,7 @@ def locked(path: Path, wait: bool = False) -> Iterator[None]:
     except (ImportError, OSError):
         pass
     try:
-        yield
+        yield sure
     finally:
         if number >= 0:
             os.close(number)
