@@ -264,6 +264,7 @@ COMMANDS = [
     ["blind", "score", "files", "--truth", "files", "--published", "0" * 64],
     ["blind", "answer", "files", "--seed", "0", "--processes", "1"],
 ]
+ARGUMENTS = [word for word in WORDS if "\0" not in word]  # no system passes that one
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
@@ -275,7 +276,7 @@ def test_a_spoilt_command_line_ends_in_one_message(
     place = tmp_path / "a" / "b"
 
     @examples(150)
-    @given(st.sampled_from(COMMANDS), st.integers(0, 99), st.sampled_from(WORDS), st.booleans())
+    @given(st.sampled_from(COMMANDS), st.integers(0, 99), st.sampled_from(ARGUMENTS), st.booleans())
     def case(command: list[str], where: int, word: str, whole: bool) -> None:
         put(place / "files", files)
         monkeypatch.chdir(place)
