@@ -30,7 +30,7 @@ from vtank.studies.blind.verify import open_all
 KILLS = 6 * int(os.environ.get("VTANK_FUZZ", "1"))  # of each command
 Trial = tuple[list[str], Callable[[Path], None]]
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="forks its children")
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not hasattr(os, "fork"), reason="forks its children")]
 
 
 def moments(command: list[str], place: Path, seed: int) -> Iterator[dict[str, float]]:

@@ -5,8 +5,8 @@
     DIR/journal/000064.npy       its recordings, for HDF5; as CSV they go to DIR/data at once
     DIR/campaign.json            takes the journal's place when all is done
 
-A chunk is done when its rows are there and its recordings have the sizes noted with them. All files appear whole or
-not at all, by renaming, so that the process may be killed at any moment.
+A chunk is done when its rows are there, unchanged, and its recordings have the sizes noted with them. All files appear
+whole or not at all, by renaming, so that the process may be killed at any moment.
 """
 
 from __future__ import annotations
@@ -30,11 +30,12 @@ from ...record import (
     parse_json,
     read_json,
     read_text,
+    sha256,
     shown,
 )
 from .campaign import Campaign
 from .chunk import Piece, differing, versions
-from .table import Row, is_row
+from .table import Row
 
 IDENTITY = CAMPAIGN
 SCHEMA = "vtank.campaign/1"
@@ -59,7 +60,7 @@ def renamed(path: Path) -> Iterator[Path]:
 @contextmanager
 def whole(path: Path) -> Iterator[IO[str]]:
     """A text file to write, as `renamed`."""
-    with renamed(path) as part, open(part, "w", encoding="utf-8", newline="\n") as file:
+    with renamed(path) as part, open(part, "w", encoding="utf-8", errors="backslashreplace", newline="\n") as file:
         yield file
 
 
@@ -135,7 +136,8 @@ class Journal:
             with renamed(self.spool(piece.start)) as part:
                 size = part.write_bytes(b"".join(files.values()))
             sizes = {f"{JOURNAL}/{piece.start:06d}.npy": size}
-        self._write(self._page(piece.start), {"rows": [row for row, _ in piece.runs], "sizes": sizes})
+        page = {"rows": [row for row, _ in piece.runs], "sizes": sizes}
+        self._write(self._page(piece.start), page | {"sha256": _digest(page)})
 
     def pages(self) -> Iterator[tuple[int, list[Row]]]:
         """Start of every chunk and its runs' rows, in order."""
@@ -177,9 +179,8 @@ class Journal:
         """A page; InputError for what is none."""
         path = self._page(start)
         page = parse_json(read_text(path), path)
-        rows, sizes = (page.get("rows"), page.get("sizes")) if isinstance(page, dict) else (None, None)
-        if not isinstance(sizes, dict) or not isinstance(rows, list) or not all(map(is_row, rows)):
-            raise InputError(f"{path}: not a page of a journal")
+        if not isinstance(page, dict) or page.pop("sha256", None) != _digest(page):
+            raise InputError(f"{path}: not a page of a journal, or changed since it was written")
         return page
 
     def _strangers(self) -> list[Path]:
@@ -196,6 +197,10 @@ class Journal:
     def _write(self, path: Path, content: dict[str, Any]) -> None:
         with whole(path) as file:
             json.dump(content, file, ensure_ascii=False, separators=(",", ":"))
+
+
+def _digest(page: dict[str, Any]) -> str:
+    return sha256(json.dumps(page).encode())
 
 
 def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -> bool:

@@ -50,14 +50,6 @@ def row(plan: Plan | None, choice: Mapping[str, Any], name: str, message: str = 
     return noise | {column: float(plan.p[index]) for column, index in SLOTS.items()} | wanted | known
 
 
-def is_row(found: Any) -> bool:
-    """Whether what was read back is the row of a run."""
-    if not isinstance(found, dict) or not isinstance(found.get("run"), str):
-        return False
-    done = isinstance(found.get("sha256"), str) and isinstance(found.get("samples"), int)
-    return found.get("status") in (DONE, FAILED) and (done or "sha256" not in found)
-
-
 def cell(value: Any) -> Any:
     """A value as it is written into runs.csv."""
     if isinstance(value, list | dict | bool):
