@@ -72,12 +72,12 @@ class Whole:
         mujoco.mj_getState(model, data, start, kind)
         with mujoco_says("cannot step it"), forces():
             _, sensordata = mujoco.rollout.rollout(model, data, start[None], control[None])
-            if not (np.abs(sensordata) < FARTHEST).all():
-                lost = int(np.argmax(~(np.abs(sensordata[0]) < FARTHEST).all(axis=1)))
-                raise InputError(
-                    f"{self.vehicle.path}: the motion diverged after {lost * model.opt.timestep:.4g} s; its numbers or "
-                    f"commands are out of range, or the time step of {model.opt.timestep:g} s is too long for them"
-                )
+        if not (np.abs(sensordata) < FARTHEST).all():
+            lost = int(np.argmax(~(np.abs(sensordata[0]) < FARTHEST).all(axis=1)))
+            raise InputError(
+                f"{self.vehicle.path}: the motion diverged after {lost * model.opt.timestep:.4g} s; its numbers or "
+                f"commands are out of range, or the time step of {model.opt.timestep:g} s is too long for them"
+            )
         time_s = np.arange(len(control)) * model.opt.timestep
         return Motion(time_s, measured(model, self.vehicle.sensors, sensordata[0]))
 
