@@ -28,10 +28,15 @@ def is_change(event: str, arguments: tuple[object, ...]) -> bool:
     return event in CHANGES
 
 
-def child(
+def child(command: list[str], **limits: float) -> tuple[int, int]:
+    """Run a command: its exit code, or the negative signal that ended it, and the number of changes it made."""
+    return ended(begun(command, **limits))  # type: ignore[arg-type]
+
+
+def begun(
     command: list[str], at: int | None = None, after_s: float | None = None, most_bytes: int | None = None
 ) -> tuple[int, int]:
-    """Run a command: its exit code, or the negative signal that ended it, and the number of changes it made.
+    """A child that runs a command: its number, and where it tells what it did.
 
     at: change before which it is killed, from 0. after_s: time after which it is killed. most_bytes: of a file.
     """
@@ -64,6 +69,12 @@ def child(
         finally:
             os._exit(code)
     os.close(writer)
+    return number, reader
+
+
+def ended(one: tuple[int, int]) -> tuple[int, int]:
+    """Wait for a child; as `child`."""
+    number, reader = one
     with os.fdopen(reader) as said:
         told = said.read()
     return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), int(told or -1)
