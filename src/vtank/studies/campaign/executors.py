@@ -124,10 +124,12 @@ class LocalCluster(Cluster):
     """A Dask cluster of worker processes on this machine."""
 
     def __init__(self, workers: int) -> None:
-        """`workers`: processes of one thread each."""
-        self.cluster = _distributed().LocalCluster(
-            workers, threads_per_worker=1, processes=True, dashboard_address=None
-        )
+        """`workers`: processes of one thread each; InputError where one of them dies before it can work."""
+        start = _distributed().LocalCluster
+        try:
+            self.cluster = start(workers, threads_per_worker=1, processes=True, dashboard_address=None)
+        except RuntimeError as error:
+            raise InputError(f"a worker of the local Dask cluster did not start ({error}): {HINT}") from error
         super().__init__(self.cluster.scheduler_address)
 
     def __exit__(self, *error: object) -> None:
