@@ -17,6 +17,8 @@ from vtank.diagnose import evidence, selection
 from vtank.effects.catalogue import BY_NAME
 from vtank.errors import InputError
 from vtank.estimate.observed import observe
+from vtank.estimate.problem import Problem
+from vtank.library import identify
 from vtank.record import Run, write_run
 
 T = 0.1 * np.arange(300)
@@ -118,3 +120,10 @@ def test_numbers_beyond_any_vehicle_are_refused() -> None:
         columns[name] = np.where(T == 0.0, 1e300, columns[name])
         with pytest.raises(InputError, match=rf"run 'run': {name} reaches 1e\+300"):
             observe(Run("run", T, columns))
+
+
+def test_an_optimum_that_is_no_number_gives_no_estimates(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a search ends among simulations that run away, as some corrupt ranges in mm have made it."""
+    monkeypatch.setattr(Problem, "log_likelihood", lambda problem, filtered: np.nan)
+    with pytest.raises(InputError, match="the model runs away on these recordings, and its likelihood is no number"):
+        identify([Run("run", T, {"n_rev_s": DRIVE, "range_m": RANGE})], "II")

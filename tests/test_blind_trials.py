@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import shutil
+import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +16,15 @@ import pytest
 from vtank.cli import main
 from vtank.errors import InputError
 from vtank.present.document import markdown
-from vtank.record import Run, jsonable, read_dataset, read_run
+from vtank.record import Run, jsonable, read_dataset, read_run, sha256
 from vtank.studies.blind.answer import answer, refusal
 from vtank.studies.blind.case import tied
 from vtank.studies.blind.closed import Closed, closed
 from vtank.studies.blind.make import Order, make
 from vtank.studies.blind.questions import measures
 from vtank.studies.blind.rows import Row
-from vtank.studies.blind.score import grouped, score, write_score
-from vtank.studies.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, read_index
+from vtank.studies.blind.score import _row, grouped, score, write_score
+from vtank.studies.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, json_bytes, read_index
 from vtank.studies.blind.tables import tables
 from vtank.studies.blind.verify import open_all
 
@@ -40,12 +42,16 @@ def stand_in(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -
     return {"document": document, "seen": float(np.nanmean(runs.runs[0].columns["range_m"]))}
 
 
+UNSURE = {"verdict": {"kind": "undecided"}, "probabilities": {"none": 1.0}}
+
+
 @pytest.fixture(scope="module")
 def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with cases, truth and answers."""
     root = tmp_path_factory.mktemp("blind")
     make(ORDER, root / "cases", root / "truth")
-    answer(root / "cases", root / "answers.json", count=1, answer_case=stand_in)
+    with pytest.warns(UserWarning, match="case_0002"):
+        answer(root / "cases", root / "answers.json", count=1, answer_case=stand_in)
     return root
 
 
@@ -76,7 +82,9 @@ def test_files_differ_in_nothing_but_their_numbers(trials: Path) -> None:
 def test_the_index_says_nothing_but_names_hashes_and_what_is_withheld(trials: Path) -> None:
     text = (trials / "cases" / "cases.json").read_text()
     content = json.loads(text)
-    assert set(content) == {"schema", "cases"} and {case["nominal"] for case in content["cases"]} == {"paper-ii"}
+    assert set(content) == {"schema", "cases", "order"} and {case["nominal"] for case in content["cases"]} == {
+        "paper-ii"
+    }
     assert all(set(case) == {"case", "nominal", "runs", "withheld", "commitment"} for case in content["cases"])
     assert "48" not in json.dumps([case["withheld"] for case in content["cases"]]) and "seed" not in text
 
@@ -99,9 +107,12 @@ def test_a_written_run_is_read_back(tmp_path: Path) -> None:
 
 
 def test_a_commitment_hides_and_binds() -> None:
-    truth = {"kind": "none", "d": 0.0}
-    assert commitment("a", truth) != commitment("b", truth)
-    assert commitment("a", truth) != commitment("a", truth | {"d": 1e-9})
+    truth, salt = {"kind": "none", "d": 0.0}, "0a" * 32
+    assert commitment(salt, truth) != commitment("0b" * 32, truth)
+    assert commitment(salt, truth) != commitment(salt, truth | {"d": 1e-9})
+    for forged in (None, "", 7, salt[:-2], salt + '{"kind":', salt.upper()):
+        assert commitment(forged, truth) == ""
+    assert commitment(salt, {"d": float("inf")}) == ""
     assert canonical({"b": 1, "a": [1.5]}) == b'{"a":[1.5],"b":1}' == canonical({"a": [1.5], "b": 1})
     with pytest.raises(ValueError):
         canonical({"d": float("nan")})
@@ -188,6 +199,83 @@ def test_a_truth_with_a_new_commitment_is_caught_by_the_seal(copy: Path) -> None
     assert "answers to other cases" in str(found.value)
 
 
+@pytest.mark.parametrize(
+    ("key", "value"), [("seed", 49), ("trials", 2), ("kinds", ["single"]), ("familiar", False), ("threads", 2)]
+)
+def test_a_changed_seed_or_order_is_named(key: str, value: object, copy: Path) -> None:
+    path = copy / "truth" / "seal.json"
+    seal = json.loads(path.read_text())
+    seal["order"][key] = value
+    path.write_text(json.dumps(seal))
+    with pytest.raises(InputError, match="seal.json: seed, order or versions are not those that were sealed"):
+        verify(copy)
+
+
+@pytest.mark.parametrize("salt", ["00" * 32, "", 7])
+def test_a_changed_salt_is_named(salt: object, copy: Path) -> None:
+    for file, words in {"case_0001.json": "the truth is not the one", "seal.json": "seed, order or versions"}.items():
+        path = copy / "truth" / file
+        path.write_text(json.dumps(json.loads(path.read_text()) | {"salt": salt}))
+        with pytest.raises(InputError, match=f"{file}: {words}"):
+            verify(copy)
+
+
+@pytest.mark.parametrize("name", ["..", "", "../cases", ".", "a/b", "/etc", 7])
+def test_names_that_lead_elsewhere_are_refused(name: object, copy: Path) -> None:
+    for key in ("case", "nominal", "runs"):
+        path = copy / "cases" / "cases.json"
+        index = json.loads((path).read_text())
+        index["cases"][0][key] = {str(name): "0"} if key == "runs" else name
+        (copy / "forged").mkdir(exist_ok=True)
+        (copy / "forged" / "cases.json").write_text(json.dumps(index))
+        if (key, name) != ("runs", 7):
+            with pytest.raises(InputError, match="expected the name of a case or of a run"):
+                read_index(copy / "forged")
+
+
+def forge(root: Path) -> None:
+    """Another answer to the first case, and all hashes of the answers made anew to fit."""
+    path = root / "answers.json"
+    content = json.loads(path.read_text())
+    content["answers"]["case_0001"]["document"]["probabilities"] = {"none": 1.0}
+    data = json_bytes(content)
+    path.write_bytes(data)
+    lines = [f"{sha256(data)}  answers.json", *(f"{digest(a)}  {case}" for case, a in content["answers"].items())]
+    path.with_suffix(".sha256").write_text("\n".join(lines) + "\n")
+
+
+def test_answers_forged_with_their_hashes_are_told_by_the_published_one(
+    copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    published = sha256((copy / "answers.json").read_bytes())
+    command = ["blind", "score", str(copy / "cases"), "--truth", str(copy / "truth"), "--processes", "1"]
+    command += ["--answers", str(copy / "answers.json"), "--out", str(copy / "score")]
+    assert main([*command, "--published", published]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert (
+        f"Answers: one to each case, given to these recordings with seed 0; SHA-256 {published}, as published" in said
+    )
+    assert "3 with 12 recordings" in said and "3 with 9 held-out runs" in said and '"seed":48' in said
+    forge(copy)
+    assert main([*command, "--published", published]) == 2
+    assert f"but {published} was published" in capsys.readouterr().err
+    assert main(command) == 0  # nobody can tell, and that is said
+    assert "NOT held against a published one" in " ".join(capsys.readouterr().out.split())
+    assert "NOT held against" in (copy / "score" / "score.md").read_text()
+    assert main([*command, "--published", "b8206f42"]) == 2 and "64 hexadecimal" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("broken", [{"label": 7}, {"experiment": []}, {"held_out": 3}, {"causes": None, "kind": None}])
+def test_a_truth_that_is_none_is_no_traceback(broken: dict[str, Any], trials: Path) -> None:
+    """Whoever makes cases may commit to anything."""
+    opened = open_all(trials / "cases", trials / "truth", trials / "answers.json")
+    opened.truths["case_0001"] = {k: v for k, v in opened.truths["case_0001"].items() if k not in broken} | {
+        k: v for k, v in broken.items() if v is not None
+    }
+    with pytest.raises(InputError, match="case_0001: truth or answer is not as vtank writes it"):
+        _row(opened, trials / "truth", "case_0001")
+
+
 def test_a_changed_held_out_run_is_named(copy: Path) -> None:
     change(copy / "truth" / "held_out" / "case_0003" / "run_3.csv", "    0.1000,", "    0.2000,")
     with pytest.raises(InputError, match="case_0003/run_3.csv: the held-out run was changed"):
@@ -213,10 +301,22 @@ def test_the_command_refuses_with_exit_code_2(copy: Path, capsys: pytest.Capture
     assert "the answer to case_0001" in capsys.readouterr().err
     assert main(["blind", "make", "--trials", "0", "--seed", "1", "--out", str(copy / "none")]) == 2
     assert main(["blind", "answer", str(copy)]) == 2
+    assert main(["blind", "answer", str(copy / "cases"), "--seed", "-1"]) == 2
+    assert "--seed -1: expected" in capsys.readouterr().err
 
 
 # --- answers -----------------------------------------------------------------------------------------------------
-def test_a_case_that_fails_is_a_refusal_with_uniform_probabilities(trials: Path) -> None:
+def test_a_case_that_fails_is_a_refusal_with_uniform_probabilities_and_is_told(trials: Path, tmp_path: Path) -> None:
+    def unfit(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+        raise InputError("no motion in it")
+
+    with pytest.warns(UserWarning, match="case_0002: answered by a refusal, for vtank failed: ValueError: cannot say"):
+        answer(trials / "cases", tmp_path / "again.json", count=1, answer_case=stand_in)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # a case that a diagnosis refuses is not worth a warning
+        answer(trials / "cases", tmp_path / "unfit.json", count=1, answer_case=unfit)
+    given = json.loads((tmp_path / "unfit.json").read_text())["answers"]["case_0001"]
+    assert given["refused"] == "no motion in it" and "fault" not in given
     answers = json.loads((trials / "answers.json").read_text())["answers"]
     refused = answers["case_0002"]
     assert refused["refused"] == "ValueError: cannot say"
@@ -246,6 +346,43 @@ def test_answers_go_on_where_they_stopped(trials: Path, tmp_path: Path) -> None:
     asked.clear()
     answer(trials / "cases", out, seed=1, count=1, answer_case=stand_in)
     assert out.read_bytes() != (trials / "answers.json").read_bytes()
+
+
+def test_what_is_no_matter_of_a_case_is_no_answer(trials: Path, tmp_path: Path) -> None:
+    def full(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+        raise MemoryError
+
+    with pytest.raises(MemoryError):
+        answer(trials / "cases", tmp_path / "answers.json", count=1, answer_case=full)
+    assert not (tmp_path / "answers.json").exists()
+
+
+def test_two_do_not_answer_into_one_file(trials: Path, tmp_path: Path) -> None:
+    out = tmp_path / "answers.json"
+
+    def second(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+        with pytest.raises(InputError, match="another process is answering into it"):
+            answer(trials / "cases", out, count=1, answer_case=stand_in)
+        return stand_in(folder, seed, withheld, nominal)
+
+    with pytest.warns(UserWarning):
+        answer(trials / "cases", out, count=1, answer_case=second)
+    assert out.read_bytes() == (trials / "answers.json").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["answers.json", "answers.sha256"]
+
+
+def test_a_kill_between_cases_and_truth_is_ended_by_the_next_go(
+    trials: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases, truth = tmp_path / "cases", tmp_path / "truth"
+    left = tmp_path / ".cases.vtank-12345678"
+    shutil.copytree(trials / "truth", truth)
+    shutil.copytree(trials / "cases", left / "new")
+    with pytest.raises(InputError, match="truth: holds"):  # another order is another matter
+        make(replace(ORDER, seed=49), cases, truth)
+    make(ORDER, cases, truth)
+    answer(cases, tmp_path / "answers.json", count=1, answer_case=lambda *given: {"document": UNSURE})
+    open_all(cases, truth, tmp_path / "answers.json")
 
 
 def test_documents_are_made_plain() -> None:

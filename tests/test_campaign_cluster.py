@@ -113,3 +113,12 @@ def test_an_address_where_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vtank.studies.campaign.executors.PATIENCE_S", 0.2)
     with pytest.raises(InputError, match="tcp://127.0.0.1:9: no Dask scheduler answers there"):
         Cluster("tcp://127.0.0.1:9")
+
+
+def test_a_local_worker_that_dies_at_its_start_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def dies(*arguments: object, **settings: object) -> None:
+        raise RuntimeError("Nanny failed to start.")
+
+    monkeypatch.setattr("distributed.LocalCluster", dies)
+    with pytest.raises(InputError, match=r"did not start \(Nanny failed to start.\): too little memory"):
+        LocalCluster(2)

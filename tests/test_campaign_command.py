@@ -36,9 +36,10 @@ def test_an_hdf5_file_from_the_command_line(tmp_path: Path) -> None:
     ("arguments", "message"),
     [
         (["nothing"], "no campaign named 'nothing'; there are:"),
-        (["paper-noise", "--threads", "0"], "--threads 0: expected at least 1"),
-        (["paper-noise", "--processes", "-1"], "--processes -1: expected at least 1"),
-        (["paper-noise", "--local-cluster", "0"], "--local-cluster 0: expected at least 1"),
+        (["paper-noise", "--threads", "0"], "--threads 0: expected a whole number of at least 1"),
+        (["paper-noise", "--processes", "-1"], "--processes -1: expected a whole number of at least 1"),
+        (["paper-noise", "--processes", "100000"], "--processes 100000: expected a whole number up to 1024"),
+        (["paper-noise", "--local-cluster", "0"], "--local-cluster 0: expected a whole number of at least 1"),
     ],
 )
 def test_wrong_arguments_are_told_in_one_line(

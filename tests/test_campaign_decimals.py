@@ -22,7 +22,7 @@ def test_rounding_is_exact_beside_ties() -> None:
     """Halves of a millionth and their neighbours, where a rounded product goes wrong."""
     halves = (np.arange(-4000, 4000) + 0.5) * 1e-6
     values = np.concatenate([halves, np.nextafter(halves, 9.0), np.nextafter(halves, -9.0), halves + 3.0, halves * 1e8])
-    assert [nearest_step(value) for value in values] == [exact(value) for value in values]
+    assert [nearest_step(value, 1e6) for value in values] == [exact(value) for value in values]
     naive = np.rint(values * 1e6)
     assert any(rounded != exact(value) for rounded, value in zip(naive, values, strict=True))  # the case is not idle
 
@@ -30,7 +30,7 @@ def test_rounding_is_exact_beside_ties() -> None:
 def test_rounding_is_exact_on_numbers_of_all_sizes() -> None:
     random = np.random.default_rng(1)
     values = random.choice([-1.0, 1.0], 20_000) * 10.0 ** random.uniform(-9.0, 9.0, 20_000)
-    assert [nearest_step(value) for value in values] == [exact(value) for value in values]
+    assert [nearest_step(value, 1e6) for value in values] == [exact(value) for value in values]
 
 
 def noisy_run(size: float) -> Run:

@@ -21,6 +21,7 @@ from vtank.errors import InputError
 from vtank.studies.campaign import Executor, Processes, Threads, fly_campaign
 from vtank.studies.campaign.executors import flow
 from vtank.studies.campaign.flying import chunk_size
+from vtank.studies.processes import processes
 
 TANK = """
 seed = 3
@@ -130,18 +131,29 @@ def test_a_process_that_is_killed_costs_nothing_but_time(tmp_path: Path) -> None
 
 
 @pytest.mark.slow
+def test_a_case_whose_process_dies_ends_the_work_with_a_reason() -> None:
+    with pytest.raises(InputError, match="a worker process died: too little memory"), processes(2) as work:
+        list(work(fall, [1, 2]))
+
+
+@pytest.mark.slow
 def test_processes_that_always_die_are_given_up() -> None:
     with pytest.raises(InputError, match="worker processes die again and again"):
         list(Processes(1).results(fall, [1]))
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for the process in /proc")
-def test_workers_end_with_their_parent(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "parent_does",
+    [
+        "import vtank.studies.campaign as v; list(v.Processes(1).results(c.note_and_sleep, sys.argv[1:]))",
+        "import vtank.studies.processes as p\nwith p.processes(2) as work: list(work(c.note_and_sleep, sys.argv[1:]))",
+    ],
+    ids=["of a campaign", "of cases"],
+)
+def test_workers_end_with_their_parent(parent_does: str, tmp_path: Path) -> None:
     """The parent is killed and can tell nobody."""
-    code = (
-        "import sys, campaigns as c, vtank.studies.campaign as v\n"
-        "list(v.Processes(1).results(c.note_and_sleep, sys.argv[1:]))"
-    )
+    code = f"import sys, campaigns as c\n{parent_does}"
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     note = tmp_path / "pid"
     with subprocess.Popen([sys.executable, "-c", code, str(note)], env=os.environ | {"PYTHONPATH": path}) as parent:

@@ -92,6 +92,8 @@ def test_bad_input_gives_one_line_and_exit_code_2(data: Path, capsys: pytest.Cap
     [
         (InputError("a.toml: no key n_rev_s"), 2, "vtank: error: a.toml: no key n_rev_s\n"),
         (PermissionError(13, "Permission denied", "/a/b"), 2, "vtank: error: /a/b: Permission denied\n"),
+        (OSError(28, "No space left"), 2, "vtank: error: standard output: No space left\n"),
+        (OSError(11, "Try again"), 2, "vtank: error: the system: Try again\n"),
         (KeyboardInterrupt(), 130, "\nvtank: interrupted\n"),
     ],
 )
@@ -114,6 +116,31 @@ def test_a_reader_that_stops_early_is_no_error(data: Path) -> None:
     with os.fdopen(writer, "w") as closed:
         done = subprocess.run(command, stdout=closed, stderr=subprocess.PIPE, text=True, check=False)
     assert (done.returncode, done.stderr) == (141, "")
+
+
+def test_a_command_computes_with_one_thread_of_linear_algebra() -> None:
+    """Two threads add up in another order: the same command would print other last digits on another machine."""
+    code = "import os, sys, vtank.cli; print('numpy' in sys.modules, os.environ['OPENBLAS_NUM_THREADS'])"
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    assert subprocess.check_output([sys.executable, "-c", code], text=True, env=environment) == "False 1\n"
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is always full")
+def test_what_cannot_be_printed_is_told(data: Path) -> None:
+    command = [sys.executable, "-m", "vtank", "check-data", str(data)]
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert (done.returncode, done.stderr) == (2, "vtank: error: standard output: No space left on device\n")
+
+
+def test_a_file_whose_name_is_no_text_is_shown(data: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    os.rename(data / "run_2.csv", os.fsencode(data) + b"/run_\xff.csv")
+    assert cli.main(["check-data", str(data)]) == 0
+    assert "run_\\udcff" in capsys.readouterr().out
+    os.rename(data, os.fsencode(data) + b"\xfe")
+    out = data.parent / "found"
+    assert cli.main(["identify", f"{data}\udcfe", "--model", "I", "--method", "ml", "--out", str(out)]) in (0, 2)
+    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_a_terminated_command_clears_its_half_written_folder(tmp_path: Path) -> None:

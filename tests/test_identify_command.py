@@ -200,7 +200,7 @@ def test_a_thrust_input_skips_model_iii(tmp_path, capsys):
     [
         (["nowhere"], "nowhere"),
         ([], "expected a data set, or --monte-carlo N"),
-        (["--monte-carlo", "1"], "at least 2 seeds"),
+        (["--monte-carlo", "1"], "--monte-carlo 1: expected a whole number of at least 2"),
         (["DATA", "--truth", "no-such"], "no truth preset named 'no-such'"),
         (["DATA", "--truth", "manifest.json"], "manifest.json"),
         (["DATA", "--out", "file.txt"], "is a file, expected a folder"),

@@ -207,3 +207,16 @@ def test_what_cannot_be_told_is_null(
         "rms": {"refit": 0.5},
         "floor": None,
     }
+
+
+def test_a_recording_that_no_model_follows_is_told(
+    model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Mere noise: the gaps are what simulations that have run away are held at, which is no prediction."""
+    random, time = np.random.default_rng(0), 0.1 * np.arange(300)
+    speeds, ranges = random.uniform(-180.0, 180.0, 300), random.uniform(0.0, 300.0, 300)
+    write_run(tmp_path / "noise.csv", Run("noise", time, {"n_rev_s": speeds, "range_m": ranges}))
+    assert main(["predict", str(model), str(tmp_path / "noise.csv")]) == 0
+    told = capsys.readouterr()
+    assert "noise.csv: runs away from it: nominal, refit, diagnosed; is it another vehicle" in told.err
+    assert json.loads(told.out, parse_constant=pytest.fail)["rms"]["refit"] == 1e6

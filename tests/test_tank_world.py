@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import time
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 from bodies import MJCF, afloat, without_drag
@@ -16,7 +19,9 @@ from vtank.experiment.scenario import load_scenario
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
 from vtank.tank import Tank, load_world
+from vtank.tank.mjcf import mujoco_says, read
 from vtank.tank.model import centre_of_gravity, rigid_mass, site, sonars, vehicle_body
+from vtank.tank.whole import load_whole
 
 XML = MJCF.format(timestep=0.01, gravity=-9.81)
 BASIN = models_dir() / "basin.xml"
@@ -245,3 +250,46 @@ def test_more_than_a_tank_can_hold_is_refused_at_once(many: str, tmp_path: Path)
     with pytest.raises(InputError, match="walls.xml: more than 5000 elements"):
         load_world(load_vehicle(), tmp_path / "walls.xml")
     assert time.monotonic() - start < 2.0
+
+
+BOMBS = {
+    "replicate": '<worldbody><replicate count="1000000"><geom size="1"/></replicate></worldbody>',
+    "texture": '<asset><texture name="t" type="2d" builtin="flat" width="40000" height="40000"/></asset>',
+    "hfield": '<asset><hfield name="h" nrow="20000" ncol="20000" size="1 1 1 1"/></asset>',
+    "size": '<size nkey="100000000"/>',
+    "nuser": '<size nuser_body="2000000000"/>',
+    "itself": '<include file="bomb.xml"/>',
+    "pipe": '<include file="pipe.xml"/>',
+    "mesh": '<compiler meshdir="parts"/><asset><mesh name="m" file="pipe.stl"/></asset>',
+    "device": '<asset><mesh name="m" file="/dev/zero" content_type="model/stl"/></asset>',
+    "sparse": '<asset><mesh name="m" file="sparse.stl"/></asset>',
+    "bytes": '<worldbody><geom name="\x90" size="1"/></worldbody>',
+}
+
+
+@pytest.mark.parametrize("bomb", BOMBS)
+def test_a_small_file_that_asks_for_much_is_refused_at_once(bomb: str, tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    for pipe in ("pipe.xml", "parts/pipe.stl"):
+        os.mkfifo(tmp_path / pipe)
+    with (tmp_path / "sparse.stl").open("wb") as file:
+        file.truncate(10 * 2**30)
+    path = tmp_path / "bomb.xml"
+    path.write_bytes(f"<mujoco>{BOMBS[bomb]}</mujoco>".encode("latin-1"))
+    start = time.monotonic()
+    with pytest.raises(InputError, match=r"bomb\.xml"):
+        read(path)
+    assert time.monotonic() - start < 5.0
+
+
+def test_what_mujoco_warns_of_is_seen(tmp_path: Path) -> None:
+    stone = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(stone)
+    data = mujoco.MjData(model)
+    data.qvel[0] = np.nan
+    with pytest.warns(UserWarning, match="MuJoCo warns: Nan, Inf or huge value"), mujoco_says("cannot step it"):
+        mujoco.mj_step(model, data)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # nothing is said of the vehicles that come with vtank
+        for name in ("phoenix", "bluerov2", "kingfisher", "remus100"):
+            load_whole(load_vehicle(name))

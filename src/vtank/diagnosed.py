@@ -10,7 +10,7 @@ from .diagnose import diagnosis
 from .diagnose.model_file import model_text
 from .diagnose.whole import diagnosis as whole
 from .errors import InputError
-from .record import json_text, write_text
+from .record import json_text, utf8, write_files
 
 WIDEST = 110  # columns of a diagnosis on a terminal, at most
 
@@ -31,22 +31,37 @@ class Diagnosis(diagnosis.Diagnosis):
 
     def report(self, path: Path | str) -> None:
         """Write the report, one HTML file that loads nothing; InputError where it cannot be written."""
-        write_text(path, self._page())
+        self.write(report=path)
 
     def save(self, path: Path | str, law: int = 0) -> None:
         """Write the diagnosed model as TOML, for `predict`, or as the truth of a scenario; InputError as `report`.
 
         law: which of `laws` is accepted into it, 1 for the first; by default none.
         """
+        self.write(model=path, law=law)
+
+    def write_json(self, path: Path | str) -> None:
+        """Write `document` as JSON, schema vtank.diagnosis/2; InputError as `report`."""
+        self.write(json=path)
+
+    def write(
+        self,
+        json: Path | str | None = None,
+        model: Path | str | None = None,
+        report: Path | str | None = None,
+        law: int = 0,
+    ) -> None:
+        """Write what is asked for as a set: no file is changed before all of them could be written. As the above."""
         if law and not 0 < law <= len(self.laws):
             raise InputError(
                 f"no law {law}: this diagnosis has {len(self.laws)}; expected a number from 1, or 0 for none"
             )
-        write_text(path, model_text(self, self.laws[law - 1] if law else None))
-
-    def write_json(self, path: Path | str) -> None:
-        """Write `document` as JSON, schema vtank.diagnosis/2; InputError as `report`."""
-        write_text(path, json_text(self.document))
+        contents = (
+            (json, lambda: json_text(self.document)),
+            (model, lambda: model_text(self, self.laws[law - 1] if law else None)),
+            (report, self._page),
+        )
+        write_files({Path(path): utf8(text()) for path, text in contents if path})
 
     def _page(self) -> str:
         from .present.page import report_html

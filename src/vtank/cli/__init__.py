@@ -12,18 +12,22 @@ gone, 143 terminated.
 from __future__ import annotations
 
 import argparse
+import errno
 import importlib
+import io
 import os
 import signal
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from types import ModuleType
 from typing import NoReturn
 
 from vtank import __version__
 from vtank.errors import InputError
 
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of several threads are rounded otherwise, by 1e-12
 COMMANDS = (  # in the order of `vtank --help`
     *("demo", "run", "campaign", "identify", "reproduce", "check-data", "import", "view"),
     *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),
@@ -34,6 +38,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
     modules = _modules()
     args = _parser(modules).parse_args(argv)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # names of files need not be text
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
         with warnings.catch_warnings():
@@ -50,9 +57,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _silence_stdout()
         return 141
     except OSError as error:
-        if error.filename is None:
-            raise
-        return _refuse(f"{error.filename}: {error.strerror}")
+        return _refuse(f"{_culprit(error)}: {error.strerror or error}")
     finally:
         signal.signal(signal.SIGTERM, previous)
 
@@ -76,6 +81,17 @@ def _parser(modules: dict[str, ModuleType]) -> argparse.ArgumentParser:
 def _refuse(message: str) -> int:
     print(f"vtank: error: {message}", file=sys.stderr)
     return 2
+
+
+def _culprit(error: OSError) -> str:
+    """What the system refused: a file, or what is printed, since all that is written elsewhere is told by its name."""
+    if error.filename is not None:
+        return str(error.filename)
+    if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO):
+        return "the system"
+    with suppress(OSError):  # where it is a file of its own
+        _silence_stdout()
+    return "standard output"
 
 
 def _show_warning(

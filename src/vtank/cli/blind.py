@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import re
+import textwrap
 from pathlib import Path
 
 from ..errors import InputError
@@ -60,6 +62,9 @@ def _score_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     parser.add_argument("folder", type=Path, metavar="DIR", help="folder of the cases")
     parser.add_argument("--truth", type=Path, required=True, metavar="DIR", help="folder of the truth")
     parser.add_argument("--answers", type=Path, metavar="FILE", help="answers (default: DIR/answers.json)")
+    parser.add_argument(
+        "--published", metavar="SHA256", help="hash of the answers, published before the truth was opened"
+    )
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables and figures (default: DIR-score)")
     parser.add_argument("--processes", type=int, default=2, metavar="N", help="cases at a time (default 2)")
 
@@ -104,6 +109,7 @@ def _answer(args: argparse.Namespace) -> int:
     from .progress import progress
 
     at_least(1, processes=args.processes)
+    at_least(0, seed=args.seed)
     out = args.out or args.folder / "answers.json"
     refuse_unwritable(out)
     total = answer(args.folder, out, args.seed, args.processes, progress)
@@ -120,10 +126,14 @@ def _score(args: argparse.Namespace) -> int:
 
     at_least(1, processes=args.processes)
     answers = args.answers or args.folder / "answers.json"
+    if args.published is not None and not re.fullmatch("[0-9a-f]{64}", args.published):
+        raise InputError(f"--published {args.published}: expected the 64 hexadecimal digits of a SHA-256")
     out = args.out or _beside(args.folder, "-score")
     refuse_loss(out, RESULTS)
-    scored = score(args.folder, args.truth, answers, args.processes, progress)
+    scored = score(args.folder, args.truth, answers, args.processes, progress, args.published)
     write_score(out, scored)
+    for sentence in scored["checked"]:
+        print(textwrap.fill(sentence, 110, subsequent_indent="  "))
     print(plain(tables(scored["measures"])[0]))
     print(f"wrote {out}")
     return 0

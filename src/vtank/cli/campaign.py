@@ -51,12 +51,10 @@ def run(args: argparse.Namespace) -> int:
 
 def executor(args: argparse.Namespace) -> Executor:
     """What computes, by the arguments; all processors as threads by default."""
-    from ..errors import InputError
     from ..studies.campaign import Cluster, LocalCluster, Processes, Threads
+    from .checks import at_least
 
-    for option in ("threads", "processes", "local_cluster"):
-        if (number := getattr(args, option)) is not None and number < 1:
-            raise InputError(f"--{option.replace('_', '-')} {number}: expected at least 1")
+    at_least(1, threads=args.threads, processes=args.processes, local_cluster=args.local_cluster)
     if args.scheduler is not None:
         return Cluster(args.scheduler)
     if args.local_cluster is not None:

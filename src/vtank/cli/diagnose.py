@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from pathlib import Path
 
 NOMINAL = "paper-ii"
@@ -48,10 +47,6 @@ def run(args: argparse.Namespace) -> int:
     with progress() as say:
         found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes)
         text = str(found)
-        for path, write in (
-            (args.json, found.write_json), (args.model, partial(found.save, law=args.law)), (args.report, found.report)
-        ):  # fmt: skip
-            if path:
-                write(path)
+        found.write(args.json, args.model, args.report, args.law)
     print(text, end="")
     return 0

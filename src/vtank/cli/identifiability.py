@@ -71,10 +71,12 @@ def _check(args: argparse.Namespace) -> None:
     from ..errors import InputError
     from ..record import refuse_loss
     from ..studies.design import PLAN, RESULTS
-    from .checks import refuse_unwritable
+    from .checks import at_least, refuse_unwritable
 
-    if args.seeds < 0 or args.seeds == 1 or args.processes < 1 or args.seed < 0:
-        raise InputError("--seeds takes 0 or at least 2, --processes at least 1, --seed at least 0")
+    at_least(0, seeds=args.seeds, seed=args.seed)
+    at_least(1, processes=args.processes)
+    if args.seeds == 1:
+        raise InputError("--seeds 1: expected 0, or at least 2")
     if args.write_plan and not args.design:
         raise InputError("--write-plan needs --design, which finds the plan")
     refuse_unwritable(args.json)

@@ -64,8 +64,10 @@ def identify(args: argparse.Namespace) -> int:
     from ..present import identified
     from ..present.document import plain
     from ..record import json_text, refuse_loss, write_text
+    from .checks import refuse_unwritable
     from .progress import progress
 
+    refuse_unwritable(args.json)
     if args.out:
         refuse_loss(args.out, identified.IDENTIFICATION)
     runs, models = stretches(load(args.dataset)), MODELS if args.model == "all" else (args.model,)
@@ -95,10 +97,15 @@ def try_seeds(args: argparse.Namespace) -> int:
     from ..present.document import plain
     from ..record import json_text, write_text
     from ..studies.design import monte_carlo, trials_sheet
+    from .checks import at_least, refuse_unwritable
     from .progress import progress
 
-    if args.monte_carlo < 2 or args.threads < 1 or args.seed < 0 or args.out:
-        raise InputError("--monte-carlo takes at least 2 seeds, --threads at least 1, --seed at least 0, and no --out")
+    at_least(2, monte_carlo=args.monte_carlo)
+    at_least(1, threads=args.threads)
+    at_least(0, seed=args.seed)
+    refuse_unwritable(args.json)
+    if args.out:
+        raise InputError("--monte-carlo prints a table, --json OUT keeps it; expected no --out")
     model: Model = "II" if args.model == "all" else args.model
     truth = args.truth or "paper-ii"
     with progress("identifying", args.monte_carlo) as advance:

@@ -17,12 +17,19 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print root mean square gaps as JSON."""
+    import warnings
+
+    from ..diagnose.holdout import DIVERGED
     from ..library import predict
     from ..record import json_text, write_text
     from .checks import refuse_unwritable
 
     refuse_unwritable(args.json)
-    text = json_text(predict(args.model, args.run))
+    found = predict(args.model, args.run)
+    if lost := [name for name, gap in found["rms"].items() if gap >= DIVERGED]:
+        why = "is it another vehicle, or are its input and measurements of different runs?"
+        warnings.warn(f"{args.run}: runs away from it: {', '.join(lost)}; {why}", stacklevel=2)
+    text = json_text(found)
     print(text, end="")
     if args.json:
         write_text(args.json, text)

@@ -317,7 +317,11 @@ def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
     freedom = problem.noise.freedom
     told = 1.0 if np.isinf(freedom) else information(standardised(problem, filtered), freedom)
     covariance = _inverse(told * J.T @ J + np.diag(prior.weight))
-    warnings, likelihood = _warnings(problem, end.theta, covariance, end.converged), problem.log_likelihood(filtered)
+    likelihood = problem.log_likelihood(filtered)
+    if not np.isfinite(likelihood):
+        why = "are input and measurements of one recording, and in the units that the header says?"
+        raise InputError(f"the model runs away on these recordings, and its likelihood is no number; {why}")
+    warnings = _warnings(problem, end.theta, covariance, end.converged)
     return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, warnings)
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
+from ..record.files import is_file
 from ..record.toml import find_file
 from ..resources import models_dir
 from .scenario import Scenario
@@ -33,7 +34,7 @@ def vehicle_of(name_or_path: str) -> Vehicle:
 def walls_path(scenario: Scenario) -> Path:
     """The MJCF of the walls; InputError where there is none."""
     path = Path(scenario.walls) if scenario.walls.endswith(".xml") else models_dir() / f"{scenario.walls}.xml"
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{scenario.path}: walls: no file {path}; expected basin, sea or the path of an MJCF")
     return path.resolve()
 

@@ -39,8 +39,13 @@ class Result:
     room: tuple[float, float] = (-np.inf, np.inf)
 
     def check_clearance(self) -> None:
-        """InputError where the vehicle struck a wall."""
-        scenario = self.plan.scenario
+        """InputError where the motion ran away, or the vehicle struck a wall."""
+        scenario, motion = self.plan.scenario, ("position_m", "surge_m_s")
+        moves = np.all([np.isfinite(values) for name, values in self.true.items() if name in motion], axis=0)
+        if not moves.all():
+            last = f"the motion diverged after {self.run.time_s[max(int(np.argmin(moves)) - 1, 0)]:g} s"
+            why = "its parameters or inputs are out of range"
+            raise InputError(f"{scenario.path}: run {self.plan.name}: {last}; {why}")
         check_motion(scenario, self.true["position_m"])
         if scenario.excitation.axis != "surge":
             where, (low, high) = place(self.plan, self.true), self.room

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..plant.truth import read_effects
+from ..record.files import stem
 from ..record.table import GREATEST, Table, open_table
 from ..record.toml import find_file
-from ..resources import scenarios_dir
+from ..resources import models_dir, scenarios_dir
 from ..units import FOOT_M
 from ..waves import Waves
 from .excitation import Excitation, read_excitation
@@ -171,10 +172,10 @@ def read_scenario(table: Table) -> Scenario:
     """The scenario in a whole file that is open already; InputError as `load_scenario`."""
     period_s, tachometer = _period(table), table.table("tachometer")
     scenario = Scenario(
-        name=table.path.stem,
+        name=stem(table.path),
         path=table.path,
         description=table.text("description", ""),
-        truth=table.file("truth", "paper-ii"),
+        truth=table.file("truth", "paper-ii", presets=(models_dir() / "truths", "truth preset")),
         duration_s=table.positive("duration_s", 120.0, 86400.0),
         period_s=period_s,
         standoff_m=table.positive("standoff_m", 10.0 * FOOT_M, 1000.0),
@@ -191,7 +192,7 @@ def read_scenario(table: Table) -> Scenario:
         filter=_filter(table.table("filter")),
         control=_section(table.table("control"), Control),
         effects=read_effects(table.table("effects")),
-        vehicle=table.file("vehicle", "phoenix"),
+        vehicle=table.file("vehicle", "phoenix", presets=(models_dir(), "vehicle")),
         walls=table.file("walls", "basin", ".xml"),
         waves=read_waves(table.table("waves"), table.number("depth_m", 3.0 * FOOT_M)),
     )

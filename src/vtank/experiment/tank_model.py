@@ -13,7 +13,7 @@ from ..compiled import law
 from ..errors import InputError
 from ..plant.vehicle import AXES
 from ..tank.model import site, sonars
-from ..tank.tank import Tank
+from ..tank.tank import Diverged, Tank
 from ..tank.world import load_world
 from .beam import TARGETS, aim, rotation
 from .clearance import MARGIN_M, vehicle_at, vehicle_of, vehicle_path, walls_path
@@ -135,9 +135,16 @@ class Chunk:
                 self._tick(k)
                 for j in range(self.parts):
                     act(flight, k, j, self.parts, tank.propeller_rev_s)
-                    tank.step(self.steps // self.parts)
+                    self._step(self.steps // self.parts)
                 report(len(self.plans))
         return [self._result(i) for i in range(len(self.plans))]
+
+    def _step(self, steps: int) -> None:
+        try:
+            self.tank.step(steps)
+        except Diverged as lost:
+            plan = self.plans[lost.number]
+            raise InputError(f"{plan.scenario.path}: run {plan.name}: {lost}") from None
 
     def _tick(self, k: int) -> None:
         tank = self.tank

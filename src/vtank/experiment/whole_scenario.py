@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
-from ..record import Manifest, Run, find_file, open_table, read_text, write_dataset
+from ..record import Manifest, Run, find_file, open_table, read_text, stem, write_dataset
 from ..record.table import Table
 from ..resources import models_dir, scenarios_dir
 from ..waves import Waves
@@ -87,7 +87,7 @@ def load_whole_scenario(
     path = find_file(name_or_path, scenarios_dir(), "scenario")
     table = open_table(path, tuple(settings))
     table.text("description", "")
-    vehicle = load_vehicle(table.file("vehicle"))
+    vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
     vehicle = replace(vehicle, sensors=changed_sensors(table.table("sensor"), vehicle.sensors))
     orders = (*(read_excite(part, vehicle) for part in table.tables("excite")), *map(read_hold, table.tables("hold")))
     if not orders:
@@ -97,7 +97,7 @@ def load_whole_scenario(
     walls = table.file("walls", "", ".xml")
     depth_m = table.number("depth_m", None, 0.0, 1e4) if table.has("depth_m") else None
     scenario = WholeScenario(
-        name=path.stem,
+        name=stem(path),
         path=path,
         vehicle=vehicle,
         duration_s=table.positive("duration_s", 120.0, 86400.0),

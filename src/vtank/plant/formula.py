@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import isfinite, nan
 from typing import Any
 
 from ..record.table import Table
@@ -255,6 +256,9 @@ def _words(table: Table, key: str, text: str, choices: tuple[tuple[str, ...], ..
         if word not in known:
             raise table.error(key, f"expected one of {', '.join(known)}, found {word!r} in {text!r}")
     try:
-        return (*words[: len(choices)], *map(float, words[len(choices) :]))
+        numbers = [float(word) for word in words[len(choices) :]]
     except ValueError:
-        raise table.error(key, f"expected {count} numbers at its end, found {text!r}") from None
+        numbers = [nan]
+    if not all(map(isfinite, numbers)):
+        raise table.error(key, f"expected {count} numbers at its end, found {text!r}")
+    return (*words[: len(choices)], *numbers)

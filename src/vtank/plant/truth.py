@@ -113,7 +113,7 @@ def _printed(table: Table) -> Lumped:
 
 def _derived(table: Table) -> tuple[Lumped, float]:
     table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
-    vehicle = load_vehicle(table.file("vehicle"))
+    vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
     count, curve = len(vehicle.propeller_sites), (table.number("kt0"), table.number("kt1"))
     forces = propeller_forces(count, vehicle.propeller_diameter_m, *curve, table.positive("density_kg_per_m3"))
     mass_kg = vehicle.moving_mass_kg

@@ -10,7 +10,7 @@ from ..errors import InputError
 from ..estimate.comparison import Comparison
 from ..plant.parameters import slot
 from ..plant.truth import load_truth
-from ..record import read_truth, results_folder
+from ..record import read_truth, results_folder, utf8
 from .blocks import Block, Heading, Picture, Table
 from .document import csv_text, markdown
 from .fit_picture import fit_picture
@@ -24,11 +24,11 @@ def known_truth(truth: str | Path) -> dict[str, float]:
     """Parameters by name, SI, of a preset or of the first run in a truth.json; InputError where there are none."""
     path = Path(truth)
     if path.suffix == ".json" or path.is_dir():
-        content = read_truth(path) or {}
-        parameters = next((run.get("parameters") for run in content.get("runs", [])), None)
-        if not isinstance(parameters, Mapping):
-            raise InputError(f"{truth}: no runs with parameters in it, expected the truth.json of a data set")
-        return {name: float(parameters.get(name, 0.0)) for name in NAMES}
+        try:
+            parameters = (read_truth(path) or {})["runs"][0]["parameters"]
+            return {name: float(parameters.get(name, 0.0)) for name in NAMES}
+        except (AttributeError, IndexError, KeyError, TypeError, ValueError):
+            raise InputError(f"{truth}: no runs with parameters in it, expected the truth.json of a data set") from None
     p = load_truth(truth).vector()
     return {name: float(p[slot(name)]) for name in NAMES}
 
@@ -56,7 +56,7 @@ def write_folder(
     for i, seen in enumerate(found[0].runs):
         files[f"{seen.name}.png"] = fit_picture(found, i)
         blocks.append(Picture(f"{seen.name}.png", f"{seen.name}: free run of every model"))
-    files["identification.md"] = markdown(blocks).encode()
+    files["identification.md"] = utf8(markdown(blocks))
     with results_folder(path, IDENTIFICATION, content) as folder:
         for name, data in files.items():
             (folder / name).write_bytes(data)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from .files import read_text
+from .toml import shown
 
 
 def read_json(path: Path, schema: str) -> dict[str, Any]:
@@ -20,7 +21,7 @@ def read_json(path: Path, schema: str) -> dict[str, Any]:
     content = parse_json(read_text(path), path)
     found = content.get("schema") if isinstance(content, dict) else None
     if found != schema:
-        raise InputError(f"{path}: found schema {found!r}, expected {schema!r}")
+        raise InputError(f"{path}: found schema {shown(found)}, expected {schema!r}")
     return dict(content)
 
 

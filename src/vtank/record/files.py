@@ -7,19 +7,48 @@ from pathlib import Path
 
 from ..errors import InputError
 
+MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take some GB while they are read; a choice
 
-def read_bytes(path: Path) -> bytes:
-    """The whole file; InputError for a folder, for what has no end (pipe, device, socket), for what cannot be read."""
+
+def is_file(path: Path) -> bool:
+    """Whether a file that can be read stands there; False for what cannot be the name of one, too."""
     try:
-        mode = path.stat().st_mode
-        if stat.S_ISREG(mode):
-            return path.read_bytes()
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def stem(path: Path) -> str:
+    """The file's name without its ending; what is no text in it is spelled, as \\udcff."""
+    return path.stem.encode(errors="backslashreplace").decode()
+
+
+def check_file(path: Path) -> None:
+    """InputError for what is no file to read: what cannot be seen, a folder, what has no end or is too long.
+
+    No end have pipes, devices and sockets; too long is a file of more than MOST_BYTES.
+    """
+    try:
+        state = path.stat()
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: not a path ({error})") from None
-    found = "a folder" if stat.S_ISDIR(mode) else "a pipe, a device or a socket"
-    raise InputError(f"{path}: is {found}, expected a file")
+    if not stat.S_ISREG(state.st_mode):
+        found = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe, a device or a socket"
+        raise InputError(f"{path}: is {found}, expected a file")
+    if state.st_size > MOST_BYTES:
+        found, most = f"{state.st_size / 2**20:,.0f} MB", f"{MOST_BYTES / 2**20:,.0f} MB"
+        raise InputError(f"{path}: holds {found}, expected {most} at most; split it, or record fewer samples a second")
+
+
+def read_bytes(path: Path) -> bytes:
+    """The whole file; InputError as of `check_file`, and for what cannot be read."""
+    check_file(path)
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
 
 
 def read_text(path: Path) -> str:
@@ -29,4 +58,5 @@ def read_text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x})") from None
+        guess = "; is it UTF-16?" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else ""
+        raise InputError(f"{path}, line {line}: not UTF-8 text (byte 0x{data[error.start]:02x}){guess}") from None

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
-from .atomic import cannot_write, room
+from .atomic import NEW, cannot_write, put_in_place, room, utf8
 from .documents import json_text, read_json
 
 
@@ -77,18 +77,10 @@ def new_folder(path: Path | str, kind: Kind | None = None) -> Iterator[Path]:
     refuse_loss(path, kind)
     shown, path = path, Path(path).resolve()
     with cannot_write(path), room(path) as beside:
-        new, old = beside / "new", beside / "old"
-        new.mkdir()
-        yield new
+        (beside / NEW).mkdir()
+        yield beside / NEW
         refuse_loss(shown, kind)
-        try:
-            if path.exists():
-                path.rename(old)
-            new.rename(path)
-        except BaseException:
-            if old.exists() and not path.exists():
-                old.rename(path)
-            raise
+        put_in_place(beside, path)
 
 
 @contextmanager
@@ -97,7 +89,7 @@ def results_folder(path: Path | str, kind: Kind, about: Mapping[str, Any] | None
     with new_folder(path, kind) as new:
         yield new
         content = {"schema": kind.schema, **(about or {}), "files": sorted(files_in(new))}
-        (new / kind.marker).write_text(json_text(content), encoding="utf-8")
+        (new / kind.marker).write_bytes(utf8(json_text(content)))
 
 
 def _listed(marker: Path, kind: Kind) -> set[str]:

@@ -11,21 +11,20 @@ import numpy as np
 
 from ..errors import InputError
 from .contradictions import contradictions
-from .files import read_text
+from .doubts import doubts
+from .files import read_text, stem
 from .manifest import DataSetWarning
 from .rules import content_fault, header_fault
 from .run import TIME, FloatArray, Run
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _PLAIN = re.compile(r"[-+.0-9eE]*")  # what numbers are made of; float() also takes nan, inf, 1_000 and foreign digits
+SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars"}  # of other programs
 HEADER_LINE = 1  # lines count from 1; row r of the data is line r + 2
 
 
 def read_run(path: Path | str) -> Run:
-    """The run in a CSV file; InputError says where the file breaks the rules of a run.
-
-    DataSetWarning where the channels of a whole vehicle contradict each other.
-    """
+    """The run in a CSV file; InputError says where it breaks the rules of a run, DataSetWarning what is doubted."""
     path = Path(path)
     text = read_text(path)
     if not text.strip():
@@ -36,12 +35,12 @@ def read_run(path: Path | str) -> Run:
         raise InputError(f"{path}, line {HEADER_LINE}: {fault.message}")
     values = _values(path, names, lines)
     columns = dict(zip(names, np.ascontiguousarray(values.T), strict=True))
-    run = Run(path.stem, columns.pop(TIME), columns)
+    run = Run(stem(path), columns.pop(TIME), columns)
     fault = content_fault(run)
     if fault:
         line = "" if fault.row is None else f", line {fault.row + 2}"
         raise InputError(f"{path}{line}: {fault.message}")
-    for found in contradictions(run):
+    for found in (*doubts(run), *contradictions(run)):
         warnings.warn(f"{path}: {found}", DataSetWarning, stacklevel=2)
     return run
 
@@ -50,6 +49,9 @@ def _header_and_lines(path: Path, text: str) -> tuple[list[str], list[str]]:
     """The column names and the lines below them, line ends and quotes removed."""
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").rstrip("\n").split("\n")
     names = [name.strip() for name in lines[0].split(",")]
+    other = next((word for mark, word in SEPARATORS.items() if mark in lines[0]), None)
+    if other and len(names) == 1:
+        raise InputError(f"{path}, line {HEADER_LINE}: cells separated by {other}, expected commas, and decimal points")
     if any(_is_number(name) for name in names):
         raise InputError(f"{path}, line {HEADER_LINE}: expected a header with column names, found '{lines[0][:60]}'")
     return names, lines[1:]

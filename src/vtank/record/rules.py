@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
@@ -12,6 +13,7 @@ from .run import INPUTS, OUTPUTS, TIME, FloatArray, Run
 
 SHORTEST = 10  # samples, the fewest that say anything about a motion; a choice
 SLOWEST_S = 10.0  # [s] between rows: above, no surge motion is seen, and the times are ms; a choice
+LONGEST = 300  # characters of a header as they stand in a message; a choice
 PAUSE_S = 86400.0  # [s] in a recording, a day: the longest run that a scenario may ask for too; a choice
 
 # Column -> least and greatest value that is believed, in its unit, and these in words. All are guesses, far beyond any
@@ -39,7 +41,7 @@ class Fault:
 
 def header_fault(names: Sequence[str]) -> Fault | None:
     """The first rule that a header breaks; `names` are all columns, `time_s` among them."""
-    listed = ", ".join(names)
+    listed = textwrap.shorten(", ".join(names), LONGEST, placeholder=" ...")
     if "" in names:
         return Fault(None, f"column {list(names).index('') + 1} has no name in the header ({listed})")
     twice = [name for name in names if list(names).count(name) > 1]
@@ -96,7 +98,8 @@ def _content_faults(run: Run) -> Iterator[Fault]:
     outputs = run.outputs or [name for name in run.columns if name.rpartition(".")[2] in MOTION] or list(run.columns)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in outputs)
     if longest < SHORTEST:
-        yield Fault(None, f"{longest} samples of {' or '.join(outputs)}, expected at least {SHORTEST}")
+        plural = "s" * (longest != 1)
+        yield Fault(None, f"{longest} sample{plural} of {' or '.join(outputs)}, expected at least {SHORTEST}")
 
 
 def _time_faults(time_s: FloatArray) -> Iterator[Fault]:

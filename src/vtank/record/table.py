@@ -8,8 +8,8 @@ looks misspelt. A number stands bare (`mass_kg = 11.5`) or with its origin
 from __future__ import annotations
 
 import os
-import reprlib
 import sys
+import textwrap
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Any
 from ..errors import InputError
 from .files import read_text
 from .suffix import in_unit, split_unit, wrong_unit
-from .toml import line_of, meant, override, parse
+from .toml import LONGEST, find_file, line_of, meant, override, parse, shown
 
 LARGEST = 100.0  # of listed amplitudes [m, rev/s] and frequencies [rad/s], against slips of the keyboard; a choice
 GREATEST = 1e12  # of any number: no mass, inertia, force or gain of a vehicle is larger in SI or feet; a guess
@@ -51,7 +51,7 @@ class Table:
         """A number within [low, high] [unit as in the key]."""
         value = self._value(key, default)
         if not _is_number(value):
-            raise self.error(key, f"expected a number{in_unit(key)}, found {_shown(value)}")
+            raise self.error(key, f"expected a number{in_unit(key)}, found {shown(value)}")
         if not low <= value <= high:
             raise self.error(key, f"expected {_between(low, high)}{in_unit(key)}, found {value:g}")
         return float(value)
@@ -68,7 +68,7 @@ class Table:
         """A list of numbers, each within [low, high]."""
         values = self._value(key, None)
         if not isinstance(values, list) or not values or not all(map(_is_number, values)):
-            raise self.error(key, f"expected a list of numbers{in_unit(key)}, found {_shown(values)}")
+            raise self.error(key, f"expected a list of numbers{in_unit(key)}, found {shown(values)}")
         for value in values:
             if not low <= value <= high:
                 raise self.error(key, f"expected {_between(low, high)}{in_unit(key)}, found {value:g} among them")
@@ -78,7 +78,7 @@ class Table:
         """Three numbers along the body axes."""
         values = self.numbers(key, -GREATEST, GREATEST)
         if len(values) != 3:
-            raise self.error(key, f"expected three numbers [x, y, z], found {_shown(list(values))}")
+            raise self.error(key, f"expected three numbers [x, y, z], found {shown(list(values))}")
         return values[0], values[1], values[2]
 
     def integer(self, key: str, default: int, low: int = 0, high: int = 2**63 - 1) -> int:
@@ -86,34 +86,44 @@ class Table:
         value = self._value(key, default)
         if not isinstance(value, int) or isinstance(value, bool) or not low <= value <= high:
             top = f" and up to {high}" if isinstance(value, int) and value > high else ""
-            raise self.error(key, f"expected a whole number of at least {low}{top}, found {_shown(value)}")
+            raise self.error(key, f"expected a whole number of at least {low}{top}, found {shown(value)}")
         return value
 
     def text(self, key: str, default: str | None = None) -> str:
         """A text."""
         value = self._value(key, default)
         if not isinstance(value, str) or "\0" in value:
-            raise self.error(key, f"expected a text in quotes, found {_shown(value)}")
+            raise self.error(key, f"expected a text in quotes, found {shown(value)}")
         return value
 
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of texts."""
         values = self._value(key, None)
         if not (isinstance(values, list) and values and all(isinstance(value, str) for value in values)):
-            raise self.error(key, f"expected a list of texts in quotes, found {_shown(values)}")
+            raise self.error(key, f"expected a list of texts in quotes, found {shown(values)}")
         return tuple(values)
 
     def choice(self, key: str, choices: tuple[str, ...], default: str | None = None) -> str:
         """One of the words that are understood."""
         value = self.text(key, default)
         if value not in choices:
-            raise self.error(key, f"expected one of {', '.join(choices)}; found {_shown(value)}")
+            raise self.error(key, f"expected one of {', '.join(choices)}; found {shown(value)}")
         return value
 
-    def file(self, key: str, default: str | None = None, ending: str = ".toml") -> str:
-        """The name of a preset, or the path of a file: beside this one, or where vtank runs if set there."""
+    def file(
+        self, key: str, default: str | None = None, ending: str = ".toml", presets: tuple[Path, str] | None = None
+    ) -> str:
+        """The name of a preset, or the path of a file: beside this one, or where vtank runs if set there.
+
+        presets: where they lie and what they are called, if a name must be one of them.
+        """
         value = self.text(key, default)
         if not value.endswith(ending):
+            try:
+                if presets:
+                    find_file(value, *presets)
+            except InputError as reason:
+                raise self.error(key, str(reason)) from None
             return value
         return os.path.abspath(value if self._full(key) in self.overridden else self.path.parent / value)
 
@@ -156,11 +166,12 @@ class Table:
         if full in self.overridden:
             return InputError(f"--set {full} (over {self.path}): {message}")
         line = line_of(self.path, self.name, key)
+        full = textwrap.shorten(full, LONGEST, placeholder="...")
         return InputError(f"{self.path}{f':{line}' if line else ''}: {full}: {message}")
 
     def _within(self, key: str, entries: Any) -> Table:
         if not isinstance(entries, dict):
-            raise self.error(key, f"expected a table [{self._full(key)}], found {_shown(entries)}")
+            raise self.error(key, f"expected a table [{self._full(key)}], found {shown(entries)}")
         return Table(self.path, self._full(key), entries, self.overridden)
 
     def _full(self, key: str) -> str:
@@ -204,12 +215,3 @@ def _is_number(value: Any) -> bool:
 
 def _between(low: float, high: float) -> str:
     return f"at least {low:g}" if high == float("inf") else f"a number from {low:g} to {high:g}"
-
-
-def _shown(value: Any) -> str:
-    """A value as it stands in a message, cut where it is long."""
-    return _CUT.repr(value)
-
-
-_CUT = reprlib.Repr()
-_CUT.maxstring = _CUT.maxother = 80

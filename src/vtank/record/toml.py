@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
+import textwrap
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from .files import is_file
+
+LONGEST = 80  # characters of a name or value as it stands in a message; a choice
 
 
 def parse(text: str, where: object) -> dict[str, Any]:
@@ -67,13 +72,20 @@ def meant(word: str, known: Iterable[str]) -> str:
     return (f"; did you mean '{nearest[0]}'?" if nearest else ";") + f" there are: {', '.join(known)}"
 
 
+def shown(value: Any) -> str:
+    """A value as it stands in a message, cut where it is long."""
+    return _CUT.repr(value)
+
+
+_CUT = reprlib.Repr()
+_CUT.maxstring = _CUT.maxother = LONGEST
+
+
 def find_file(name_or_path: str | Path, folder: Path, what: str) -> Path:
     """The preset `<name>.toml` in `folder`, or the given path where it ends in .toml; InputError lists the presets."""
     if str(name_or_path).endswith(".toml"):
         return Path(name_or_path)
-    if (folder / f"{name_or_path}.toml").is_file():
+    if is_file(folder / f"{name_or_path}.toml"):
         return folder / f"{name_or_path}.toml"
-    presets = sorted(path.stem for path in folder.glob("*.toml"))
-    raise InputError(
-        f"no {what} named '{name_or_path}'{meant(str(name_or_path), presets)}; or the path of a .toml file"
-    )
+    presets, word = sorted(path.stem for path in folder.glob("*.toml")), textwrap.shorten(str(name_or_path), LONGEST)
+    raise InputError(f"no {what} named '{word}'{meant(word, presets)}; or the path of a .toml file")

@@ -19,6 +19,14 @@ from .model import HEARD, rigid_mass, vehicle_body
 from .prepare import check_parameters, forces, prepare
 
 
+class Diverged(InputError):
+    """A simulation ran away; `number` is its place in the tank."""
+
+    def __init__(self, number: int, message: str) -> None:
+        super().__init__(message)
+        self.number = number
+
+
 class Tank:
     """N simulations, stepped on `nthread` threads; results do not depend on their number.
 
@@ -89,9 +97,12 @@ class Tank:
         # a number beyond MuJoCo's limit is warned of and left out
         lost = np.flatnonzero((self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1))
         if lost.size:
-            raise InputError(
-                f"simulation {lost[0]} of {len(self.time)} diverged; its parameters or inputs are out of range, "
-                f"or the time step of {self.model.opt.timestep:g} s is too long for them"
+            step_s, number = self.model.opt.timestep, int(lost[0])
+            last_s = max(self.time[number] - nstep * step_s, 0.0)
+            raise Diverged(
+                number,
+                f"simulation {number} of {len(self.time)} diverged after {last_s:.4g} s; its parameters or inputs are "
+                f"out of range, or the time step of {step_s:g} s is too long for them",
             )
 
     def reset(self) -> None:

@@ -1,13 +1,17 @@
 """`vtank blind answer`: diagnose every case from its runs alone and commit to the answers by hash.
 
 A case that cannot be diagnosed is a refusal: an answer with uniform probabilities and the message, scored like any
-other. Work that was interrupted goes on where it stopped, unless the recordings or the program have changed since.
+other. So is one in which the program fails, but that is told. Work that was interrupted goes on where it stopped,
+unless the recordings or the program have changed since.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import os
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -17,7 +21,7 @@ import vtank
 from ...effects import CATALOGUE
 from ...errors import InputError
 from ...plant import load_truth, switched_on
-from ...record import current_versions, jsonable, read_bytes, read_text, sha256, write_bytes
+from ...record import Held, cannot_write, current_versions, jsonable, locked, read_bytes, sha256, write_files
 from ..processes import processes
 from ..stage import Stage, silent
 from .seal import Entry, Index, canonical, digest, json_bytes, read_index
@@ -57,20 +61,36 @@ def answer(
         check_data(folder, entry)
     program = sources()
     mark = digest({"index": index.sha256, "seed": seed, "sources": program})
-    part = out.with_name(out.name + ".part")
-    done = _resume(part, mark)
-    rest = [entry for entry in index.entries if entry.case not in done]
-    out.parent.mkdir(parents=True, exist_ok=True)
     one = partial(_one, folder, seed, answer_case)
-    with part.open("a", encoding="utf-8") as lines, processes(count) as work, stage("diagnosing", len(rest)) as said:
-        for entry, found in zip(rest, work(one, rest), strict=True):
-            done[entry.case] = found
-            lines.write(json.dumps({"mark": mark, "case": entry.case, "answer": found}, allow_nan=False) + "\n")
-            lines.flush()
-            said(entry.case)
-    total = _commit(out, index, seed, program, done)
-    part.unlink()
+    with _taken(out) as part:
+        done = _resume(part, mark)
+        rest = [entry for entry in index.entries if entry.case not in done]
+        with processes(count) as work, stage("diagnosing", len(rest)) as said:
+            for entry, found in zip(rest, work(one, rest), strict=True):
+                done[entry.case] = found
+                line = json.dumps({"mark": mark, "case": entry.case, "answer": found}, allow_nan=False)
+                with cannot_write(part), part.open("a", encoding="utf-8") as lines:
+                    lines.write(line + "\n")
+                said(entry.case)
+        total = _commit(out, index, seed, program, done)
+        part.unlink()
+    for case in (entry.case for entry in index.entries if done[entry.case].get("fault")):
+        warnings.warn(f"{case}: answered by a refusal, for vtank failed: {done[case]['refused']}", stacklevel=2)
     return total
+
+
+@contextmanager
+def _taken(out: Path) -> Iterator[Path]:
+    """The file of the answers so far, held by this process alone; InputError where another one answers into it."""
+    part = out.with_name(out.name + ".part")
+    with cannot_write(part):
+        out.parent.mkdir(parents=True, exist_ok=True)
+        part.touch()
+    try:
+        with locked(part):
+            yield part
+    except Held:
+        raise InputError(f"{out}: another process is answering into it; wait for it, or choose another --out") from None
 
 
 def check_data(folder: Path, entry: Entry) -> None:
@@ -97,8 +117,12 @@ def _one(folder: Path, seed: int, answer_case: AnswerCase, entry: Entry) -> dict
     try:
         found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
+    except InputError as reason:
+        found = refusal(str(reason), entry.withheld, nominal)
+    except (MemoryError, OSError):
+        raise  # not a matter of the case
     except Exception as error:  # whatever goes wrong in one case must not stop the others
-        found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal)
+        found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal) | {"fault": True}
     return {"data": entry.data, **found}
 
 
@@ -116,16 +140,16 @@ def refusal(message: str, withheld: tuple[str, ...] = (), nominal: str = "paper-
 def _resume(part: Path, mark: str) -> dict[str, Any]:
     """Answers of an interrupted run of the same program on the same cases; a line that is none is left out."""
     done: dict[str, Any] = {}
-    for line in read_text(part).splitlines() if part.exists() else ():
+    data = read_bytes(part)
+    whole = data[: data.rfind(b"\n") + 1]
+    for line in whole.splitlines():
         try:
             content = json.loads(line)
             if content["mark"] == mark:
-                done[content["case"]] = content["answer"]
+                done[str(content["case"])] = dict(content["answer"])
         except (ValueError, KeyError, TypeError, RecursionError):
             continue
-    if part.exists():
-        kept = (json.dumps({"mark": mark, "case": case, "answer": found}) + "\n" for case, found in done.items())
-        write_bytes(part, "".join(kept).encode())
+    os.truncate(part, len(whole))  # a line cut short by a kill would spoil the next
     return done
 
 
@@ -134,6 +158,5 @@ def _commit(out: Path, index: Index, seed: int, program: str, answers: dict[str,
                "versions": current_versions(), "answers": answers}  # fmt: skip
     data = json_bytes(content)
     lines = [f"{sha256(data)}  {out.name}", *(f"{digest(found)}  {case}" for case, found in sorted(answers.items()))]
-    write_bytes(out, data)
-    write_bytes(out.with_suffix(".sha256"), ("\n".join(lines) + "\n").encode())
+    write_files({out.with_suffix(".sha256"): ("\n".join(lines) + "\n").encode(), out: data})
     return sha256(data)

@@ -17,7 +17,7 @@ from ..processes import processes
 from ..stage import Stage, silent
 from .case import KINDS, Case, Frequencies, draw_frequencies
 from .fly import TripChunk
-from .seal import Entry, as_written, digest, finite, seal_truth, write_index, write_runs
+from .seal import Entry, as_written, digest, ended, finite, seal_truth, write_index, write_runs
 from .sizing import ready_case
 from .truth import truth_of
 from .vehicles import FLEET
@@ -59,7 +59,12 @@ class Made:
 
 
 def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent) -> None:
-    """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all."""
+    """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all.
+
+    The truths first: a go that was killed between the two is ended by the next with the same order.
+    """
+    if ended(out, truth_out, vars(order)):
+        return
     for folder in (out, truth_out):
         refuse_loss(folder)
     cases_at, truth_at = out.resolve(), truth_out.resolve()

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ...errors import InputError
 from ...present import Picture
 from ...present.document import html, markdown
 from ...record import Kind, results_folder
@@ -20,6 +21,7 @@ from .closed import closed
 from .measures import Measure
 from .questions import by, measures
 from .rows import Row, row
+from .tables import TITLE, cases_csv, measures_csv, page
 from .verify import Opened, open_all
 
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/2")
@@ -36,20 +38,30 @@ GROUPS: dict[str, Callable[[Row], str]] = {  # what the cases are grouped by
 Groups = dict[str, dict[str, dict[str, Measure]]]  # group -> member -> measure
 
 
-def score(folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent) -> dict[str, Any]:
-    """Rows and measures; InputError where a hash does not hold."""
-    opened = open_all(folder, truth, answers)
+def score(
+    folder: Path, truth: Path, answers: Path, count: int = 2, stage: Stage = silent, published: str | None = None
+) -> dict[str, Any]:
+    """Rows, measures and what was checked; InputError where a hash does not hold, `published` among them if given."""
+    opened = open_all(folder, truth, answers, published)
     rows = []
     with processes(count) as work, stage("scoring", len(opened.truths)) as advance:
         for one in work(partial(_row, opened, truth), list(opened.truths)):
             rows.append(one)
             advance(one.case)
-    return {"rows": rows, "sources": opened.sources, "measures": grouped(rows)}
+    return {"rows": rows, "sources": opened.sources, "checked": opened.checked, "measures": grouped(rows)}
 
 
 def _row(opened: Opened, truth: Path, case: str) -> Row:
     sealed, answer = opened.truths[case], opened.answers[case]
-    return row(case, sealed, answer, closed(case, sealed, answer, truth))
+    try:
+        found = row(case, sealed, answer, closed(case, sealed, answer, truth))
+        grouped([found]), cases_csv([found])  # all that is asked of it
+        return found
+    except InputError as reason:
+        raise InputError(f"{case}: {reason}") from None
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(f"{case}: truth or answer is not as vtank writes it ({what})") from error
 
 
 def grouped(rows: Sequence[Row]) -> Groups:
@@ -72,11 +84,15 @@ def calibration(rows: Sequence[Row]) -> dict[str, Measure]:
 def write_score(out: Path, scored: dict[str, Any]) -> None:
     """Write the score as Markdown, HTML and JSON, the cases and tables as CSV, and the figures into a folder."""
     from .figures import draw_all
-    from .tables import TITLE, cases_csv, measures_csv, page
 
     groups, rows = scored["measures"], scored["rows"]
     pictures = draw_all(rows)
-    blocks = page(groups, scored["sources"], [Picture(name, caption) for name, (caption, _) in pictures.items()])
+    blocks = page(
+        groups,
+        scored["sources"],
+        scored["checked"],
+        [Picture(name, caption) for name, (caption, _) in pictures.items()],
+    )
     files: dict[str, str | bytes] = {
         "score.md": markdown(blocks),
         "score.html": html(TITLE, blocks),
@@ -84,7 +100,7 @@ def write_score(out: Path, scored: dict[str, Any]) -> None:
         "measures.csv": measures_csv(groups),
         **{name: png for name, (_, png) in pictures.items()},
     }
-    about = {"sources": scored["sources"], "cases": len(rows), "measures": groups}
+    about = {"sources": scored["sources"], "checked": scored["checked"], "cases": len(rows), "measures": groups}
     with results_folder(out, RESULTS, about) as folder:
         for name, content in files.items():
             (folder / name).write_bytes(content.encode() if isinstance(content, str) else content)

@@ -1,7 +1,8 @@
 """Sealing: case files that tell nothing but their data, and salted hashes that bind truth and answers.
 
-DIR holds case_0001/run_1.csv ... and cases.json with the hash of every file and the commitment to every truth. The
-truths and their salts lie in another folder.
+DIR holds case_0001/run_1.csv ... and cases.json with the hash of every file, the commitment to every truth and the one
+to what was asked for, seed and order. The truths, the order and their salts lie in another folder. So the hash of
+cases.json binds everything; answers name it, and the hash of the answers is what is published.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Run, current_versions, read_bytes, read_json, sha256
+from ...record import NEW, Run, clear_rooms, current_versions, left_rooms, read_bytes, read_json, sha256
 
-SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/2", "vtank.blind-truth/2", "vtank.blind-seal/1"
+SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/3", "vtank.blind-truth/2", "vtank.blind-seal/2"
 INDEX, SEAL = "cases.json", "seal.json"
+SALT_BYTES = 32
 EPOCH_S = 946684800  # [s] 1 January 2000: the time stamp of every file
 FORMATS = {  # one width for all
     "time_s": "%10.4f",
@@ -41,9 +43,15 @@ def digest(document: Any) -> str:
     return sha256(canonical(document))
 
 
-def commitment(salt: str, document: Any) -> str:
-    """SHA-256 of salt and canonical JSON: binds the document, tells nothing about it."""
-    return sha256(salt.encode() + canonical(document))
+def new_salt() -> str:
+    """256 bits in hex, from the operating system and not from the seed, which could be guessed."""
+    return secrets.token_hex(SALT_BYTES)
+
+
+def commitment(salt: Any, document: Any) -> str:
+    """SHA-256 of salt and canonical JSON: binds both, tells nothing about them; empty for what is no salt."""
+    sound = isinstance(salt, str) and len(salt) == 2 * SALT_BYTES and set(salt) <= set("0123456789abcdef")
+    return sha256(salt.encode() + canonical(document)) if sound and finite(document) else ""
 
 
 def fixed_csv(run: Run) -> bytes:
@@ -74,10 +82,10 @@ def json_bytes(document: Any) -> bytes:
 
 
 def finite(document: Any) -> bool:
-    """Whether all its numbers are numbers, as JSON wants them."""
+    """Whether it can be written: all its numbers are numbers, as JSON wants them."""
     try:
         return bool(json_bytes(document))
-    except ValueError:
+    except (ValueError, RecursionError):
         return False
 
 
@@ -102,9 +110,10 @@ class Entry:
 
 @dataclass(frozen=True)
 class Index:
-    """What DIR says about itself: the cases; `sha256` of the file."""
+    """What DIR says about itself: the cases, the commitment to the order; `sha256` of the file."""
 
     entries: tuple[Entry, ...]
+    order: str
     sha256: str
 
 
@@ -119,7 +128,7 @@ def write_runs(folder: Path, runs: Iterable[Run]) -> dict[str, str]:
 
 def seal_truth(path: Path, truth: Mapping[str, Any]) -> str:
     """Write a truth and its salt; the commitment to it."""
-    salt = secrets.token_hex(32)  # from the operating system and not from the seed, which could be guessed
+    salt = new_salt()
     path.write_bytes(json_bytes({"salt": salt, "truth": truth}))
     return commitment(salt, truth)
 
@@ -129,10 +138,11 @@ def write_index(cases: Path, sealed: Path, entries: Iterable[Entry], order: Mapp
 
     Every file and folder gets one time stamp. order: what was asked for, the seed among it.
     """
-    index = json_bytes({"schema": SCHEMA, "cases": [vars(entry) for entry in entries]})
+    salt, about = new_salt(), {"order": order, "versions": current_versions()}
+    listed = [vars(entry) for entry in entries]
+    index = json_bytes({"schema": SCHEMA, "cases": listed, "order": commitment(salt, about)})
     (cases / INDEX).write_bytes(index)
-    seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "seed": order["seed"], "order": order,
-            "versions": current_versions()}  # fmt: skip
+    seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "salt": salt, **about}
     (sealed / SEAL).write_bytes(json_bytes(seal))
     for folder in (cases, sealed):
         for path in [*sorted(folder.rglob("*"), reverse=True), folder]:
@@ -144,18 +154,52 @@ def read_index(folder: Path) -> Index:
     path = folder / INDEX
     content = read_json(path, SCHEMA)
     try:
-        entries = tuple(_entry(case) for case in content["cases"])
+        entries, order = tuple(_entry(case) for case in content["cases"]), content["order"]
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: not an index of schema {SCHEMA} ({error})") from None
-    return Index(entries, sha256(read_bytes(path)))
+    names = [entry.case for entry in entries]
+    if not names or len(set(names)) != len(names) or not isinstance(order, str):
+        raise InputError(f"{path}: expected cases, each of them once, and the commitment to their order")
+    return Index(entries, order, sha256(read_bytes(path)))
+
+
+def read_seal(truth: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
+    """The seal in the folder of the truth, and what is wrong with it; InputError where there is none."""
+    path = truth / SEAL
+    seal, faults = read_json(path, SEAL_SCHEMA), []
+    if seal.get("index") != index.sha256:
+        faults.append(f"{path}: made for other cases, or cases.json was changed")
+    elif commitment(seal.get("salt"), {key: seal.get(key) for key in ("order", "versions")}) != index.order:
+        faults.append(f"{path}: seed, order or versions are not those that were sealed")
+    return seal, faults
+
+
+def is_name(name: Any) -> bool:
+    """Whether it is the name of a file or folder here, and leads to no other place."""
+    return isinstance(name, str) and name not in ("", "..") and Path(name).name == name
 
 
 def _entry(case: dict[str, Any]) -> Entry:
     """A case of the index; ValueError for names that lead out of its folder or are no names."""
     runs, withheld = dict(case["runs"]), tuple(case["withheld"])
     for name in (case["case"], case["nominal"], *runs):
-        if not isinstance(name, str) or Path(name).name != name:
+        if not is_name(name):
             raise ValueError(f"found {name!r}, expected the name of a case or of a run")
     if not all(isinstance(text, str) for text in (*runs.values(), *withheld, case["commitment"])):
         raise ValueError("expected hashes and names of effects as texts")
     return Entry(case["case"], case["nominal"], runs, withheld, case["commitment"])
+
+
+def ended(cases: Path, sealed: Path, order: Mapping[str, Any]) -> bool:
+    """Whether the truths of this order are in place and its cases stood ready beside theirs, where they are put now."""
+    path, done = cases.resolve(), False
+    for ready in (left / NEW for left in left_rooms(path)):
+        if not path.exists() and (ready / INDEX).is_file() and (sealed / SEAL).is_file():
+            seal, faults = read_seal(sealed, read_index(ready))
+            if not faults and canonical(seal["order"]) == canonical(order):
+                ready.rename(path)
+                done = True
+    if path.exists():
+        clear_rooms(path)
+        clear_rooms(sealed.resolve())
+    return done

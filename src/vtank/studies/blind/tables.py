@@ -14,7 +14,7 @@ Groups = Mapping[str, Mapping[str, Mapping[str, Measure]]]
 TITLE = "Score of the blind trials"
 BARS = {q.name: q.bar for q in QUESTIONS} | {CLOSED: ">= 0.90", "miscalibration": "<= 0.015"}
 RULES = (
-    "Every hash was verified. Cells: value [95 % interval] (cases); interval of a proportion: Wilson. d is the "
+    "Cells: value [95 % interval] (cases); interval of a proportion: Wilson. d is the "
     "signal-to-noise ratio that the best refit of the nominal's own parameters leaves; a gap is visible from "
     f"{VISIBLE:g}. Unknown causes count by what the best two known effects leave as well, where that was computed. "
     f"Windows are right where at least {100 * OVERLAP:.0f} % of their time is named, and at least as much of the time "
@@ -34,10 +34,10 @@ def tables(groups: Groups) -> list[Table]:
     ]
 
 
-def page(groups: Groups, sources: str, pictures: Iterable[Picture]) -> list[Block]:
-    """All tables and the pictures in one document."""
+def page(groups: Groups, sources: str, checked: Iterable[str], pictures: Iterable[Picture]) -> list[Block]:
+    """What was checked, all tables and the pictures in one document."""
     how = RULES + f"Answers were given by the program with the sources {sources[:16]}."
-    return [Heading(TITLE, 1), Paragraph(how), *tables(groups), *pictures]
+    return [Heading(TITLE, 1), Paragraph(how), *map(Paragraph, checked), *tables(groups), *pictures]
 
 
 def _bars(every: Mapping[str, Measure]) -> Table:

@@ -10,28 +10,39 @@ from typing import Any
 from ...errors import InputError
 from ...record import parse_json, read_bytes, read_json, read_text, sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
-from .seal import SEAL, SEAL_SCHEMA, TRUTH_SCHEMA, Index, commitment, digest, read_index
+from .seal import TRUTH_SCHEMA, Index, canonical, commitment, digest, finite, is_name, read_index, read_seal
 
 
 @dataclass(frozen=True)
 class Opened:
-    """Everything that is needed to score, verified: truths and answers by case, sources of the answers."""
+    """Everything that is needed to score, verified.
+
+    Attributes:
+        truths, answers: by case.
+        sources: of the program that answered, their hash.
+        checked: what was verified, in sentences.
+    """
 
     truths: dict[str, dict[str, Any]]
     answers: dict[str, dict[str, Any]]
     sources: str
+    checked: tuple[str, ...]
 
 
-def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
-    """Verify every hash and open the seals; InputError names all that was changed, is missing or does not belong."""
+def open_all(folder: Path, truth: Path, answers: Path, published: str | None = None) -> Opened:
+    """Verify every hash and open the seals; InputError names all that was changed, is missing or does not belong.
+
+    published: SHA-256 of the answers as it was made known before the truth was opened. Without it nothing tells whether
+    answers and their hashes were written anew together.
+    """
     index = read_index(folder)
     faults = [fault for entry in index.entries for fault in _files(folder / entry.case, entry.runs, "recording")]
-    if read_json(truth / SEAL, SEAL_SCHEMA).get("index") != index.sha256:
-        faults.append(f"{truth / SEAL}: made for other cases, or cases.json was changed")
+    seal, found = read_seal(truth, index)
+    faults += found
     truths = {entry.case: _truth(truth, entry.case) for entry in index.entries}
     for entry in index.entries:
-        document, salt = truths[entry.case]["truth"], str(truths[entry.case].get("salt", ""))
-        if commitment(salt, document) != entry.commitment:
+        document = truths[entry.case]["truth"]
+        if commitment(truths[entry.case].get("salt"), document) != entry.commitment:
             faults.append(f"{truth / entry.case}.json: the truth is not the one that was sealed")
         elif document.get("schema") != TRUTH_SCHEMA or document.get("data") != entry.data:
             faults.append(f"{truth / entry.case}.json: the truth does not belong to the recordings of {entry.case}")
@@ -39,9 +50,21 @@ def open_all(folder: Path, truth: Path, answers: Path) -> Opened:
             faults += _held_out(truth, entry.case, document)
     content, found = _answers(answers, index)
     faults += found
+    total = sha256(read_bytes(answers))
+    if published is not None and total != published:
+        faults.append(f"{answers}: SHA-256 {total}, but {published} was published")
     if faults:
         raise InputError("nothing is scored:\n  " + "\n  ".join(faults))
-    return Opened({case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"])
+    given = sum(len(entry.runs) for entry in index.entries)
+    held = sum(len(t["truth"]["held_out_files"]) for t in truths.values())
+    checked = (
+        f"Cases: {len(index.entries)} with {given} recordings; SHA-256 of their index {index.sha256}.",
+        f"Truths: {len(truths)} with {held} held-out runs, all as the index commits to, and so is what was asked for: "
+        f"{canonical(seal.get('order')).decode()}.",
+        f"Answers: one to each case, given to these recordings with seed {content.get('seed')}; SHA-256 {total}, "
+        + ("as published." if published else "NOT held against a published one: no proof that they came first."),
+    )
+    return Opened({case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"], checked)
 
 
 def _truth(truth: Path, case: str) -> dict[str, Any]:
@@ -54,7 +77,7 @@ def _truth(truth: Path, case: str) -> dict[str, Any]:
 
 def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
     files = document.get("held_out_files")
-    if not isinstance(files, dict) or any(Path(file).name != file for file in files):
+    if not isinstance(files, dict) or not all(map(is_name, files)):
         return [f"{truth / case}.json: does not list the held-out runs"]
     return list(_files(truth / "held_out" / case, files, "held-out run"))
 
@@ -96,5 +119,5 @@ def _answers(path: Path, index: Index) -> tuple[dict[str, Any], list[str]]:
 
 
 def _is_answer(answer: Any) -> bool:
-    document = answer.get("document") if isinstance(answer, dict) else None
+    document = answer.get("document") if isinstance(answer, dict) and finite(answer) else None
     return isinstance(document, dict) and all(isinstance(document.get(k), dict) for k in ("verdict", "probabilities"))

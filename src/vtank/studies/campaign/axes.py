@@ -11,6 +11,7 @@ or a range; in [draw] a law:
 from __future__ import annotations
 
 import math
+import sys
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...record import Table, line_of
+from ...record import Table, line_of, shown
 
 DRAWN = 2**16  # with a run's number the random stream of what is drawn; noise (pilot/noise.py) has streams of its own
 MOST_RUNS = 10_000_000  # of a campaign, and so of values in a range: hours at a thousand runs a second; a choice
@@ -104,7 +105,9 @@ def _spaced(section: Table, key: str, entry: dict[str, Any]) -> tuple[Any, ...]:
         raise refusal(section, key, f"expected {MOST_RUNS:,} values at most, found count = {count:.3g}")
     if not (_are_numbers(start, end) and isinstance(count, int) and count >= 2) or set(entry) - set(RANGE):
         example = "{ from = 0.1, to = 0.4, count = 4 }, with at least two values"
-        raise refusal(section, key, f"expected a value, a list of values or a range such as {example}; found {entry}")
+        raise refusal(
+            section, key, f"expected a value, a list of values or a range such as {example}; found {shown(entry)}"
+        )
     if spacing == "log" and start * end > 0.0:
         return tuple(float(value) for value in np.geomspace(start, end, count))
     if spacing != "linear":
@@ -117,10 +120,10 @@ def _spaced(section: Table, key: str, entry: dict[str, Any]) -> tuple[Any, ...]:
 def _draw(section: Table, key: str, entry: Any) -> Draw:
     laws = ", ".join(LAWS)
     if not isinstance(entry, dict) or len(entry) != 1:
-        raise refusal(section, key, f"expected one of {laws}, such as {{ uniform = [0.1, 0.4] }}; found {entry}")
+        raise refusal(section, key, f"expected one of {laws}, such as {{ uniform = [0.1, 0.4] }}; found {shown(entry)}")
     law, numbers = next(iter(entry.items()))
     if law not in LAWS:
-        raise refusal(section, key, f"expected one of {laws}; found '{law}'")
+        raise refusal(section, key, f"expected one of {laws}; found {shown(law)}")
     rising = _pair(numbers) and numbers[0] < numbers[1]
     fits, expected = {
         "choice": (isinstance(numbers, list) and numbers, "a list of values"),
@@ -129,7 +132,7 @@ def _draw(section: Table, key: str, entry: Any) -> Draw:
         "log_uniform": (rising and numbers[0] * numbers[1] > 0.0, "[low, high], one sign"),
     }[law]
     if not fits:
-        raise refusal(section, key, f"{law}: expected {expected}; found {numbers}")
+        raise refusal(section, key, f"{law}: expected {expected}; found {shown(numbers)}")
     return Draw(key, law, tuple(numbers))
 
 
@@ -146,4 +149,4 @@ def _pair(numbers: Any) -> bool:
 
 
 def _are_numbers(*values: Any) -> bool:
-    return all(isinstance(v, int | float) and not isinstance(v, bool) and math.isfinite(v) for v in values)
+    return all(isinstance(v, int | float) and not isinstance(v, bool) and abs(v) <= sys.float_info.max for v in values)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from io import BytesIO
@@ -65,7 +66,8 @@ versions = functools.cache(current_versions)
 
 def differing(theirs: Mapping[str, str], ours: Mapping[str, str]) -> str:
     """Their versions that are not ours, in words; empty where all are."""
-    return ", ".join(f"{k} {theirs.get(k)} (here {own})" for k, own in ours.items() if theirs.get(k) != own)
+    apart = {name: str(theirs.get(name)) for name, own in ours.items() if theirs.get(name) != own}
+    return ", ".join(f"{name} {textwrap.shorten(found, 40)} (here {ours[name]})" for name, found in apart.items())
 
 
 def simulated(model: str, plans: Sequence[Plan]) -> list[Result | Exception]:
@@ -81,9 +83,6 @@ def simulated(model: str, plans: Sequence[Plan]) -> list[Result | Exception]:
 
 def fault(result: Result) -> str:
     """Why a simulated run is of no use; empty for a good one."""
-    moving = np.isfinite(result.true["position_m"]) & np.isfinite(result.true["surge_m_s"])
-    if not moving.all():
-        return f"diverged at {result.run.time_s[np.argmin(moving)]:g} s; its parameters or inputs are out of range"
     try:
         result.check_clearance()
     except InputError as error:

@@ -6,25 +6,21 @@ with only a few chunks under way at a time. A worker that dies takes its chunk w
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-import threading
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Sequence
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from concurrent.futures import Executor as Pool
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.process import BaseProcess
 from typing import Any, Self, TypeVar
 
 from ...errors import InputError
+from ..processes import HINT, pool
 
 T = TypeVar("T")
 R = TypeVar("R")
 CRASHES = 3  # in a row, without one chunk done, before giving up; as Dask's allowed-failures
-HINT = "too little memory for so many, or a script that starts them without `if __name__ == '__main__':`"
 PATIENCE_S = 10.0  # [s] for a scheduler to answer; a choice
 
 
@@ -76,7 +72,7 @@ class Threads(Executor):
 
 
 class Processes(Executor):
-    """Processes on this machine, started afresh (spawned), as threads and forking do not go together."""
+    """Processes on this machine."""
 
     def __init__(self, workers: int) -> None:
         """`workers`: processes."""
@@ -85,30 +81,16 @@ class Processes(Executor):
     def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
         """See `Executor`. InputError when the processes keep dying."""
         left, crashes = deque(chunks), 0
-        context = multiprocessing.get_context("spawn")
         while left:
             try:
-                with ProcessPoolExecutor(self.workers, context, _begin) as pool:
-                    for result in flow(pool, work, left, 2 * self.workers):
+                with pool(self.workers) as workers:
+                    for result in flow(workers, work, left, 2 * self.workers):
                         crashes = 0
                         yield result
             except BrokenProcessPool:
                 crashes += 1
                 if crashes == CRASHES:
                     raise InputError(f"worker processes die again and again: {HINT}") from None
-
-
-def _begin() -> None:
-    """In a new process: leave Ctrl-C to the parent, and end with it, even when it is killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    parent = multiprocessing.parent_process()
-    assert parent is not None  # this is a child
-    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
-
-
-def _end_with(parent: BaseProcess) -> None:
-    parent.join()
-    os._exit(1)
 
 
 class Cluster(Executor):
@@ -142,10 +124,12 @@ class LocalCluster(Cluster):
     """A Dask cluster of worker processes on this machine."""
 
     def __init__(self, workers: int) -> None:
-        """`workers`: processes of one thread each."""
-        self.cluster = _distributed().LocalCluster(
-            workers, threads_per_worker=1, processes=True, dashboard_address=None
-        )
+        """`workers`: processes of one thread each; InputError where one of them dies before it can work."""
+        start = _distributed().LocalCluster
+        try:
+            self.cluster = start(workers, threads_per_worker=1, processes=True, dashboard_address=None)
+        except RuntimeError as error:
+            raise InputError(f"a worker of the local Dask cluster did not start ({error}): {HINT}") from error
         super().__init__(self.cluster.scheduler_address)
 
     def __exit__(self, *error: object) -> None:

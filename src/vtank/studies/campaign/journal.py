@@ -5,8 +5,8 @@
     DIR/journal/000064.npy       its recordings, for HDF5; as CSV they go to DIR/data at once
     DIR/campaign.json            takes the journal's place when all is done
 
-A chunk is done when its rows are there and its recordings have the sizes noted with them. All files appear whole or
-not at all, by renaming, so that the process may be killed at any moment.
+A chunk is done when its rows are there, unchanged, and its recordings have the sizes noted with them. All files appear
+whole or not at all, by renaming, so that the process may be killed at any moment.
 """
 
 from __future__ import annotations
@@ -15,12 +15,24 @@ import json
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any, Self
 
 from ...errors import InputError
-from ...record import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, parse_json, read_json, read_text
+from ...record import (
+    CAMPAIGN,
+    CAMPAIGN_RUNS,
+    JOURNAL,
+    Held,
+    cannot_write,
+    locked,
+    parse_json,
+    read_json,
+    read_text,
+    sha256,
+    shown,
+)
 from .campaign import Campaign
 from .chunk import Piece, differing, versions
 from .table import Row
@@ -31,7 +43,7 @@ DATA = CAMPAIGN_RUNS  # folder of the CSV runs
 ROWS = "runs.csv"
 HDF5 = "runs.h5"
 PART = ".part"
-PAGE = re.compile(r"lock|(campaign\.json|[0-9]{6,}\.(json|npy))(\.part)?")  # names in the journal's folder
+PAGE = re.compile(r"(campaign\.json|[0-9]{6,}\.(json|npy))(\.part)?")  # names in the journal's folder
 TALLY = ("runs", "done", "failed")
 OURS = {JOURNAL, DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
 
@@ -40,14 +52,15 @@ OURS = {JOURNAL, DATA, ROWS, HDF5, ROWS + PART, HDF5 + PART, IDENTITY + PART}
 def renamed(path: Path) -> Iterator[Path]:
     """Where to write a file that takes its name when the block ends well; until then it is called *.part."""
     part = path.with_name(path.name + PART)
-    yield part
-    os.replace(part, path)
+    with cannot_write(path):
+        yield part
+        os.replace(part, path)
 
 
 @contextmanager
 def whole(path: Path) -> Iterator[IO[str]]:
     """A text file to write, as `renamed`."""
-    with renamed(path) as part, open(part, "w", encoding="utf-8", newline="\n") as file:
+    with renamed(path) as part, open(part, "w", encoding="utf-8", errors="backslashreplace", newline="\n") as file:
         yield file
 
 
@@ -73,7 +86,7 @@ class Journal:
         self.identity = identity(campaign, form)
         self.complete = _same(out / IDENTITY, self.identity)
         self.chunks: list[range] = []
-        self._lock: IO[str] | None = None
+        self._lock = ExitStack()
         if self.complete:
             self._remove()  # what a go left that was killed at the very end
         else:
@@ -83,23 +96,28 @@ class Journal:
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._lock:
-            self._lock.close()
+        self._lock.close()
 
     def _begin(self, runs: int, chunk: int) -> None:
         present = {path.name for path in self.out.iterdir()} if self.out.is_dir() else set()
         if present - OURS or (present and JOURNAL not in present) or self._strangers():
             found = ", ".join(sorted(present)[:3])
             raise InputError(f"{self.out}: not a campaign begun by vtank, holds {found}: choose another folder")
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self._lock = _locked(self.folder / "lock")
+        with cannot_write(self.folder):
+            self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self._lock.enter_context(locked(self.folder))
+        except Held:
+            raise InputError(f"{self.out}: another process is flying this campaign") from None
         if not _same(self.folder / IDENTITY, self.identity, beside=("chunk",)):
             self._write(self.folder / IDENTITY, self.identity | {"chunk": chunk})
         if self.form == "csv":
             (self.out / DATA).mkdir(exist_ok=True)
         size = read_json(self.folder / IDENTITY, SCHEMA).get("chunk")
         if not isinstance(size, int) or size < 1:
-            raise InputError(f"{self.folder / IDENTITY}: chunk: expected a whole number of at least 1, found {size!r}")
+            raise InputError(
+                f"{self.folder / IDENTITY}: chunk: expected a whole number of at least 1, found {shown(size)}"
+            )
         self.chunks = [range(start, min(start + size, runs)) for start in range(0, runs, size)]
 
     def left(self) -> list[range]:
@@ -111,13 +129,15 @@ class Journal:
         files = {f"{DATA}/{row['run']}.csv": data for row, data in piece.runs if data}
         if self.form == "csv":
             for name, data in files.items():
-                (self.out / name).write_bytes(data)
+                with cannot_write(self.out / name):
+                    (self.out / name).write_bytes(data)
             sizes = {name: len(data) for name, data in files.items()}
         else:
             with renamed(self.spool(piece.start)) as part:
                 size = part.write_bytes(b"".join(files.values()))
             sizes = {f"{JOURNAL}/{piece.start:06d}.npy": size}
-        self._write(self._page(piece.start), {"rows": [row for row, _ in piece.runs], "sizes": sizes})
+        page = {"rows": [row for row, _ in piece.runs], "sizes": sizes}
+        self._write(self._page(piece.start), page | {"sha256": _digest(page)})
 
     def pages(self) -> Iterator[tuple[int, list[Row]]]:
         """Start of every chunk and its runs' rows, in order."""
@@ -136,7 +156,7 @@ class Journal:
         """Failed runs of a complete campaign."""
         failed = read_json(self.out / IDENTITY, SCHEMA).get("failed")
         if not isinstance(failed, int):
-            raise InputError(f"{self.out / IDENTITY}: failed: expected a whole number, found {failed!r}")
+            raise InputError(f"{self.out / IDENTITY}: failed: expected a whole number, found {shown(failed)}")
         return failed
 
     def finish(self, runs: int, failed: int) -> None:
@@ -159,9 +179,8 @@ class Journal:
         """A page; InputError for what is none."""
         path = self._page(start)
         page = parse_json(read_text(path), path)
-        rows, sizes = (page.get("rows"), page.get("sizes")) if isinstance(page, dict) else (None, None)
-        if not isinstance(rows, list) or not isinstance(sizes, dict):
-            raise InputError(f"{path}: not a page of a journal")
+        if not isinstance(page, dict) or page.pop("sha256", None) != _digest(page):
+            raise InputError(f"{path}: not a page of a journal, or changed since it was written")
         return page
 
     def _strangers(self) -> list[Path]:
@@ -180,19 +199,8 @@ class Journal:
             json.dump(content, file, ensure_ascii=False, separators=(",", ":"))
 
 
-def _locked(path: Path) -> IO[str]:
-    """A file that no other process may lock; the lock ends with the process, however it ends."""
-    file = open(path, "w")
-    try:
-        import fcntl
-
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except ImportError:  # elsewhere than on POSIX there is no such lock
-        pass
-    except OSError:
-        file.close()
-        raise InputError(f"{path.parent.parent}: another process is flying this campaign") from None
-    return file
+def _digest(page: dict[str, Any]) -> str:
+    return sha256(json.dumps(page).encode())
 
 
 def _same(path: Path, wanted: dict[str, Any], beside: tuple[str, ...] = TALLY) -> bool:

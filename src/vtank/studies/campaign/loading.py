@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import InputError
 from ...experiment import Scenario, load_scenario
 from ...plant import Truth, load_truth, null_vector, slot
-from ...record import GREATEST, Table, find_file, meant, open_table, parse, read_text
+from ...record import GREATEST, Table, find_file, meant, open_table, parse, read_text, shown
 from ...resources import scenarios_dir
 from .axes import MOST_RUNS, read_draws, read_grid, refusal
 from .campaign import BESIDE, LUMPED, SCENARIO, SEED, TRUTH, Campaign
@@ -79,7 +79,7 @@ def _check_keys(path: Path, varied: Sequence[Varied]) -> None:
         for value in values if key in WANTED else ():
             expected, fits = WANTED[key]
             if isinstance(value, bool) or not isinstance(value, int | float) or not fits(value):
-                raise refusal(section, key, f"expected {expected}, found {value!r}")
+                raise refusal(section, key, f"expected {expected}, found {shown(value)}")
 
 
 def _sources(path: Path, varied: Sequence[Varied]) -> tuple[dict[str, str], dict[str, Truth], dict[str, str]]:
@@ -90,7 +90,7 @@ def _sources(path: Path, varied: Sequence[Varied]) -> tuple[dict[str, str], dict
     for section, key, names in varied:
         for name in names if key in (SCENARIO, TRUTH, *BESIDE) else ():
             if not isinstance(name, str):
-                raise refusal(section, key, f"expected names in quotes, found {name!r}")
+                raise refusal(section, key, f"expected names in quotes, found {shown(name)}")
             place = path.parent / name if name.endswith((".toml", ".xml")) else name
             try:
                 if key == SCENARIO:
@@ -125,13 +125,13 @@ def _tried(campaign: Campaign, varied: Sequence[Varied]) -> Iterator[Scenario]:
         except InputError as reason:
             blamed = (v for v in varied if v.key == SCENARIO or _works_without(campaign, base, v.key))
             section, key, _ = min(blamed, key=lambda v: v.key == SCENARIO)
-            raise refusal(section, key, f"{base[key]!r}: {reason}") from None
+            raise refusal(section, key, f"{shown(base[key])}: {reason}") from None
         for section, key, values in varied:
             for value in values[1:] if key != SCENARIO else ():
                 try:
                     yield campaign.scenario(base | {key: value})
                 except InputError as reason:
-                    raise refusal(section, key, f"{value!r}: {reason}") from None
+                    raise refusal(section, key, f"{shown(value)}: {reason}") from None
 
 
 def _works_without(campaign: Campaign, choice: dict[str, Any], key: str) -> bool:

@@ -108,7 +108,8 @@ def natural_model(truth: Truth) -> Model:
 def study(scenarios: Sequence[Scenario], truth: Truth, model: Model, seed: int = 1) -> Study:
     """Fly the plan once on the surge model and weigh it.
 
-    InputError where a run is none of surge, still water and a noisy sonar, or the truth lacks what the model has.
+    InputError where a run is none of surge, still water and a noisy sonar, or the truth lacks what the model has or is
+    so far off that the runs tell nothing of it.
     """
     for scenario in scenarios:
         check(scenario)
@@ -123,5 +124,11 @@ def study(scenarios: Sequence[Scenario], truth: Truth, model: Model, seed: int =
     wanted = quantities(flown[0].p, top, MODELS[model])
     single = [information(wanted, sensitivity(f, wanted), f.minutes) for f in flown]
     total = reduce(add, single)
+    told = np.diag(total.matrix)[total.index(MODELS[model])]
+    if untold := [name for name, size in zip(MODELS[model], told, strict=True) if not 0.0 < size < np.inf]:
+        raise InputError(
+            f"at the truth {truth.name} the plan tells nothing of {' and '.join(untold)}, which do not change what is "
+            "recorded: nothing to bound; expected another --truth, or another plan"
+        )
     found = tuple(verdicts(total, flown, MODELS[model]))
     return Study(model, seed, flown, wanted, tuple(single), total, found)
