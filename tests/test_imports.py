@@ -30,6 +30,7 @@ LAYERS = (
     "plant",
     "channels",
     "logs",
+    "rigid",
     "waves",
     "water",
     "tank",

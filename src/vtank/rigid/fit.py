@@ -113,21 +113,16 @@ def weighed(innovation: Array, f: Filtered) -> Array:
 
 
 def innovations(
-    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None,
-    restart: Array | None = None, push: Array | None = None, value: Array | None = None,
-) -> Array:  # fmt: skip
-    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`.
-
-    push: known accelerations over the steps, (N, 6); value: measurements in place of the run's, (M,).
-    """
+    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None, restart: Array | None = None
+) -> Array:
+    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`."""
     out, none = np.empty(run.time_s.size), np.empty((0, kernels.SIZE))
-    drive, record = run.drive(p), run.record
     kernels.simulate(
         run.hull(p),
         run.start,
         run.steps,
-        record if value is None else record._replace(value=value),
-        drive if push is None else drive._replace(push=push),
+        run.record,
+        run.drive(p),
         gain,
         memory_s,
         none if restart is None else restart,

@@ -75,7 +75,6 @@ class Drive(NamedTuple):
     """What pushes over each step: wrench of the thrusters (N, 6), sizes of their inputs (N, K), angles of fins (N, F).
 
     Motion that is known: attitude, velocity and acceleration at the start of each step, (N, 15); which of them, (15,).
-    push: known accelerations of the axes besides, (N, 6), or (0, 6) where there are none.
     """
 
     thrust: np.ndarray
@@ -83,7 +82,6 @@ class Drive(NamedTuple):
     fins: np.ndarray
     known: np.ndarray
     knows: np.ndarray
-    push: np.ndarray
 
 
 @law
@@ -200,8 +198,6 @@ def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
     mean = (1.0 - keep) * memory / h
     for a in range(6):
         push[a] = d[a] * mean
-        if drive.push.shape[0]:
-            push[a] += drive.push[i, a]
         d[a] *= keep
     tied(x, drive, i)
     advance(t, x, h, drive.thrust[i], drive.asked[i], drive.fins[i], push, drive.known[i, 9:], hull, k, y)
@@ -237,9 +233,6 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
         for a in range(6):  # between the means over the steps before and after
             thrust[a] = 0.5 * (drive.thrust[max(i - 1, 0), a] + drive.thrust[j, a])
         rates(t, here, thrust, drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
-        if drive.push.shape[0]:
-            for a in range(6):
-                rate[6 + a] += drive.push[j, a]
     return read(
         record.kind[m], record.sensor[m], record.column[m], here, rate, p, hull.counts, record.wall, record.bearing
     )

@@ -124,9 +124,8 @@ class Recorded:
             for i in np.flatnonzero(self.knows):
                 known[:, i] = np.interp(steps.now, grid, values[:, i])
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
-            self._drives[key] = Drive(
-                force @ gears(p, self.layout.counts[0]), size, angles, known, self.knows, np.zeros((0, 6))
-            )
+            thrust = force @ gears(p, self.layout.counts[0])
+            self._drives[key] = Drive(thrust, size, angles, known, self.knows)
         return self._drives[key]
 
 
@@ -209,9 +208,11 @@ def _recorded(
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
     spread[3:12][knows[:9]] = 0.0
+    measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
     return Recorded(
-        run.name, layout, asked, knows, (grid, motion), stamps, inputs, angles, reach, tables, time[order], kind[order],
-        sensor[order], column[order], value[order], start, spread, float(np.median(walls)) if walls.size else 0.0,
+        name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
+        angles=angles, reach=reach, tables=tables, start=start, spread=spread,
+        wall=float(np.median(walls)) if walls.size else 0.0, **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
 
 

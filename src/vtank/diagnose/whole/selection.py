@@ -216,7 +216,10 @@ def _judged(
     level = max(weights.values())
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
-    return Selection(layout, runs, sizes, candidates, nominal, refitted, best, sets, found, blocks, alone, chances)
+    return Selection(
+        layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best, sets=sets,
+        found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
+    )  # fmt: skip
 
 
 def _key(model: Model) -> str:
