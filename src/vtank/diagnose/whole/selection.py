@@ -88,7 +88,7 @@ def select(
             break
         best, found = settled(fitted[0], floor)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(layout, runs, sizes, candidates, strong, own, best, found, say)
+    return _judged(best, found, own, candidates, strong, sizes, say)
 
 
 def _fit(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
@@ -169,10 +169,14 @@ def worth(wider: Model, model: Model, own: Model, candidates: Sequence[Placed]) 
 
 
 def _judged(
-    layout: Layout, runs: tuple[Recorded, ...], sizes: Sizes, candidates: tuple[Placed, ...],
-    strong: tuple[Placed, ...], own: list[Unknown], best: Model, found: list[Filtered], say: Callable[[str], None],
+    best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], strong: tuple[Placed, ...],
+    sizes: Sizes, say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
-    """All sets near the best at its noise, and free-form parts beside it; posterior probabilities."""
+    """All sets near the best at its noise, and free-form parts beside it; posterior probabilities.
+
+    strong: candidates that did well in any round, which are tried again as rivals.
+    """
+    runs, layout = best.fit.runs, best.fit.runs[0].layout
     say("rivals")
     refitted = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
     nominal = refit(blank(best.fit, layout, (), []), found, np.array([]))
