@@ -38,7 +38,6 @@ from .layout import (
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
 
-LONGEST_STEP_S = 0.05  # [s] longest Runge-Kutta step, short against any axis of these vehicles; a choice
 TOUCH_S = 1e-10  # [s] instants closer than this are one
 NUDGE = 1e-6  # [SI] step of the finite differences in the filter
 SIZE = 18  # states and disturbances
@@ -85,11 +84,14 @@ class Drive(NamedTuple):
 
 
 @law
-def plan(at, stamps):
-    """Steps through measurements that were true at the times `at`, (M,), and inputs that change at `stamps`, (I,)."""
+def plan(at, stamps, longest):
+    """Steps through measurements that were true at the times `at`, (M,), and inputs that change at `stamps`, (I,).
+
+    longest: step [s].
+    """
     count, first = at.size, at.min()
     which = np.argsort(at, kind="mergesort")
-    room = count + stamps.size + int((at.max() - first) / LONGEST_STEP_S) + 2
+    room = count + stamps.size + int((at.max() - first) / longest) + 2
     now, length, upto = np.empty(room), np.empty(room), np.empty(count, np.int64)
     t, i, j = first, 0, np.searchsorted(stamps, first + TOUCH_S)
     for m in range(count):
@@ -100,8 +102,8 @@ def plan(at, stamps):
                 j += 1
             if j < stamps.size and stamps[j] < stop - TOUCH_S:
                 stop = stamps[j]
-            if stop - t > LONGEST_STEP_S + TOUCH_S:
-                stop = t + (stop - t) / math.ceil((stop - t) / LONGEST_STEP_S - 1e-9)
+            if stop - t > longest + TOUCH_S:
+                stop = t + (stop - t) / math.ceil((stop - t) / longest - 1e-9)
             now[i], length[i] = t, stop - t
             t, i = stop, i + 1
         upto[m] = i

@@ -73,7 +73,8 @@ COUPLED_AT = ((1, 5), (2, 4), (0, 4), (1, 3))
 class Hull(NamedTuple):
     """Parameters (P,) for the kernels, counts of blocks, `masses`, and where the run began: place and heading (4,).
 
-    gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed.
+    gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed; creep: speed
+    over which dry friction turns round, (6,) [m/s, rad/s].
     """
 
     p: Array
@@ -84,6 +85,7 @@ class Hull(NamedTuple):
     home: Array
     gears: Array
     losing: bool
+    creep: Array
 
 
 @dataclass(frozen=True, eq=False)

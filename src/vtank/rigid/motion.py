@@ -13,7 +13,6 @@ import math
 import numpy as np
 
 from ..compiled import law, term
-from ..effects.coulomb_friction import REVERSAL_M_S
 from ..plant.sixdof import add, at, coriolis, cross, multiply, subtract
 from .layout import (
     ASYMMETRY,
@@ -157,7 +156,7 @@ def axis_force(i, t, x, speed, away, hull):
         speed -= p[SWELL + i] * math.sin(phase)
         force += (hull.body[i, i] + hull.water[i, i]) * p[SWELL + i] * p[SWELL_RATE + i] * math.cos(phase)
     if p[FRICTION + i] != 0.0:
-        force -= p[FRICTION + i] * math.tanh(x[6 + i] / REVERSAL_M_S)
+        force -= p[FRICTION + i] * math.tanh(x[6 + i] / hull.creep[i])
     return force + resisted(p, i, speed)
 
 

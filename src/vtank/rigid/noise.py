@@ -21,7 +21,7 @@ from .recorded import Recorded, scatter
 Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
 LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
-ENOUGH = 12000  # measurements that the noise is sought on; a choice
+ENOUGH = 6000  # measurements that the noise is sought on; a choice
 FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
 PROMISE = 1.0  # log-likelihood that another step has to bring
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
@@ -48,14 +48,14 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
     return float(gaps.min()) if gaps.size else 1e-9
 
 
-def settle(fit: Fit, floor: Array) -> tuple[Noise, list[Filtered]]:
+def settle(fit: Fit, floor: Array, factors: Sequence[float] = FACTORS) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the fit's parameters, and the filter at it.
 
-    floor: variances of the first noise, of which a share is always left.
+    floor: variances of the first noise, of which a share is always left; factors: by which sizes are tried.
     """
     part = replace(fit, runs=cut(fit.runs))
     noise, (best, found) = fit.noise, _likelihood(part, fit.noise)
-    for factor in FACTORS:
+    for factor in factors:
         for axis in np.flatnonzero(noise.sigma > 0.0):
             for _ in range(FURTHEST):
                 before = best

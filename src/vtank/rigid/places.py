@@ -165,7 +165,7 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         "thrust_deadband", "deadband", unit, 0.2 * reach, "below a threshold it makes no force", low=0.0, high=reach
     )
     yield Placed("thrust_saturation", push.name, ACTUATOR, (
-        Parameter("size", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.0, 1.2 * reach,
+        Parameter("size", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.2 * reach, 1.2 * reach,
                   (0.9 * reach, 0.7 * reach, 0.5 * reach), np.inf),
     ), "beyond some input it pushes no harder")  # fmt: skip
     yield one("thrust_asymmetry", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)

@@ -9,13 +9,32 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from ..effects.coulomb_friction import REVERSAL_M_S
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from ..record.columns import MOTION
 from ..record.run import TIME, Run
 from .kernels import Drive, Record, Steps, held, plan, thrusts
 from .known import ATTITUDE, SPEEDS, channel, known_motion
-from .layout import AXES, HULL, LATE, LATENCY, LOSS, SENSOR, THRUSTER, Hull, Layout, masses
+from .layout import (
+    AXES,
+    BUOYED,
+    CENTRE,
+    FRICTION,
+    HULL,
+    LATE,
+    LATENCY,
+    LINEAR,
+    LOSS,
+    QUADRATIC,
+    SENSOR,
+    THRUSTER,
+    WATERLINE,
+    WEIGHT,
+    Hull,
+    Layout,
+    masses,
+)  # fmt: skip
 from .motion import gears
 from .push import pushes
 from .readings import CHANNELS, RANGE
@@ -27,6 +46,7 @@ TELLS = {  # channel -> axes whose motion it tells
     "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
     "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
 }  # fmt: skip
+STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -94,7 +114,11 @@ class Recorded:
     def hull(self, p: Array) -> Hull:
         """Parameters for the kernels."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
-        return Hull(p, self.layout.counts, *masses(p, self.moves), self.start[[0, 1, 2, 5]], turn, bool(losses.any()))
+        body, water, inverse = masses(p, self.moves)
+        # wide enough for the step: friction that turns round within it would set the axis ringing
+        creep = np.maximum(REVERSAL_M_S, 0.7 * self.longest_s * p[FRICTION : FRICTION + 6] * np.diag(inverse))
+        home = self.start[[0, 1, 2, 5]]
+        return Hull(p, self.layout.counts, body, water, inverse, home, turn, bool(losses.any()), creep)
 
     @cached_property
     def late(self) -> Array:
@@ -106,7 +130,24 @@ class Recorded:
     @cached_property
     def steps(self) -> Steps:
         """Steps of a simulation through the instants at which measurements were true."""
-        return Steps(*plan(self.time_s - self.late, self.stamps))
+        return Steps(*plan(self.time_s - self.late, self.stamps, self.longest_s))
+
+    @cached_property
+    def longest_s(self) -> float:
+        """Longest Runge-Kutta step [s]: a share of the shortest time of any axis that moves, at its largest speed."""
+        p = self.layout.null
+        body, water, _ = masses(p, self.moves)
+        fastest = np.full(6, 0.5)  # [m/s, rad/s] where it was not measured; a guess
+        for i, name in enumerate(SPEEDS):
+            mine = self.kind == CHANNELS.index(name)
+            if mine.any():
+                fastest[i] = float(np.percentile(np.abs(self.value[mine]), 99.0))
+        inertia = np.diag(body + water)
+        righting = p[WEIGHT] * (p[CENTRE + 2] - p[BUOYED + 2])
+        stiff = np.array([0.0, 0.0, p[WATERLINE], righting, righting, 0.0])
+        drag = p[LINEAR : LINEAR + 6] + 2.0 * p[QUADRATIC : QUADRATIC + 6] * fastest
+        rates = np.maximum(drag / inertia, np.sqrt(np.maximum(stiff, 0.0) / inertia))
+        return float(np.clip(STEP_SHARE / np.max(rates[self.moves], initial=1e-9), *STEPS_S))
 
     def drive(self, p: Array) -> Drive:
         """What pushes over each step."""

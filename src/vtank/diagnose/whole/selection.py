@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, innovations
 from ...rigid.layout import Layout
-from ...rigid.noise import first_noise, settle
+from ...rigid.noise import FACTORS, first_noise, settle
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .model import Model, Unknown, blank, own_unknowns, refit
@@ -97,8 +97,8 @@ def _fit(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
 
 def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
     """The fit and its noise, each at the other's, twice."""
-    for _ in range(2):
-        noise, found = settle(model.fit.at(model.vector()), floor)
+    for factors in (FACTORS, FACTORS[-1:]):
+        noise, found = settle(model.fit.at(model.vector()), floor, factors)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
     return model, model.fit.at(model.vector()).filter(np.array([]))
@@ -221,8 +221,8 @@ def _judged(
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
     return Selection(
-        layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best, sets=sets,
-        found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
+        layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best,
+        sets=sets, found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
 
 
