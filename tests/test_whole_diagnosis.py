@@ -96,9 +96,12 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
         vt.diagnose([run])
     with pytest.raises(InputError, match="axis 'sideways'"):
         vt.diagnose([run], nominal=NOMINAL, axes=("sideways",))
+    at_stop = {name: 0.0 * values if "command" in name else values for name, values in run.columns.items()}
+    with pytest.raises(InputError, match="motors at stop"):
+        vt.diagnose([vt.Run("moored", run.time_s, at_stop)], nominal=NOMINAL)
     driven = {name: values for name, values in run.columns.items() if "command" not in name}
-    with pytest.raises(InputError, match="no input of bluerov2"):
+    with pytest.raises(InputError, match="no actuator channel"):
         vt.diagnose([vt.Run("silent", run.time_s, driven)], nominal=NOMINAL)
     still = {name: np.full(run.time_s.size, np.nan) if "." in name else v for name, v in run.columns.items()}
-    with pytest.raises(InputError, match="no measurement"):
+    with pytest.raises(InputError, match="no channel of motion"):
         vt.diagnose([vt.Run("blind", run.time_s, still)], nominal=NOMINAL)

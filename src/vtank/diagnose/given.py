@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..estimate.observed import FEWEST, Observed, observe, stretches
+from ..logs import decidable
 from ..plant.parameters import SIZE
 from ..plant.truth import Truth, load_truth
 from ..plant.vehicle import Vehicle, load_vehicle
@@ -77,11 +78,25 @@ def vehicle_of(
         if named or path.suffix == ".toml" and path.is_file() and "body" in open_table(path).entries:
             return load_vehicle(nominal)
     if axes or (runs and not single and any(column(name) for run in runs for name in run.columns)):
+        telling(runs)
         raise InputError(
             "recordings of a whole vehicle need its file as the simulator: --nominal vehicle.toml, in Python "
             f'nominal="vehicle.toml"; {"found " + str(nominal) if nominal is not None else "none was given"}'
         )
     return None
+
+
+def telling(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """The runs from which something can be decided, and what is said of all; InputError where there is none."""
+    judged = [(run, decidable(run)) for run in runs]
+    kept = tuple(run for run, found in judged if not found.refusal)
+    if not kept and judged:
+        run, found = judged[0]
+        raise InputError(f"run {run.name}: nothing can be diagnosed: {found.refusal}")
+    said = [f"run {run.name} is left out: {found.refusal}" for run, found in judged if found.refusal]
+    for run, found in judged:
+        said += [f"not decidable from run {run.name}: {what} ({why})" for what, why in found.undecidable if run in kept]
+    return kept, tuple(said)
 
 
 def nominal_of(nominal: str | Path | Truth | Vehicle | np.ndarray, run: Observed) -> Nominal:

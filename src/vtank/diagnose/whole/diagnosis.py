@@ -14,6 +14,7 @@ from ...record.run import Run
 from ...rigid.layout import AXES
 from ...rigid.places import Placed
 from ...rigid.recorded import record
+from ..given import telling
 from .budget import REPEATS, Budget, budget
 from .model import Model
 from .selection import Selection, select
@@ -163,10 +164,11 @@ def diagnose(
     something tells of); the others are known motion where they were measured. effects: names, or names at places, to
     consider (default: all). InputError where nothing drives the vehicle or too little was measured.
     """
-    layout, seen, notes = record(tuple(runs), vehicle, axes)
+    kept, said = telling(runs)
+    layout, seen, notes = record(kept, vehicle, axes)
     selection = select(layout, seen, effects, progress)
     if progress:
         progress("the gap budget")
     spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes)
+    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said)
