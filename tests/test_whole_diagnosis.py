@@ -90,6 +90,18 @@ def test_a_saved_model_foretells_a_flight_that_it_has_not_seen(dragging, tmp_pat
     assert rate["diagnosed"] == pytest.approx(rate["noise"], rel=0.5)
 
 
+def test_own_parameters_are_identified_with_honest_deviations():
+    """Drag of surge 25 % and added mass of yaw 20 % above the file's, within four deviations."""
+    drag, added = NOMINAL.quadratic_drag.copy(), NOMINAL.added_mass.copy()
+    drag[0] *= 1.25
+    added[5, 5] *= 1.2
+    found = vt.identify([flight(replace(NOMINAL, quadratic_drag=drag, added_mass=added), 7)], nominal=NOMINAL)
+    for name, true in (("quadratic_drag@surge", drag[0]), ("added_mass@yaw", added[5, 5])):
+        assert abs(found.values[name] - true) < 4.0 * found.sd[name], name
+        assert found.sd[name] < 0.1 * true, name
+    assert "quadratic_drag@surge" in str(found)
+
+
 def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
     run = flight(NOMINAL, 5)
     with pytest.raises(InputError, match="--nominal vehicle.toml"):

@@ -13,6 +13,7 @@ from .record import Run, read_dataset, read_run
 if TYPE_CHECKING:
     import numpy as np
 
+    from .diagnose.whole.identified import WholeEstimate
     from .diagnosed import Diagnosis, WholeDiagnosis
     from .effects.effect import Effect
     from .estimate.maximum_likelihood import Estimate
@@ -72,19 +73,33 @@ def run(
     return tuple(result.run for result in results)
 
 
-def identify(runs: Iterable[Run], model: str = "II", process_noise: bool | None = None) -> Estimate:
+def identify(
+    runs: Iterable[Run],
+    model: str = "II",
+    process_noise: bool | None = None,
+    nominal: str | Path | Vehicle | None = None,
+    axes: Sequence[str] | None = None,
+) -> Estimate | WholeEstimate:
     """Maximum-likelihood estimate of a surge model from all runs together, with `values` and `sd` by parameter, SI.
 
     model: "I" alpha [1/m], beta [m/rev2]; "II" and thrust_lag.tau [s]; "III" and thrust_loss.gamma [1/rev].
     process_noise: whether turbulence is allowed for (default: where the residuals ask for it).
-    InputError where runs do not go together or cannot carry the model.
+    nominal: of recordings of a whole vehicle, its file; what is found are then its own parameters by place, those of
+    the `axes` that are asked about (default: all). InputError where runs do not go together or cannot carry the model.
     """
+    from .diagnose.given import vehicle_of
     from .estimate.maximum_likelihood import MODELS, identify
     from .estimate.observed import observe, stretches
 
+    runs = tuple(runs)
+    vehicle = vehicle_of(nominal, runs, axes)
+    if vehicle is not None:
+        from .diagnose.whole.identified import identify as identify_whole
+
+        return identify_whole(runs, vehicle, axes)
     if model not in MODELS:
         raise InputError(f"model {model!r}: expected one of {', '.join(MODELS)}")
-    return identify([observe(run) for run in stretches(tuple(runs))], model, process_noise=process_noise)
+    return identify([observe(run) for run in stretches(runs)], model, process_noise=process_noise)
 
 
 def diagnose(

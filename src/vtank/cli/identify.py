@@ -34,6 +34,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         help="whether the likelihood knows of turbulence (default: where the residuals ask for it)",
     )
     parser.add_argument("--truth", metavar="TRUTH", help="truth preset, or a truth.json, to set beside the estimates")
+    parser.add_argument("--nominal", metavar="VEHICLE.toml", help="of recordings of a whole vehicle, its file")
+    parser.add_argument(
+        "--axes", metavar="A,B", type=lambda text: tuple(part.strip() for part in text.split(",")),
+        help="axes of a whole vehicle that are asked about (default: all that something tells of)",
+    )  # fmt: skip
     parser.add_argument("--json", type=Path, metavar="OUT", help="write everything to a JSON file")
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for tables (Markdown, CSV) and pictures")
     parser.add_argument("--verbose", action="store_true", help="print all tables: residuals, validation, every method")
@@ -53,7 +58,32 @@ def run(args: argparse.Namespace) -> int:
 
     if (args.dataset is None) == (args.monte_carlo is None):
         raise InputError("expected a data set, or --monte-carlo N in its place")
+    if args.nominal:
+        return identify_whole(args)
     return try_seeds(args) if args.dataset is None else identify(args)
+
+
+def identify_whole(args: argparse.Namespace) -> int:
+    """Own parameters of a whole vehicle: print the table, write it where asked for."""
+    from ..diagnose.whole.identified import WholeEstimate
+    from ..errors import InputError
+    from ..library import identify as identify_runs
+    from ..library import load
+    from ..record import json_text, write_text
+    from .checks import refuse_unwritable
+
+    refuse_unwritable(args.json)
+    if args.dataset is None or args.out:
+        raise InputError("--nominal: expected a data set, and no --out: --json OUT keeps what is printed")
+    found = identify_runs(load(args.dataset), nominal=args.nominal, axes=args.axes)
+    if not isinstance(found, WholeEstimate):
+        raise InputError(f"--nominal {args.nominal}: expected the file of a vehicle, and its recordings")
+    print(found, end="")
+    for note in found.notes:
+        print(note)
+    if args.json:
+        write_text(args.json, json_text(found.document))
+    return 0
 
 
 def identify(args: argparse.Namespace) -> int:

@@ -65,7 +65,7 @@ def select(
     noise = first_noise(runs)
     floor = noise.variance
     own = own_unknowns(layout, runs[0].asked)
-    model = blank(_fit(runs, layout, noise), layout, (), own)
+    model = blank(bare(runs, layout, noise), layout, (), own)
     model, found = settled(model, floor)
     sizes = sizes_of(model, found)
     candidates = catalogue(layout, runs[0].asked, sizes)
@@ -91,7 +91,8 @@ def select(
     return _judged(best, found, own, candidates, strong, sizes, say)
 
 
-def _fit(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
+def bare(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
+    """A fit with nothing free."""
     return Fit(runs, layout.null, np.array([], dtype=np.int64), np.array([]), noise)
 
 
