@@ -115,5 +115,5 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
     with pytest.raises(InputError, match="no actuator channel"):
         vt.diagnose([vt.Run("silent", run.time_s, driven)], nominal=NOMINAL)
     still = {name: np.full(run.time_s.size, np.nan) if "." in name else v for name, v in run.columns.items()}
-    with pytest.raises(InputError, match="no channel of motion"):
+    with pytest.raises(InputError, match="no measurement"):
         vt.diagnose([vt.Run("blind", run.time_s, still)], nominal=NOMINAL)
