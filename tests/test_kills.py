@@ -156,7 +156,7 @@ def test_kills_of_diagnose(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, diagnoses: dict[int, vtank.library.Diagnosis]
 ) -> None:
     """While it writes: before that it changes nothing. Each file is whole, and the next go writes all of them."""
-    monkeypatch.setattr(vtank.library, "diagnose", lambda runs, nominal, seed, progress: diagnoses[seed])
+    monkeypatch.setattr(vtank.library, "diagnose", lambda runs, nominal, seed, **_: diagnoses[seed])
     monkeypatch.setattr(vtank.library, "load", lambda path: ())
     command = ["diagnose", "data", "--json", f"{place}/d.json", "--model", f"{place}/d.toml"]
     command += ["--report", f"{place}/d.html"]
@@ -186,7 +186,7 @@ def test_a_full_disk_leaves_what_was_there(
     diagnoses: dict[int, vtank.library.Diagnosis],
 ) -> None:
     """As the system says it, here by a limit on the size of files: exit code 2, and a next go with room ends well."""
-    monkeypatch.setattr(vtank.library, "diagnose", lambda runs, nominal, seed, progress: diagnoses[1])
+    monkeypatch.setattr(vtank.library, "diagnose", lambda runs, nominal, seed, **_: diagnoses[1])
     monkeypatch.setattr(vtank.library, "load", lambda path: ())
     words = {
         "run": ["run", "paper-ds1", "--model", "surge", "--set", "duration_s=6", "--out", f"{place}/d"],

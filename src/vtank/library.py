@@ -152,9 +152,8 @@ def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
     from .estimate.observed import observe, stretches
     from .record.table import open_table
 
-    table = open_table(Path(model))
-    if table.entries.get("schema") == whole_file.SCHEMA:
-        return whole_file.predict(table, run if isinstance(run, Run) else read_run(run))
+    if whole_file.is_whole(Path(model)):
+        return whole_file.predict(open_table(Path(model)), run if isinstance(run, Run) else read_run(run))
     parts = stretches([run if isinstance(run, Run) else read_run(run)])
     return predict_gaps(read_model(model), *map(observe, parts))
 

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 Document = dict[str, Any]
 MOST = 6  # probabilities that are shown
 WIDTH, HEIGHT, ROOM = 420.0, 260.0, 30.0  # [px] of the picture
-DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better"}
+DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better",
+          "disturbance": "the disturbance that is left is too large for turbulence"}  # fmt: skip
 
 
 def terminal_text(document: Document, width: int) -> str:

@@ -118,7 +118,10 @@ class Recorded:
         # wide enough for the step: friction that turns round within it would set the axis ringing
         creep = np.maximum(REVERSAL_M_S, 0.7 * self.longest_s * p[FRICTION : FRICTION + 6] * np.diag(inverse))
         home = self.start[[0, 1, 2, 5]]
-        return Hull(p, self.layout.counts, body, water, inverse, home, turn, bool(losses.any()), creep)
+        return Hull(
+            p=p, counts=self.layout.counts, body=body, water=water, inverse=inverse, home=home, gears=turn,
+            losing=bool(losses.any()), creep=creep,
+        )  # fmt: skip
 
     @cached_property
     def late(self) -> Array:

@@ -22,7 +22,10 @@ from .selection import Selection, select
 NAMED = 0.5  # probability that a set of effects must have to be named; below it the answer is undecided; a choice
 RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
-PER_EFFECT = ("effect", "effects")
+PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
+TURBULENT = (
+    0.01  # [m/s2, rad/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
+)
 
 
 @dataclass(frozen=True)
@@ -136,18 +139,30 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
     if name in ("none", "parameters"):
+        axis = implausible(selection)
+        if axis:
+            return Verdict("undecided", (), (axis,), (), None, chance, left, "disturbance")
         return Verdict(name, (), (), (), None, chance, left)
     model = selection.sets[name]
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
     channels = {placed.channel for placed in model.effects}
     kind = "effect" if len(effects) == 1 else "effects"
-    gained = sum(line.share for line in spent.lines if line.kind == "effect")
-    doubt = "" if gained > -BETTER else "worse"
+    gained = [line.interval90[1] for line in spent.lines if line.kind == "effect"]  # at best
+    doubt = "worse" if gained and max(gained) < -BETTER else ""
     if chance < NAMED or doubt:
         kind = "undecided"
     return Verdict(kind, effects, places, (name, *rivals), channels.pop() if len(channels) == 1 else None, chance, left,
                    doubt)  # fmt: skip
+
+
+def implausible(selection: Selection) -> str:
+    """The axis whose disturbance is too large for turbulence, measured by what its thrusters push with; "" for none."""
+    best = selection.best
+    hull = selection.runs[0].hull(best.vector())
+    share = best.fit.noise.sigma * np.diag(hull.body + hull.water) / selection.sizes.force
+    share = np.where(best.fit.noise.sigma > TURBULENT, share, 0.0)
+    return AXES[int(np.argmax(share))] if share.max() > PLAUSIBLE else ""
 
 
 def _channel(selection: Selection, place: str) -> str | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from ...errors import InputError
 from ...plant.vehicle import Vehicle, load_vehicle
 from ...record.run import Run
-from ...record.table import Table
+from ...record.table import Table, open_table
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
@@ -63,6 +64,11 @@ def _word(text: str) -> str:
 
 def _words(texts: Sequence[str]) -> str:
     return f"[{', '.join(map(_word, texts))}]"
+
+
+def is_whole(path: Path) -> bool:
+    """Whether a model file is that of a whole vehicle, by its schema."""
+    return path.is_file() and open_table(path).entries.get("schema") == SCHEMA
 
 
 def predict(table: Table, run: Run) -> dict[str, Any]:

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered
 from ...rigid.layout import AXES
 from ...rigid.places import Sizes
-from ...rigid.recorded import TELLS, Recorded, channel
+from ...rigid.recorded import Recorded
 from .model import Model
 from .screen import Base
 
 Array = NDArray[np.float64]
 SHARES = (0.03, 0.1, 0.3, 1.0)  # of the usual force of an axis, or of a column's deviation: sizes of a coefficient
 BUMPS = 6  # windows of time in a run
-SUSPECTS = 2  # axes, and columns, whose innovations are the least white, which are looked at; a choice
+SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,21 +41,13 @@ def forces(model: Model, base: Base, found: Sequence[Filtered], tracks: Sequence
     """A block for every axis that is asked about, the strongest first."""
     runs = model.fit.runs
     asked = np.flatnonzero(runs[0].asked)
-    told = np.array([unwhite(runs, found, [c for c, name in enumerate(runs[0].layout.columns)
-                                           if TELLS[channel(name)] == (axis,)]) for axis in asked])  # fmt: skip
     p = model.vector()
-    sides, ends = [], [0]
-    suspects = asked[np.argsort(told)[::-1][:SUSPECTS]]
-    for axis in suspects:
-        functions = [
-            _functions(run, p, track, sizes, int(axis), asked) for run, track in zip(runs, tracks, strict=True)
-        ]
-        ends.append(ends[-1] + functions[0].shape[1])
-        sides.append(functions)
     blocks = []
-    for axis, functions in zip(suspects, sides, strict=True):
-        unit = sizes.force[axis] / _inertia(runs[0], p, int(axis))
-        columns = _pushed(model, found, functions, int(axis), unit)
+    for axis in map(int, asked):
+        pairs = zip(runs, tracks, strict=True)
+        functions = [_functions(run, p, track, sizes, axis, asked) for run, track in pairs]
+        unit = sizes.force[axis] / _inertia(runs[0], p, axis)
+        columns = _pushed(model, found, functions, axis, unit)
         gain, size = evidence(base, columns)
         blocks.append(Block(AXES[axis], "hydrodynamics", gain, columns, size))
     return sorted(blocks, key=lambda block: -block.gain)
