@@ -9,6 +9,7 @@ from .atomic import write_bytes
 from .rules import content_fault, header_fault
 from .run import TIME, FloatArray, Run
 
+BLOCK = 10_000  # rows that are text at a time; a choice
 DECIMALS = 6  # of every cell [1e-6 of the column's unit], far below any sensor's resolution; a choice
 
 
@@ -25,10 +26,13 @@ def run_bytes(run: Run, decimals: int = DECIMALS) -> bytes:
     if fault:
         time = "" if fault.row is None else f" at row {fault.row}"
         raise InputError(f"run {run.name}{time}: {fault.message}")
-    cells = [_cells(values, decimals) for values in (run.time_s, *run.columns.values())]
-    _refuse_merged_times(run, cells[0])
-    lines = [",".join([TIME, *run.columns]), *map(",".join, zip(*cells, strict=True))]
-    return ("\n".join(lines) + "\n").encode()
+    _refuse_merged_times(run, _cells(run.time_s, decimals))
+    parts = [(",".join([TIME, *run.columns]) + "\n").encode()]
+    for first in range(0, run.time_s.size, BLOCK):
+        rows = slice(first, first + BLOCK)
+        cells = [_cells(values[rows], decimals) for values in (run.time_s, *run.columns.values())]
+        parts.append(("\n".join(map(",".join, zip(*cells, strict=True))) + "\n").encode())
+    return b"".join(parts)
 
 
 def _cells(values: FloatArray, decimals: int) -> list[str]:
