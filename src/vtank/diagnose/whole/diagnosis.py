@@ -135,7 +135,7 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
     left = tuple(block.place for block in selection.blocks if block.gain > REPEATS)
-    if sum(unknown.values()) > chance:
+    if sum(unknown.values()) >= chance:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
     if name in ("none", "parameters"):

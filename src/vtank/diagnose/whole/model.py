@@ -18,7 +18,13 @@ from ...rigid.layout import AXES, Layout
 from ...rigid.places import Parameter, Placed
 
 Array = NDArray[np.float64]
-OWN_SHARE = {"quadratic_drag": 0.3, "added_mass": 0.3, "gain": 0.2, "lag": 0.5}  # prior deviations of a vehicle file's
+OWN_SHARE = {
+    "quadratic_drag": 0.3,
+    "linear_drag": 0.3,
+    "added_mass": 0.3,
+    "gain": 0.2,
+    "lag": 0.5,
+}  # prior deviations of a vehicle file's
 # numbers as shares of them: what the tables of such vehicles differ by (models/README.md); guesses
 STEPS = 8  # of a fit, at most
 PROMISE = 0.02  # log-likelihood that a further step must promise
@@ -42,7 +48,7 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass, gain of all thrusters and their lag, each where the vehicle file has one."""
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i]
-              for q in ("quadratic_drag", "added_mass")}  # fmt: skip
+              for q in ("quadratic_drag", "linear_drag", "added_mass")}  # fmt: skip
     for quantity in ("gain", "lag"):
         groups[f"{quantity}@thrusters"] = [f"{quantity}@{push.name}" for push in layout.pushes]
     for name, slots in groups.items():
@@ -118,7 +124,10 @@ class Model:
 def _vector(fixed: Array, unknowns: Sequence[Unknown], theta: Array) -> Array:
     p = fixed.copy()
     for unknown, value in zip(unknowns, theta, strict=True):
-        p[unknown.slots] = unknown.base + value
+        now = p[
+            unknown.slots
+        ]  # two unknowns of one slot add up: drag that the file has wrong, and drag that it has not
+        p[unknown.slots] = np.where(np.isfinite(now), now, unknown.base) + value
     return p
 
 
