@@ -71,6 +71,7 @@ def test_check_data_holds_runs_against_a_vehicle(tmp_path: Path, capsys: pytest.
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells the peak of a program by itself")
 def test_an_hour_at_50_hz_with_30_channels_stays_below_1_gb(tmp_path: Path) -> None:
     rows = 50 * 3600
     names = ["time_s", *(f"thruster_{k}_command" for k in range(1, 9)), *(f"s{k}.depth_m" for k in range(1, 23))]
@@ -79,12 +80,14 @@ def test_an_hour_at_50_hz_with_30_channels_stays_below_1_gb(tmp_path: Path) -> N
         values = ",".join(["0.123456"] * 30)
         file.writelines(f"{0.02 * k:.2f},{values}\n" for k in range(rows))
     code = (
-        "import resource, sys; from vtank.cli import main; main(sys.argv[1:]); "
-        "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"
+        "import sys; from vtank.cli import main; main(sys.argv[1:]); "
+        "print(open('/proc/self/status').read().partition('VmHWM:')[2].split()[0])"
     )
     for command in (["import", "hour.csv", "--out", "run.csv"], ["check-data", "run.csv"]):
         done = subprocess.run(
             [sys.executable, "-c", code, *command], cwd=tmp_path, capture_output=True, text=True, check=True
         )
-        peak = int(done.stdout.split()[-1])  # in kB, on macOS in bytes
-        assert peak < (1e9 if sys.platform == "darwin" else 1e6), command
+        peak_kB = int(
+            done.stdout.split()[-1]
+        )  # getrusage's would be the parent's, too
+        assert peak_kB < 1e6, command
