@@ -87,7 +87,5 @@ def test_an_hour_at_50_hz_with_30_channels_stays_below_1_gb(tmp_path: Path) -> N
         done = subprocess.run(
             [sys.executable, "-c", code, *command], cwd=tmp_path, capture_output=True, text=True, check=True
         )
-        peak_kB = int(
-            done.stdout.split()[-1]
-        )  # getrusage's would be the parent's, too
+        peak_kB = int(done.stdout.split()[-1])  # getrusage's would be the parent's, too
         assert peak_kB < 1e6, command

@@ -18,6 +18,10 @@ from .recorded import channel
 
 Array = NDArray[np.float64]
 EARTH = ("north", "east", "down")
+# Own parameters of a vehicle file, and the prior deviations of its numbers as shares of them: by what the tables of
+# such vehicles differ (models/README.md); guesses
+OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
+OWN_OF_THRUSTERS = {"gain": 0.2, "lag": 0.5}
 SPEEDS, TURNS = CHANNELS[SURGE:ROLL_RATE], (*CHANNELS[ROLL:SURGE], *CHANNELS[ROLL_RATE:ACCEL])
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),

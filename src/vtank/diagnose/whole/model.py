@@ -15,20 +15,11 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES, Layout
-from ...rigid.places import Parameter, Placed
+from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
 
 Array = NDArray[np.float64]
-OWN_SHARE = {
-    "quadratic_drag": 0.3,
-    "linear_drag": 0.3,
-    "added_mass": 0.3,
-    "gain": 0.2,
-    "lag": 0.5,
-}  # prior deviations of a vehicle file's
-# numbers as shares of them: what the tables of such vehicles differ by (models/README.md); guesses
 STEPS = 8  # of a fit, at most
 PROMISE = 0.02  # log-likelihood that a further step must promise
-NEARLY_SINGULAR = 1e-9
 
 
 @dataclass(frozen=True)
@@ -47,15 +38,13 @@ class Unknown:
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass, gain of all thrusters and their lag, each where the vehicle file has one."""
     p, found = layout.null, []
-    groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i]
-              for q in ("quadratic_drag", "linear_drag", "added_mass")}  # fmt: skip
-    for quantity in ("gain", "lag"):
-        groups[f"{quantity}@thrusters"] = [f"{quantity}@{push.name}" for push in layout.pushes]
+    groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
+    groups |= {f"{q}@thrusters": [f"{q}@{push.name}" for push in layout.pushes] for q in OWN_OF_THRUSTERS}
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
         if at.size:
-            share = OWN_SHARE[name.partition("@")[0]]
+            share = (OWN_OF_AXIS | OWN_OF_THRUSTERS)[name.partition("@")[0]]
             size = float(np.mean(p[at]))
             found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
     return found
