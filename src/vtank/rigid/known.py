@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import savgol_filter
 
 from ..plant.sensor import Sensor
 from ..plant.vehicle import Vehicle
@@ -86,5 +85,7 @@ def _smooth(series: Array, step: float) -> tuple[Array, Array]:
     window = min(2 * int(0.5 * SMOOTH_S / step) + 1, series.size - (series.size + 1) % 2)
     if window < 5:
         return series, np.gradient(series, step)
+    from scipy.signal import savgol_filter  # heavy, and only known motion needs it
+
     smooth, rate = (savgol_filter(series, window, 2, deriv=order, delta=step) for order in (0, 1))
     return smooth, rate

@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..plant.vehicle import Vehicle
+from ..plant.vehicle import AXES, Vehicle
+from ..plant.vehicle import COUPLING as COUPLING_OF
 from .push import Push
 
 Array = NDArray[np.float64]
-AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 G = 9.80665  # standard gravity [m/s2]
 
 # Offsets of quantities within their block; those of an axis take six slots, vectors three.
@@ -67,7 +67,7 @@ FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressur
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")
-COUPLED_AT = ((1, 5), (2, 4), (0, 4), (1, 3))
+COUPLED_AT = tuple(COUPLING_OF.values())
 
 
 class Hull(NamedTuple):

@@ -37,7 +37,7 @@ class Selection:
     Attributes:
         layout, runs, sizes, candidates: what was looked at. nominal, own: fits without effects, at the final noise.
         best: of the sets that were fitted. sets: all of them, by names joined with +.
-        found: the filter at the best. base: its linearisation. blocks: free-form parts beside the best, blocks_alone:
+        found: the filter at the best. blocks: free-form parts beside the best, blocks_alone:
             beside own parameters alone. probabilities: by name.
     """
 
@@ -128,8 +128,7 @@ def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Pl
     """Score tests of all candidates that the model has not, the most promising first."""
     taken = {slot for placed in model.effects for number in placed.parameters for slot in number.slots}
     some = [c for c in candidates if not taken & {slot for number in c.parameters for slot in number.slots}]
-    ranked = promises(model, base, layout, some, found)
-    return ranked
+    return promises(model, base, layout, some, found)
 
 
 def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
