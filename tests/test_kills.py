@@ -33,8 +33,9 @@ Trial = tuple[list[str], Callable[[Path], None]]
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(not hasattr(os, "fork"), reason="forks its children")]
 
 
-def moments(command: list[str], place: Path, seed: int) -> Iterator[dict[str, float]]:
-    """When to kill: before changes of the disk, drawn among all of them, and at times within its run."""
+def moments(command: list[str], place: Path, kept: Path, seed: int) -> Iterator[dict[str, float]]:
+    """When to kill: before changes of the disk, drawn among all it makes from `kept`, and at times within its run."""
+    restore(place, kept)
     code, changes = child(command)
     assert code == 0 and changes > 0
     random = np.random.default_rng(seed)
@@ -53,7 +54,7 @@ def kill_again_and_again(
 ) -> None:
     """Kill a command at many moments, from the same beginning: `check` what is left, and the next go's `whole`."""
     killed = 0
-    for moment in moments(command, place, seed):
+    for moment in moments(command, place, kept, seed):
         restore(place, kept)
         code, _ = child(command, **moment)
         assert code in (0, -signal.SIGKILL, -signal.SIGALRM)
@@ -128,7 +129,7 @@ def test_kills_of_blind_make(place: Path, tmp_path: Path, monkeypatch: pytest.Mo
 
     # a go that was whole before it was killed is not made again: the command says so, with exit code 2
     killed = 0
-    for moment in moments(command, place, seed=3):
+    for moment in moments(command, place, kept, seed=3):
         restore(place, kept)
         code, _ = child(command, **moment)
         killed += code != 0
