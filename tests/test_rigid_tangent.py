@@ -8,18 +8,16 @@ import numpy as np
 import pytest
 from test_rigid_motion import flown
 
-from vtank.rigid.fit import Fit, filtered
+from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise, settle
-
-NONE = np.array([], dtype=np.int64)
 
 
 @pytest.fixture(scope="module")
 def fitted():
     run = flown("bluerov2", 30.0)
     noise = first_noise([run])
-    fit = Fit((run,), run.layout.null, NONE, np.array([]), noise)
-    return fit, [filtered(run, run.layout.null, noise)]
+    fit = Fit((run,), noise)
+    return fit, fit.filter(run.layout.null)
 
 
 @pytest.mark.parametrize(
@@ -34,11 +32,12 @@ def fitted():
 )  # fmt: skip
 def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
     fit, found = fitted
-    p, layout = fit.base, fit.runs[0].layout
+    layout = fit.runs[0].layout
+    p = layout.null
     moved = layout.null.copy()
     moved[layout.slot(slot)] += change
     sides = fit.residuals([p, moved], found)
-    exact, linear = sides[:, 1] - sides[:, 0], fit.answers(p, [moved], found)[:, 0]
+    exact, linear = sides[:, 1] - sides[:, 0], fit.answers(fit.paths(p, found), [moved])[:, 0]
     assert np.linalg.norm(exact) > 0.1, "it moves something"
     size, followed = np.linalg.norm(exact), np.linalg.norm(linear)
     assert followed == pytest.approx(size, rel=0.1)
@@ -48,7 +47,7 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
 def test_white_errors_are_found_as_they_were_put_in(fitted):
     fit, _ = fitted
     run = fit.runs[0]
-    noise, found = settle(fit, fit.noise.variance)
+    noise, found = settle(fit, fit.runs[0].layout.null, fit.noise.variance)
     stated = {f"{s.name}.{c}": (sd, s.rate_hz) for s in run.layout.vehicle.sensors
               for c, sd in zip(s.channels, s.noise, strict=True)}  # fmt: skip
     for c, column in enumerate(run.layout.columns):

@@ -10,6 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+from .kalman import Way, again, kalman
+from .kernels import SIZE
+from .recorded import Recorded
+
 Array = NDArray[np.float64]
 FAR = 4.0  # deviations beyond which a measurement counts less and less; a choice
 THREADS = 2  # that share simulations out; each is computed alike on any number
@@ -26,12 +31,17 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Of one run: innovations, variances, gains, and the variance that the state explains; (M,), (M, 18)."""
+    """Of one run at parameters p: innovations, variances, gains, and the variance that the state explains.
 
+    Shapes (M,) and, of the gains, (M, 18); way: the filter's path, linearised.
+    """
+
+    p: Array
     innovation: Array
     variance: Array
     gain: Array
     explained: Array
+    way: Way
 
 
 def bent(z: Array) -> Array:
@@ -50,3 +60,45 @@ def share(work: Sequence[Callable[[], Any]]) -> list[Any]:
         return [call() for call in work]
     with ThreadPoolExecutor(THREADS) as pool:
         return list(pool.map(lambda call: call(), work))
+
+
+def _way(run: Recorded) -> Way:
+    steps, size = run.steps.now.size, run.time_s.size
+    return Way(np.empty((steps + 1, SIZE)), np.empty((size, SIZE)), np.empty((steps, 12, 12)), np.empty((size, SIZE)))
+
+
+def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
+    """Extended Kalman filter along a run; InputError where the motion diverges."""
+    size, way = run.time_s.size, _way(run)
+    innovation, variance, explained, gain = (*np.empty((3, size)), np.zeros((size, SIZE)))
+    kalman(
+        run.hull(p), run.start, run.spread, run.steps, run.record, run.drive(p), noise.variance[run.column],
+        noise.sigma * run.moves, noise.memory_s, way, innovation, variance, gain, explained,
+    )  # fmt: skip
+    if not np.isfinite(innovation).all():
+        lost = run.time_s[~np.isfinite(innovation)].min()
+        raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
+    return Filtered(p, innovation, variance, gain, explained, way)
+
+
+def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way, Array]:
+    """The path at other parameters with the gains of a filter, and the innovations along it."""
+    out, way, none = np.empty(run.time_s.size), _way(run), np.empty(0)
+    kalman(
+        run.hull(p), run.start, none, run.steps, run.record, run.drive(p), none, np.zeros(6), memory_s, way, out, none,
+        f.gain, none,
+    )  # fmt: skip
+    return way, out
+
+
+def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> tuple[Array, Array, Array]:
+    """Innovations, their variances, and what the state explains at another noise, linear about the path of a filter.
+
+    memory_s: of the noise of that filter.
+    """
+    out, variance, explained = np.empty((3, run.time_s.size))
+    again(
+        f.way, run.steps, run.spread, noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, memory_s,
+        f.gain, f.innovation, out, variance, explained,
+    )  # fmt: skip
+    return out, variance, explained

@@ -8,14 +8,14 @@ that tells enough of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import FAR, Filtered, Noise, share
-from .fit import Fit
+from .filtered import FAR, Filtered, Noise, refiltered, share
+from .fit import Fit, log_likelihood
 from .recorded import Recorded, scatter
 
 Array = NDArray[np.float64]
@@ -48,30 +48,51 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
     return float(gaps.min()) if gaps.size else 1e-9
 
 
-def settle(fit: Fit, floor: Array, factors: Sequence[float] = FACTORS) -> tuple[Noise, list[Filtered]]:
-    """The likeliest noise beside the fit's parameters, and the filter at it.
+def settle(fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS) -> tuple[Noise, list[Filtered]]:
+    """The likeliest noise beside the parameters p, and the filter at it.
 
     floor: variances of the first noise, of which a share is always left; factors: by which sizes are tried.
     """
-    part = replace(fit, runs=cut(fit.runs))
-    noise, (best, found) = fit.noise, _likelihood(part, fit.noise)
+    noise, runs = fit.noise, cut(fit.runs)
     for factor in factors:
+        about = replace(fit, runs=runs, noise=noise).filter(p)
+        trials = partial(_tried, runs, about, noise.memory_s)
+        best = trials([noise])[0]
         for axis in np.flatnonzero(noise.sigma > 0.0):
             for _ in range(FURTHEST):
-                before = best
-                for trial, (likelihood, there) in _tried(part, _sizes(noise, int(axis), factor)):
-                    if likelihood > best:
-                        noise, best, found = trial, likelihood, there
-                if best - before < PROMISE:
+                before = best.likelihood
+                best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
+                if best.likelihood - before < PROMISE:
                     break
-        for trial, (likelihood, there) in _tried(part, _memories(noise, factor)):
-            if likelihood > best:
-                noise, best, found = trial, likelihood, there
-        whiter = replace(noise, variance=np.maximum(_white(part.runs, noise, found), KEPT * floor))
-        likelihood, there = _likelihood(part, whiter)
-        if likelihood > best:
-            noise, best, found = whiter, likelihood, there
-    return noise, fit.at(fit.base, noise).filter(np.array([]))
+        best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
+        whiter = replace(best.noise, variance=np.maximum(_white(runs, best), KEPT * floor))
+        noise = max((best, *trials([whiter])), key=_likelihood).noise
+    return noise, replace(fit, noise=noise).filter(p)
+
+
+@dataclass(frozen=True, eq=False)
+class Tried:
+    """A noise, its likelihood, and of every run the innovations, their variances, and what the state explains."""
+
+    noise: Noise
+    likelihood: float
+    found: list[tuple[Array, Array, Array]]
+
+
+def _likelihood(tried: Tried) -> float:
+    return tried.likelihood
+
+
+def _tried(
+    runs: Sequence[Recorded], about: Sequence[Filtered], memory_s: float, trials: Sequence[Noise]
+) -> list[Tried]:
+    """Several noises tried, linear about the path of a filter whose memory is memory_s."""
+
+    def one(noise: Noise) -> Tried:
+        found = [refiltered(run, f, memory_s, noise) for run, f in zip(runs, about, strict=True)]
+        return Tried(noise, sum(log_likelihood(e, S) for e, S, _ in found), found)
+
+    return share([partial(one, noise) for noise in trials])
 
 
 def cut(runs: Sequence[Recorded]) -> tuple[Recorded, ...]:
@@ -83,15 +104,6 @@ def cut(runs: Sequence[Recorded]) -> tuple[Recorded, ...]:
             break
         found.append(run.until(run.time_s[min(left, run.time_s.size) - 1]))
     return tuple(found)
-
-
-def _likelihood(fit: Fit, noise: Noise) -> tuple[float, list[Filtered]]:
-    found = fit.at(fit.base, noise).filter(np.array([]))
-    return fit.log_likelihood(found), found
-
-
-def _tried(fit: Fit, trials: Sequence[Noise]) -> list[tuple[Noise, tuple[float, list[Filtered]]]]:
-    return list(zip(trials, share([partial(_likelihood, fit, trial) for trial in trials]), strict=True))
 
 
 def _sizes(noise: Noise, axis: int, factor: float) -> list[Noise]:
@@ -110,17 +122,15 @@ def _memories(noise: Noise, factor: float) -> list[Noise]:
     return [replace(noise, memory_s=memory) for memory in (longer, shorter)]
 
 
-def _white(runs: Sequence[Recorded], noise: Noise, found: Sequence[Filtered]) -> Array:
+def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     """White errors that agree with the innovations, (C,).
 
     What an innovation e and the analysis residual share, E[(e - H K e) e], is the white error's variance (Desroziers,
     Berre, Chapnik, Poli, Q. J. R. Meteorol. Soc. 131 (2005)).
     """
     column = np.concatenate([run.column for run in runs])
-    e, S, known = (
-        np.concatenate([getattr(f, part) for f in found]) for part in ("innovation", "variance", "explained")
-    )
-    keep, variance = np.abs(e) < FAR * np.sqrt(S), noise.variance.copy()
+    e, S, known = map(np.concatenate, zip(*tried.found, strict=True))
+    keep, variance = np.abs(e) < FAR * np.sqrt(S), tried.noise.variance.copy()
     for c in range(variance.size):
         mine = keep & (column == c)
         if mine.any():

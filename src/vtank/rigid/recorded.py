@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from ..record.columns import MOTION
 from ..record.run import TIME, Run
-from .kernels import Drive, Record, Steps, held, plan, thrusts
+from .kernels import Record
 from .known import ATTITUDE, SPEEDS, channel, known_motion
 from .layout import (
     AXES,
@@ -38,6 +38,7 @@ from .layout import (
 from .motion import gears
 from .push import pushes
 from .readings import CHANNELS, RANGE
+from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
 FASTEST_HZ = 12.0  # samples of a channel that come faster are averaged to about ten a second: no hull moves faster

@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered, share
-from ...rigid.fit import innovations, weighed
+from ...rigid.fit import innovations
 from ...rigid.recorded import Recorded
 from .model import Model
+from .screen import based
 from .selection import Selection, without
 
 Array = NDArray[np.float64]
@@ -119,7 +120,7 @@ REPEATS = 4.6  # log evidence of a free-form part from which what is left is sai
 
 def _squares(model: Model) -> tuple[Array, Array]:
     """`free_errors` with parameters from which each part has been left out."""
-    found = model.fit.at(model.vector()).filter(np.array([]))
+    found = model.fit.filter(model.vector())
     folds = _folds(model)
     return free_errors(model, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
 
@@ -133,7 +134,7 @@ def free_errors(
     folds: part of every measurement, and the parameters for it; by default the model's own for all.
     """
     fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
-    found = found or fit.at(model.vector()).filter(np.array([]))
+    found = found or fit.filter(model.vector())
     folds = folds or [np.zeros(run.time_s.size, dtype=np.int64) for run in fit.runs]
     vectors, sums, counts = vectors or [model.vector()], [], []
     for run, f, fold in zip(fit.runs, found, folds, strict=True):
@@ -184,10 +185,8 @@ def _left_out(model: Model, found: Sequence[Filtered], folds: Sequence[NDArray[n
     count = max(int(fold.max()) for fold in folds) + 1
     if not model.unknowns:
         return [model.theta] * count
-    step = np.array([u.step for u in model.unknowns])
-    moved = [model.vector(model.theta + step * (np.arange(step.size) == i)) for i in range(step.size)]
-    J = model.fit.answers(model.vector(), moved, found) / step
-    e = np.concatenate([weighed(f.innovation, f) for f in found])
+    base = based(model, found)
+    J, e = base.J, base.e
     H = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
     part = np.concatenate(list(folds))
     low, high = np.array([u.low for u in model.unknowns]), np.array([u.high for u in model.unknowns])

@@ -10,12 +10,13 @@ import numpy as np
 
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
+from ...rigid.fit import Fit
 from ...rigid.layout import AXES
 from ...rigid.noise import first_noise
 from ...rigid.recorded import record
 from ..given import telling
 from .model import blank, own_unknowns
-from .selection import bare, settled
+from .selection import settled
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
     layout, seen, notes = record(kept, vehicle, axes)
     noise = first_noise(seen)
     own = own_unknowns(layout, seen[0].asked)
-    model, _ = settled(blank(bare(seen, layout, noise), layout, (), own), noise.variance)
+    model, _ = settled(blank(Fit(seen, noise), layout, (), own), noise.variance)
     nominal = {u.name: float(np.mean(u.base)) for u in own}
     found = model.fit.noise
     return WholeEstimate(

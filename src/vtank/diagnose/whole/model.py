@@ -16,6 +16,7 @@ from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
+from ...rigid.tangent import Path
 
 Array = NDArray[np.float64]
 STEPS = 8  # of a fit, at most
@@ -133,31 +134,49 @@ def blank(fit: Fit, layout: Layout, effects: Sequence[Placed], own: Sequence[Unk
     return Model(fit, tuple(effects), tuple(unknowns), np.array(begin), fixed)
 
 
+def slopes(model: Model, paths: Sequence[Path]) -> Array:
+    """Derivative of the residuals with respect to a model's unknowns along the paths, (sum M, U)."""
+    side = _sides(model.unknowns, model.theta)
+    moved = [model.vector(model.theta + side * (np.arange(side.size) == i)) for i in range(side.size)]
+    return np.asarray(model.fit.answers(paths, moved) / side)
+
+
+def _sides(unknowns: Sequence[Unknown], theta: Array) -> Array:
+    """Steps of finite differences; against a bound, from within."""
+    step, high = np.array([u.step for u in unknowns]), np.array([u.high for u in unknowns])
+    return np.asarray(np.where(theta + step > high, -step, step))
+
+
 def refit(
     model: Model, found: Sequence[Filtered], theta: Array, held: Array | None = None, steps: int = STEPS
 ) -> Model:
     """Levenberg-Marquardt with the gains held, from theta; evidence at the end.
 
     held: derivative with respect to the first unknowns, (sum M, H), which is not made anew: own parameters hardly move.
+    By default all are made at once, along paths, and anew where the fit has gone farther than it can tell apart.
     """
-    first = 0 if held is None else held.shape[1]
     unknowns, scale = model.unknowns, np.array([u.scale for u in model.unknowns])
-    low, high, step = (np.array([getattr(u, part) for u in unknowns]) for part in ("low", "high", "step"))
+    low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("low", "high"))
     weight, damping = scale**-2.0, 1e-4
     theta = np.clip(theta, low, high)
 
-    def differentiated(at: Array) -> tuple[Array, Array]:
-        side = np.where(at + step > high, -step, step)  # against a bound, from within
-        moved = [at, *(at + side * (np.arange(at.size) == i) for i in range(first, at.size))]
-        e = model.fit.residuals([_vector(model.fixed, unknowns, t) for t in moved], found)
-        J = (e[:, 1:] - e[:, :1]) / side[first:]
-        return e[:, 0], J if held is None else np.hstack([held, J])
+    def residual(at: Array) -> Array:
+        return model.fit.residuals([_vector(model.fixed, unknowns, at)], found)[:, 0]
+
+    def differentiated(at: Array, e: Array) -> Array:
+        if held is None:
+            now = replace(model, theta=at)
+            return slopes(now, model.fit.paths(now.vector(), found))
+        side, first = _sides(unknowns, at), held.shape[1]
+        moved = [_vector(model.fixed, unknowns, at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
+        return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
 
     def cost_of(e: Array, at: Array) -> float:
         return 0.5 * float(e @ e + np.sum(weight * at * at))
 
-    e, J = differentiated(theta)
+    e, about = residual(theta), theta
     cost = cost_of(e, theta)
+    J = differentiated(theta, e) if theta.size else np.empty((e.size, 0))
     for _ in range(steps if theta.size else 0):
         gradient, H = J.T @ e + weight * theta, J.T @ J + np.diag(weight)
         free = ~(((theta <= low) & (gradient > 0.0)) | ((theta >= high) & (gradient < 0.0)))
@@ -170,16 +189,17 @@ def refit(
             A = H[np.ix_(free, free)] + damping * np.diag(np.diag(H)[free])
             move[free] = -np.linalg.solve(A, gradient[free])
             at = np.clip(theta + move, low, high)
-            there = model.fit.residuals([_vector(model.fixed, unknowns, at)], found)[:, 0]
+            there = residual(at)
             if cost_of(there, at) < cost:
                 trial = at
                 break
             damping = max(damping, 1e-3) * 10.0
         if trial is theta:
             break
-        theta, damping = trial, max(damping / 10.0, 1e-8)
-        e, J = differentiated(theta)
+        theta, e, damping = trial, there, max(damping / 10.0, 1e-8)
         cost = cost_of(e, theta)
+        if held is not None or (theta - about) @ H @ (theta - about) > theta.size:
+            J, about = differentiated(theta, e), theta
     H = J.T @ J + np.diag(weight) if theta.size else np.zeros((0, 0))
     inside = (theta > low) & (theta < high)
     whitened = np.eye(theta.size) + (J * scale).T @ (J * scale)

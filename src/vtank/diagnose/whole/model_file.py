@@ -79,7 +79,7 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     vehicle = _vehicle(table)
     layout, runs, _ = record([run], vehicle, table.texts("axes"))
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
-    fit = Fit(runs, layout.null, np.array([], np.int64), np.array([]), noise)
+    fit = Fit(runs, noise)
     found: dict[str, dict[str, float]] = {}
     for part in ("nominal", "refit", "diagnosed"):
         p = layout.null if part == "nominal" else _vector(layout, table.table(part))

@@ -12,7 +12,8 @@ from ...rigid.filtered import Filtered
 from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
-from .model import Model
+from ...rigid.tangent import Path
+from .model import Model, slopes
 
 Array = NDArray[np.float64]
 STEP = 0.02  # of finite differences, as a share of a prior deviation
@@ -31,10 +32,11 @@ class Promise:
 class Base:
     """A fitted model's innovations e, (M,), and the derivative J, (M, U), that others are projected off.
 
-    whitened: J such that J'J and the priors together are one: what the model's own unknowns take up of a column c is
-    whitened (whitened' c).
+    paths: along which changes are followed. whitened: J such that J'J and the priors together are one: what the model's
+    own unknowns take up of a column c is whitened (whitened' c).
     """
 
+    paths: list[Path]
     e: Array
     J: Array
     whitened: Array
@@ -47,18 +49,14 @@ class Base:
 
 def based(model: Model, found: Sequence[Filtered]) -> Base:
     """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
-    step, p, fit = np.array([u.step for u in model.unknowns]), model.vector(), model.fit
-    moved = [model.vector(model.theta + step * (np.arange(step.size) == i)) for i in range(step.size)]
-    e = np.concatenate([weighed(f.innovation, f) for f in found])
-    J = fit.answers(p, moved, found) / step
+    paths = model.fit.paths(model.vector(), found)
+    e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
     inner = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
-    whitened = np.linalg.solve(np.linalg.cholesky(inner), J.T).T if step.size else J
-    return Base(e, J, np.ascontiguousarray(whitened))
+    whitened = np.linalg.solve(np.linalg.cholesky(inner), J.T).T if model.unknowns else J
+    return Base(paths, e, J, np.ascontiguousarray(whitened))
 
 
-def promises(
-    model: Model, base: Base, layout: Layout, candidates: Sequence[Placed], found: Sequence[Filtered]
-) -> list[Promise]:
+def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     """All candidates that are not in the model, the most promising first."""
     taken = set(model.names)
     p, trials = model.vector(), []
@@ -71,7 +69,7 @@ def promises(
             begin = tuple(n.starts[min(t, len(n.starts) - 1)] if n.starts else 0.0 for n in free)
             trials.append((placed, begin, *_sides(p, layout, placed, begin)))
     vectors = [v for *_, sides in trials for v in sides]
-    e = base.e[:, None] + model.fit.answers(p, vectors, found)
+    e = base.e[:, None] + model.fit.answers(base.paths, vectors)
     best: dict[str, Promise] = {}
     first = 0
     for placed, begin, steps, sides in trials:

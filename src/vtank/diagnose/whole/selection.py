@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered, Noise
+from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit, innovations
 from ...rigid.layout import Layout
 from ...rigid.noise import FACTORS, first_noise, settle
@@ -65,7 +65,7 @@ def select(
     noise = first_noise(runs)
     floor = noise.variance
     own = own_unknowns(layout, runs[0].asked)
-    model = blank(bare(runs, layout, noise), layout, (), own)
+    model = blank(Fit(runs, noise), layout, (), own)
     model, found = settled(model, floor)
     sizes = sizes_of(model, found)
     candidates = catalogue(layout, runs[0].asked, sizes)
@@ -77,7 +77,7 @@ def select(
         say(f"score tests of {len(candidates)} effects at their places")
         base = based(best, found)
         fitted: list[Model] = []
-        ranked = _promising(best, base, layout, candidates, found)
+        ranked = _promising(best, base, layout, candidates)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
         for promise in _near(ranked):
             if not _hopeless(promise, fitted, best):
@@ -91,18 +91,13 @@ def select(
     return _judged(best, found, own, candidates, strong, sizes, say)
 
 
-def bare(runs: tuple[Recorded, ...], layout: Layout, noise: Noise) -> Fit:
-    """A fit with nothing free."""
-    return Fit(runs, layout.null, np.array([], dtype=np.int64), np.array([]), noise)
-
-
 def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
     """The fit and its noise, each at the other's, twice."""
     for factors in (FACTORS, FACTORS[-1:]):
-        noise, found = settle(model.fit.at(model.vector()), floor, factors)
+        noise, found = settle(model.fit, model.vector(), floor, factors)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
-    return model, model.fit.at(model.vector()).filter(np.array([]))
+    return model, model.fit.filter(model.vector())
 
 
 def extended(
@@ -123,12 +118,11 @@ def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filter
     return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
 
 
-def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed],
-               found: Sequence[Filtered]) -> list[Promise]:  # fmt: skip
+def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     """Score tests of all candidates that the model has not, the most promising first."""
     taken = {slot for placed in model.effects for number in placed.parameters for slot in number.slots}
     some = [c for c in candidates if not taken & {slot for number in c.parameters for slot in number.slots}]
-    return promises(model, base, layout, some, found)
+    return promises(model, base, layout, some)
 
 
 def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
@@ -188,7 +182,7 @@ def _judged(
     for parent in parents:
         base = based(parent, found)
         gained: list[Model] = []
-        for promise in _near(_promising(parent, base, layout, strong, found)):
+        for promise in _near(_promising(parent, base, layout, strong)):
             if _hopeless(promise, gained, parent):
                 continue
             gained.append(extended(parent, base, layout, promise.placed, promise.begin, found))
@@ -203,15 +197,15 @@ def _judged(
     top = sets[max(sets, key=lambda name: weights[name])]
     if top is not best:
         best = top
-        found = best.fit.at(best.vector()).filter(np.array([]))
+        found = best.fit.filter(best.vector())
     say("what has no name")
     base, tracks = based(best, found), tracks_of(best, found)
-    blocks = sorted(forces(best, base, found, tracks, sizes) + errors(best, base, found, tracks, sizes),
+    blocks = sorted(forces(best, base, tracks, sizes) + errors(best, base, found, tracks, sizes),
                     key=lambda block: -block.gain)  # fmt: skip
     alone = blocks
     if best.effects:
         plain = based(refitted, found)
-        alone = sorted(forces(refitted, plain, found, tracks, sizes) + errors(refitted, plain, found, tracks, sizes),
+        alone = sorted(forces(refitted, plain, tracks, sizes) + errors(refitted, plain, found, tracks, sizes),
                        key=lambda block: -block.gain)  # fmt: skip
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in alone:

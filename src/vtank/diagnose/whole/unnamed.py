@@ -37,7 +37,7 @@ class Block:
     size: float
 
 
-def forces(model: Model, base: Base, found: Sequence[Filtered], tracks: Sequence[Array], sizes: Sizes) -> list[Block]:
+def forces(model: Model, base: Base, tracks: Sequence[Array], sizes: Sizes) -> list[Block]:
     """A block for every axis that is asked about, the strongest first."""
     runs = model.fit.runs
     asked = np.flatnonzero(runs[0].asked)
@@ -47,7 +47,7 @@ def forces(model: Model, base: Base, found: Sequence[Filtered], tracks: Sequence
         pairs = zip(runs, tracks, strict=True)
         functions = [_functions(run, p, track, sizes, axis, asked) for run, track in pairs]
         unit = sizes.force[axis] / _inertia(runs[0], p, axis)
-        columns = _pushed(model, found, functions, axis, unit)
+        columns = _pushed(base, functions, axis, unit)
         gain, size = evidence(base, columns)
         blocks.append(Block(AXES[axis], "hydrodynamics", gain, columns, size))
     return sorted(blocks, key=lambda block: -block.gain)
@@ -81,10 +81,10 @@ def _functions(run: Recorded, p: Array, track: Array, sizes: Sizes, axis: int, a
     return np.asarray(columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-9))
 
 
-def _pushed(model: Model, found: Sequence[Filtered], functions: Sequence[Array], axis: int, unit: float) -> Array:
+def _pushed(base: Base, functions: Sequence[Array], axis: int, unit: float) -> Array:
     """Innovations' answer to each function as an acceleration of an axis, over `unit`, (sum M, Q)."""
     parts = []
-    for path, g in zip(model.fit.paths(model.vector(), found), functions, strict=True):
+    for path, g in zip(base.paths, functions, strict=True):
         causes = []
         for function in g.T:
             push = np.zeros((function.size, 6))
@@ -98,11 +98,11 @@ def errors(model: Model, base: Base, found: Sequence[Filtered], tracks: Sequence
     """A block for each of the columns whose innovations are the least white, the strongest first."""
     runs, layout = model.fit.runs, model.fit.runs[0].layout
     lag = [unwhite(runs, found, [c]) for c in range(len(layout.columns))]
-    paths, blocks = model.fit.paths(model.vector(), found), []
+    blocks = []
     for c in np.argsort(lag)[::-1][:SUSPECTS]:
         unit = float(np.std(np.concatenate([run.value[run.column == c] for run in runs]))) or 1.0
         parts = []
-        for run, f, track, path in zip(runs, found, tracks, paths, strict=True):
+        for run, f, track, path in zip(runs, found, tracks, base.paths, strict=True):
             functions, causes = _readings(run, f, track, sizes, int(c), unit), []
             for function in functions.T:
                 shift = np.zeros(run.time_s.size)

@@ -1,0 +1,275 @@
+"""The Kalman filter of a whole vehicle, and the linearisation that it leaves behind along its path.
+
+The motion between measurements is linearised once for a path; filters at other noise, and what small changes of a law
+do, are linear algebra along it.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import law
+from .kernels import SIZE, moved, parted, seen
+from .layout import FIN, HULL, LATENCY, SENSOR, SKEW, SPRING, TETHER, THRUSTER, WATERLINE
+from .motion import rates
+from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
+from .steps import TOUCH_S
+
+NUDGE = 1e-6  # [SI] step of the finite differences
+
+
+class Way(NamedTuple):
+    """A filter's path along a run and its linearisation.
+
+    states: at the starts of the N steps and at the end, (N + 1, 18); before: before each measurement, (M, 18);
+    F: transition of the motion over each step, (N, 12, 12); H: derivative of each prediction, (M, 18).
+    """
+
+    states: np.ndarray
+    before: np.ndarray
+    F: np.ndarray
+    H: np.ndarray
+
+
+@law
+def pulled(hull):
+    """Whether any force depends on place."""
+    p = hull.p
+    return p[TETHER] != 0.0 or p[WATERLINE] != 0.0 or p[SPRING] != 0.0 or p[SPRING + 1] != 0.0 or p[SPRING + 2] != 0.0
+
+
+@law
+def transition(t, x, y, h, i, drive, hull, F, scratch):
+    """Derivative of the motion after step i of h [s] with respect to that before it, x to y, both (18,), into F.
+
+    The Taylor series of the exponential of the rates' derivative amid the step, to the order of the Runge-Kutta steps.
+    """
+    amid, still, rate, base = scratch[0], scratch[1, :6], scratch[2], scratch[3]
+    B, G = scratch[4:16, :12], scratch[16:28, :12]
+    for a in range(18):
+        amid[a] = 0.5 * (x[a] + y[a])
+    for a in range(6):
+        still[a] = 0.0
+    now, thrust, asked, fins, known = t + 0.5 * h, drive.thrust[i], drive.asked[i], drive.fins[i], drive.known[i]
+    rates(now, amid, thrust, asked, fins, still, known[9:], hull, base)
+    placed = pulled(hull)
+    for c in range(12):
+        free = c >= 3 and not drive.knows[c - 3] if c >= 3 else placed
+        if free:
+            before = amid[c]
+            amid[c] += NUDGE
+            rates(now, amid, thrust, asked, fins, still, known[9:], hull, rate)
+            amid[c] = before
+        for a in range(12):
+            B[a, c] = h * (rate[a] - base[a]) / NUDGE if free else 0.0
+    for a in range(12):
+        for c in range(12):
+            F[a, c] = 1.0 if a == c else 0.0
+    for order in range(4, 0, -1):  # F <- 1 + B F / order
+        for a in range(12):
+            for c in range(12):
+                G[a, c] = 0.0
+            G[a, a] = 1.0
+            for b in range(12):
+                f = B[a, b] / order
+                if f != 0.0:
+                    for c in range(12):
+                        G[a, c] += f * F[b, c]
+        F[:, :] = G
+    for c in range(3, 12):
+        if drive.knows[c - 3]:  # what is known does not follow from what was
+            for a in range(12):
+                F[a, c] = 0.0
+
+
+@law
+def reach(m, record, hull):
+    """First and last of the states that a measurement may depend on; of one that is wound back, all."""
+    p, kind = hull.p, record.kind[m]
+    s = HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
+    if kind >= ACCEL or abs(p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]) > TOUCH_S:
+        return 0, SIZE if kind >= ACCEL else 12
+    if kind < ROLL:
+        return 0, 6
+    return (3, 6) if kind < SURGE else (3, 12) if kind < ROLL_RATE else (9, 12)
+
+
+@law
+def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
+    """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,)."""
+    x[:12], d[:] = s[:12], s[12:]
+    here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
+    first, last = reach(m, record, hull)
+    for c in range(SIZE):
+        H[c] = 0.0
+    for c in range(first, last):
+        if c < 12:
+            x[c] += NUDGE
+            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+            x[c] = s[c]
+        else:
+            d[c - 12] += NUDGE
+            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+            d[c - 12] = s[c]
+    return here
+
+
+@law
+def carry(F, h, sigma, memory, T, P, A):
+    """In place, the covariance P, (18, 18), after a step of h [s] whose transition of the motion is F; T, A: scratch.
+
+    A disturbance holds on with its memory, and is a speed that grows on the way through the step.
+    """
+    keep = math.exp(-h / memory)
+    mean = (1.0 - keep) * memory / h
+    for a in range(12):
+        for c in range(12):
+            T[c, a] = F[a, c]
+        for c in range(6):
+            T[12 + c, a] = 0.5 * h * mean * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) if sigma[c] > 0.0 else 0.0
+    for c in range(6):
+        for a in range(SIZE):
+            T[a, 12 + c] = keep if a == 12 + c else 0.0
+    for i in range(SIZE):  # A = P T
+        for k in range(SIZE):
+            A[i, k] = 0.0
+        for q in range(SIZE):
+            f = P[i, q]
+            if f != 0.0:
+                for k in range(SIZE):
+                    A[i, k] += f * T[q, k]
+    for i in range(SIZE):  # P = T' A
+        for k in range(SIZE):
+            P[i, k] = 0.0
+        for q in range(SIZE):
+            f = T[q, i]
+            if f != 0.0:
+                for k in range(SIZE):
+                    P[i, k] += f * A[q, k]
+    both = memory * (1.0 - keep) * (1.0 - keep)
+    gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
+    for a in range(6):
+        s2 = sigma[a] * sigma[a]
+        P[12 + a, 12 + a] += s2 * (1.0 - keep * keep)
+        P[6 + a, 6 + a] += s2 * gust
+        P[6 + a, 12 + a] += s2 * both
+        P[12 + a, 6 + a] = P[6 + a, 12 + a]
+
+
+@law
+def begun(spread, sigma):
+    """Covariance of the start, (18, 18)."""
+    P = np.zeros((SIZE, SIZE))
+    for a in range(12):
+        P[a, a] = spread[a] ** 2
+    for a in range(6):
+        P[12 + a, 12 + a] = sigma[a] ** 2
+    return P
+
+
+@law
+def weigh(P, H, noise_var, C, gain):
+    """Variance of a prediction, without its own noise; the gain, (18,), and P after the measurement, in place."""
+    explained = 0.0
+    for a in range(SIZE):
+        C[a] = 0.0
+    for b in range(SIZE):
+        f = H[b]
+        if f != 0.0:
+            for a in range(SIZE):
+                C[a] += f * P[b, a]
+    for a in range(SIZE):
+        explained += H[a] * C[a]
+    for a in range(SIZE):
+        gain[a] = C[a] / (explained + noise_var)
+        for b in range(SIZE):
+            P[a, b] -= gain[a] * C[b]
+    return explained
+
+
+@law
+def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, way, out, variance, gain, explained):
+    """Extended Kalman filter along a run: innovations `out`, their variances, gains (M, 18), and H P H' `explained`.
+
+    spread: standard deviations of the start, (12,); noise_var: of each measurement, (M,); sigma [m/s2, rad/s2]:
+    stationary deviation of the disturbance of each axis, (6,); memory [s]; way: a `Way` to fill. With spread of shape
+    (0,) the gains are given, and nothing but innovations and way is made.
+    """
+    s, x, d, y = np.zeros(SIZE), np.zeros(18), np.zeros(6), np.zeros(18)
+    given, P, T, A, C = (
+        spread.size == 0,
+        begun(np.zeros(12), sigma),
+        np.zeros((18, 18)),
+        np.zeros((18, 18)),
+        np.zeros(18),
+    )
+    if not given:
+        P = begun(spread, sigma)
+    k, z, push, scratch = np.empty((4, 18)), np.empty(18), np.zeros(6), np.zeros((28, 18))
+    wake, i, t = np.zeros(6), 0, steps.now[0] if steps.now.size else 0.0
+    s[:12] = start
+    for q in range(steps.which.size):
+        m = steps.which[q]
+        while i < steps.upto[q]:
+            way.states[i] = s
+            x[:12], x[12:], d[:] = s[:12], wake, s[12:]
+            y[:] = x
+            moved(y, d, t, steps.length[i], memory, drive, i, hull, k, z, push)
+            transition(t, x, y, steps.length[i], i, drive, hull, way.F[i], scratch)
+            if not given:
+                carry(way.F[i], steps.length[i], sigma, memory, T, P, A)
+            s[:12], s[12:], wake[:] = y[:12], d, y[12:]
+            t += steps.length[i]
+            i += 1
+        way.before[m] = s
+        x[12:] = wake
+        here = differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, way.H[m])
+        out[m] = parted(record.value[m] - here, record.kind[m])
+        if not given:
+            explained[m] = weigh(P, way.H[m], noise_var[m], C, gain[m])
+            variance[m] = explained[m] + noise_var[m]
+        for a in range(SIZE):
+            s[a] += gain[m, a] * out[m]
+    way.states[i:] = s
+
+
+@law
+def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation, out, variance, explained):
+    """The filter at another noise, linear about a path: innovations, their variances, and what the state explains.
+
+    then: memory [s], given: gains, (M, 18), and innovation: (M,), of the filter that went the path.
+    """
+    P, T, A, C = begun(spread, sigma), np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros(SIZE)
+    off, new, d, gain, i = np.zeros(12), np.zeros(12), np.zeros(6), np.zeros(SIZE), 0
+    for q in range(steps.which.size):
+        m = steps.which[q]
+        while i < steps.upto[q]:
+            h, F = steps.length[i], way.F[i]
+            keep, kept = math.exp(-h / memory), math.exp(-h / then)
+            mean, meant = (1.0 - keep) * memory / h, (1.0 - kept) * then / h
+            for a in range(12):
+                new[a] = 0.0
+                for c in range(12):
+                    new[a] += F[a, c] * off[c]
+                for c in range(6):
+                    f = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
+                    new[a] += f * (mean * d[c] - meant * way.states[i, 12 + c])
+            off[:] = new
+            for c in range(6):
+                d[c] *= keep
+            carry(F, h, sigma, memory, T, P, A)
+            i += 1
+        H, e = way.H[m], innovation[m]
+        for a in range(12):
+            e -= H[a] * off[a]
+        for a in range(6):
+            e -= H[12 + a] * (d[a] - way.before[m, 12 + a])
+        explained[m] = weigh(P, H, noise_var[m], C, gain)
+        out[m], variance[m] = e, explained[m] + noise_var[m]
+        for a in range(12):
+            off[a] += gain[a] * e - given[m, a] * innovation[m]
+        for a in range(6):
+            d[a] += gain[12 + a] * e

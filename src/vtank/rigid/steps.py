@@ -1,0 +1,156 @@
+"""The steps of a simulation of a whole vehicle, and what pushes over each of them.
+
+Thruster forces follow from the inputs alone, but for what speed takes off, and are worked out beforehand as means over
+the steps, exact for delays and first-order lags of held inputs.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import law
+from .layout import (
+    DEADBAND,
+    DELAY,
+    FIN,
+    GAIN,
+    HULL,
+    LAG,
+    MISREAD,
+    SAG,
+    SATURATION,
+    SHARE,
+    SKEWED,
+    SLOWER,
+    THRUSTER,
+    WIRED,
+)  # fmt: skip
+
+TOUCH_S = 1e-10  # [s] instants closer than this are one
+
+
+class Steps(NamedTuple):
+    """The N steps of a simulation: `now` and `length` [s], (N,); measurement `which` comes after the first `upto`."""
+
+    now: np.ndarray
+    length: np.ndarray
+    which: np.ndarray
+    upto: np.ndarray
+
+
+class Drive(NamedTuple):
+    """What pushes over each step: wrench of the thrusters (N, 6), sizes of their inputs (N, K), angles of fins (N, F).
+
+    Motion that is known: attitude, velocity and acceleration at the start of each step, (N, 15); which of them, (15,).
+    """
+
+    thrust: np.ndarray
+    asked: np.ndarray
+    fins: np.ndarray
+    known: np.ndarray
+    knows: np.ndarray
+
+
+@law
+def plan(at, stamps, longest):
+    """Steps through measurements that were true at the times `at`, (M,), and inputs that change at `stamps`, (I,).
+
+    longest: step [s].
+    """
+    count, first = at.size, at.min()
+    which = np.argsort(at, kind="mergesort")
+    room = count + stamps.size + int((at.max() - first) / longest) + 2
+    now, length, upto = np.empty(room), np.empty(room), np.empty(count, np.int64)
+    t, i, j = first, 0, np.searchsorted(stamps, first + TOUCH_S)
+    for m in range(count):
+        until = at[which[m]]
+        while t < until - TOUCH_S:
+            stop = until
+            while j < stamps.size and stamps[j] <= t + TOUCH_S:
+                j += 1
+            if j < stamps.size and stamps[j] < stop - TOUCH_S:
+                stop = stamps[j]
+            if stop - t > longest + TOUCH_S:
+                stop = t + (stop - t) / math.ceil((stop - t) / longest - 1e-9)
+            now[i], length[i] = t, stop - t
+            t, i = stop, i + 1
+        upto[m] = i
+    return now[:i], length[:i], which, upto
+
+
+@law
+def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
+    """Mean force [N] of K thrusters over each step, and mean size of what they were asked for; shapes (N, K).
+
+    inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
+    forces begin at nothing, else where the first inputs bring them.
+    """
+    steps, force, size = now.size, np.zeros((now.size, thrusters)), np.zeros((now.size, thrusters))
+    samples, points = stamps.size, tables.shape[1]
+    made, turned, upto = np.empty(samples), np.empty(samples), np.empty(samples)
+    for k in range(thrusters):
+        i = HULL + THRUSTER * k
+        wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
+        for j in range(samples):
+            n = min(max(inputs[j, wire] - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
+            n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
+            place = min(max((n / reach[k] + 1.0) * 0.5 * (points - 1), 0.0), points - 1.0)
+            left = min(int(place), points - 2)
+            steady = tables[k, left] + (place - left) * (tables[k, left + 1] - tables[k, left])
+            steady = p[i + GAIN] * p[i + SHARE] * (steady + p[i + SKEWED] * abs(steady))
+            made[j], turned[j] = steady * math.exp(-p[i + SAG] * stamps[j]), abs(n)
+            upto[j] = stamps[j]
+        z, tau, j = 0.0, p[i + LAG] + p[i + SLOWER], 0
+        for s in range(steps):
+            a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
+            while j + 1 < samples and upto[j + 1] <= a + TOUCH_S:
+                j += 1
+            t, goal, spin, q = a, 0.0, 0.0, j
+            while t < b - TOUCH_S:
+                stop = b
+                if q + 1 < samples and upto[q + 1] < b:
+                    stop = max(upto[q + 1], t)
+                if t >= upto[0] - TOUCH_S:
+                    goal += (stop - t) * made[q]
+                    spin += (stop - t) * turned[q]
+                t = stop
+                if q + 1 < samples and upto[q + 1] <= t + TOUCH_S:
+                    q += 1
+            goal, spin = goal / length[s], spin / length[s]
+            if s == 0 and not resting:
+                z = goal
+            size[s, k] = spin
+            if tau > 0.0:
+                fade = math.exp(-length[s] / tau)
+                force[s, k] = goal + (z - goal) * (tau / length[s]) * (1.0 - fade)
+                z = goal + (z - goal) * fade
+            else:
+                force[s, k] = goal
+    return force, size
+
+
+@law
+def held(now, length, stamps, inputs, p, first):
+    """Mean angles of fins, (I, F), held from their stamps on, over each step, (N, F); 0 before the first stamp.
+
+    first: slot of their delay, of the first fin; the others follow.
+    """
+    out = np.zeros((now.size, inputs.shape[1]))
+    for f in range(inputs.shape[1]):
+        late, j = p[first + FIN * f], -1
+        for s in range(now.size):
+            t, b = now[s] - late, now[s] + length[s] - late
+            while j + 1 < stamps.size and stamps[j + 1] <= t + TOUCH_S:
+                j += 1
+            q = j
+            while t < b - TOUCH_S:
+                stop = b if q + 1 >= stamps.size else min(b, max(stamps[q + 1], t))
+                if q >= 0:
+                    out[s, f] += (stop - t) * inputs[q, f] / length[s]
+                t = stop
+                if q + 1 < stamps.size and stamps[q + 1] <= t + TOUCH_S:
+                    q += 1
+    return out
