@@ -91,14 +91,11 @@ def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way
     return way, out
 
 
-def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> tuple[Array, Array, Array]:
-    """Innovations, their variances, and what the state explains at another noise, linear about the path of a filter.
-
-    memory_s: of the noise of that filter.
-    """
-    out, variance, explained = np.empty((3, run.time_s.size))
+def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> Filtered:
+    """The filter at another noise, linear about the path of f, at whose noise the memory was memory_s."""
+    out, variance, explained, gain = (*np.empty((3, run.time_s.size)), np.empty_like(f.gain))
     again(
         f.way, run.steps, run.spread, noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, memory_s,
-        f.gain, f.innovation, out, variance, explained,
+        f.gain, f.innovation, out, variance, gain, explained,
     )  # fmt: skip
-    return out, variance, explained
+    return Filtered(f.p, out, variance, gain, explained, f.way)

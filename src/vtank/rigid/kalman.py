@@ -242,13 +242,13 @@ def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, 
 
 
 @law
-def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation, out, variance, explained):
-    """The filter at another noise, linear about a path: innovations, their variances, and what the state explains.
+def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation, out, variance, gain, explained):
+    """The filter at another noise, linear about a path: innovations, their variances, gains, and H P H'.
 
     then: memory [s], given: gains, (M, 18), and innovation: (M,), of the filter that went the path.
     """
     P, T, A, C = begun(spread, sigma), np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros(SIZE)
-    off, new, d, gain, i = np.zeros(12), np.zeros(12), np.zeros(6), np.zeros(SIZE), 0
+    off, new, d, i = np.zeros(12), np.zeros(12), np.zeros(6), 0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -272,9 +272,9 @@ def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation,
             e -= H[a] * off[a]
         for a in range(6):
             e -= H[12 + a] * (d[a] - way.before[m, 12 + a])
-        explained[m] = weigh(P, H, noise_var[m], C, gain)
+        explained[m] = weigh(P, H, noise_var[m], C, gain[m])
         out[m], variance[m] = e, explained[m] + noise_var[m]
         for a in range(12):
-            off[a] += gain[a] * e - given[m, a] * innovation[m]
+            off[a] += gain[m, a] * e - given[m, a] * innovation[m]
         for a in range(6):
-            d[a] += gain[12 + a] * e
+            d[a] += gain[m, 12 + a] * e

@@ -24,6 +24,7 @@ LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
 ENOUGH = 6000  # measurements that the noise is sought on; a choice
 FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
 PROMISE = 1.0  # log-likelihood that another step has to bring
+ROUNDS = 4  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
@@ -55,28 +56,32 @@ def settle(fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS)
     """
     noise, runs = fit.noise, cut(fit.runs)
     for factor in factors:
-        about = replace(fit, runs=runs, noise=noise).filter(p)
-        trials = partial(_tried, runs, about, noise.memory_s)
-        best = trials([noise])[0]
-        for axis in np.flatnonzero(noise.sigma > 0.0):
-            for _ in range(FURTHEST):
-                before = best.likelihood
-                best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
-                if best.likelihood - before < PROMISE:
-                    break
-        best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
-        whiter = replace(best.noise, variance=np.maximum(_white(runs, best), KEPT * floor))
-        noise = max((best, *trials([whiter])), key=_likelihood).noise
+        for _ in range(ROUNDS):
+            about = replace(fit, runs=runs, noise=noise).filter(p)
+            trials = partial(_tried, runs, about, noise.memory_s)
+            best = start = trials([noise])[0]
+            for axis in np.flatnonzero(noise.sigma > 0.0):
+                for _ in range(FURTHEST):
+                    before = best.likelihood
+                    best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
+                    if best.likelihood - before < PROMISE:
+                        break
+            best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
+            whiter = replace(best.noise, variance=np.maximum(_white(runs, best), KEPT * floor))
+            best = max((best, *trials([whiter])), key=_likelihood)
+            noise = best.noise
+            if best.likelihood - start.likelihood < PROMISE:
+                break
     return noise, replace(fit, noise=noise).filter(p)
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A noise, its likelihood, and of every run the innovations, their variances, and what the state explains."""
+    """A noise, its likelihood, and the filters at it."""
 
     noise: Noise
     likelihood: float
-    found: list[tuple[Array, Array, Array]]
+    found: list[Filtered]
 
 
 def _likelihood(tried: Tried) -> float:
@@ -90,7 +95,7 @@ def _tried(
 
     def one(noise: Noise) -> Tried:
         found = [refiltered(run, f, memory_s, noise) for run, f in zip(runs, about, strict=True)]
-        return Tried(noise, sum(log_likelihood(e, S) for e, S, _ in found), found)
+        return Tried(noise, sum(log_likelihood(f.innovation, f.variance) for f in found), found)
 
     return share([partial(one, noise) for noise in trials])
 
@@ -129,7 +134,9 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     Berre, Chapnik, Poli, Q. J. R. Meteorol. Soc. 131 (2005)).
     """
     column = np.concatenate([run.column for run in runs])
-    e, S, known = map(np.concatenate, zip(*tried.found, strict=True))
+    e, S, known = (
+        np.concatenate([getattr(f, part) for f in tried.found]) for part in ("innovation", "variance", "explained")
+    )
     keep, variance = np.abs(e) < FAR * np.sqrt(S), tried.noise.variance.copy()
     for c in range(variance.size):
         mine = keep & (column == c)

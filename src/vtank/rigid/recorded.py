@@ -29,6 +29,7 @@ from .layout import (
     QUADRATIC,
     SENSOR,
     THRUSTER,
+    TRIM,
     WATERLINE,
     WEIGHT,
     Hull,
@@ -41,7 +42,8 @@ from .readings import CHANNELS, RANGE
 from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
-FASTEST_HZ = 12.0  # samples of a channel that come faster are averaged to about ten a second: no hull moves faster
+BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
+MOST = 150_000  # measurements of all runs; beyond, they are averaged over longer times, so that memory holds; a choice
 TELLS = {  # channel -> axes whose motion it tells
     "range_m": (0,), "position_m": (0,), "north_m": (0, 1), "east_m": (0, 1), "depth_m": (2,), "roll_rad": (3,),
     "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
@@ -86,6 +88,7 @@ class Recorded:
     spread: Array
     wall: float
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
+    _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
     @cached_property
     def moves(self) -> NDArray[np.bool_]:
@@ -115,7 +118,10 @@ class Recorded:
     def hull(self, p: Array) -> Hull:
         """Parameters for the kernels."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
-        body, water, inverse = masses(p, self.moves)
+        key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes()
+        if key not in self._masses:
+            self._masses[key] = masses(p, self.moves)
+        body, water, inverse = self._masses[key]
         # wide enough for the step: friction that turns round within it would set the axis ringing
         creep = np.maximum(REVERSAL_M_S, 0.7 * self.longest_s * p[FRICTION : FRICTION + 6] * np.diag(inverse))
         home = self.start[[0, 1, 2, 5]]
@@ -133,8 +139,12 @@ class Recorded:
 
     @cached_property
     def steps(self) -> Steps:
-        """Steps of a simulation through the instants at which measurements were true."""
-        return Steps(*plan(self.time_s - self.late, self.stamps, self.longest_s))
+        """Steps of a simulation through the instants at which measurements were true.
+
+        Inputs begin a step where they stay as they are for longer than one; what comes faster is averaged.
+        """
+        slow = self.stamps.size < 2 or float(np.median(np.diff(self.stamps))) >= self.longest_s
+        return Steps(*plan(self.time_s - self.late, self.stamps if slow else self.stamps[:0], self.longest_s))
 
     @cached_property
     def longest_s(self) -> float:
@@ -213,7 +223,10 @@ def record(
     reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
                           run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
-    return layout, tuple(_recorded(run, layout, asked, known, reach, tables) for run in runs), tuple(notes)
+    bin_s = _bin_s(runs, used)
+    if bin_s > BIN_S:
+        notes.append(f"a long recording: samples are averaged over {bin_s:.2g} s")
+    return layout, tuple(_recorded(run, layout, asked, known, reach, tables, bin_s) for run in runs), tuple(notes)
 
 
 def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
@@ -235,10 +248,13 @@ def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measure
 
 
 def _recorded(
-    run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array
-) -> Recorded:
+    run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array,
+    bin_s: float,
+) -> Recorded:  # fmt: skip
     """One run; InputError where it holds nothing that was asked for."""
-    parts = [(c, *_thinned(*_samples(run, name))) for c, name in enumerate(layout.columns) if name in run.columns]
+    parts = [
+        (c, *_thinned(*_samples(run, name), bin_s)) for c, name in enumerate(layout.columns) if name in run.columns
+    ]
     parts = [part for part in parts if part[1].size >= FEWEST]
     if not parts:
         raise InputError(f"run {run.name}: fewer than {FEWEST} samples of {', '.join(layout.columns)}")
@@ -261,14 +277,23 @@ def _recorded(
     )  # fmt: skip
 
 
-def _thinned(time: Array, value: Array) -> tuple[Array, Array]:
-    """Samples that come faster than FASTEST_HZ averaged over tenths of a second.
+def _bin_s(runs: Sequence[Run], columns: Sequence[str]) -> float:
+    """Time over which samples are averaged [s]."""
+    count = sum(
+        min(run.samples(name)[0].size, float(np.ptp(run.time_s)) / BIN_S)
+        for run in runs for name in columns if name in run.columns
+    )  # fmt: skip
+    return BIN_S * max(1.0, count / MOST)
+
+
+def _thinned(time: Array, value: Array, bin_s: float) -> tuple[Array, Array]:
+    """Samples that come faster averaged over bins of a time [s].
 
     What averaging takes off where a series curves, half its curvature times the spread of the times, is given back.
     """
-    if time.size < 3 or 1.0 / np.median(np.diff(time)) <= FASTEST_HZ:
+    if time.size < 3 or bin_s <= ALMOST * np.median(np.diff(time)):
         return time, value
-    bins = np.floor((time - time[0]) * 10.0 + 1e-9).astype(int)
+    bins = np.floor((time - time[0]) / bin_s + 1e-9).astype(int)
     count = np.bincount(bins)
     full = count > 0
     at, mean, square = (np.bincount(bins, series)[full] / count[full] for series in (time, value, time * time))

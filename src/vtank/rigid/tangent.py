@@ -21,7 +21,7 @@ from .motion import rates
 from .recorded import Recorded
 
 Array = NDArray[np.float64]
-WIDE = 96  # changes that are followed at a time; a choice
+WIDE = 24  # changes that are followed at a time; a choice
 
 
 @law
@@ -131,17 +131,9 @@ class Path:
 
     def follow(self, causes: Sequence[tuple[Array, Array]]) -> Array:
         """Changes of the innovations over their deviations, (M, L)."""
-        run, size = self.run, len(causes)
-        found = np.empty((run.time_s.size, size))
-
-        def part(first: int) -> None:
-            some = causes[first : first + WIDE]
-            out = np.empty((run.time_s.size, len(some)))
-            push, shift = (np.stack([cause[n] for cause in some], axis=-1) for n in (0, 1))
-            tangents(self.way, run.steps, self.f.gain, self.memory_s, push, shift, out)
-            found[:, first : first + WIDE] = out
-
-        share([partial(part, first) for first in range(0, size, WIDE)])
+        found = np.empty((self.run.time_s.size, len(causes)))
+        push, shift = (np.stack([cause[n] for cause in causes], axis=-1) for n in (0, 1))
+        tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift, found)
         root = np.sqrt(self.f.variance)
         z = self.innovation / root
         slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # of the bent residuals
@@ -150,12 +142,19 @@ class Path:
 
 def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDArray[np.bool_]]:
     """Changes of innovations over their deviations for other parameter vectors, (sum M, L); which were followed."""
-    parts, done = [], np.ones(len(vectors), bool)
-    for path in paths:
-        causes = share([partial(path.cause, q) for q in vectors])
+    out = np.empty((sum(path.run.time_s.size for path in paths), len(vectors)))
+    done = np.ones(len(vectors), bool)
+
+    def part(path: Path, row: int, first: int) -> None:
+        causes = [path.cause(q) for q in vectors[first : first + WIDE]]
         for i, cause in enumerate(causes):
             if cause is None:
-                done[i] = False
-                causes[i] = np.zeros((path.run.steps.now.size, 6)), np.zeros(path.run.time_s.size)
-        parts.append(path.follow(causes))
-    return np.concatenate(parts), done
+                done[first + i] = False
+        none = np.zeros((path.run.steps.now.size, 6)), np.zeros(path.run.time_s.size)
+        columns = path.follow([none if cause is None else cause for cause in causes])
+        out[row : row + path.run.time_s.size, first : first + WIDE] = columns
+
+    rows = np.cumsum([0, *(path.run.time_s.size for path in paths)])
+    each = [(path, int(row)) for path, row in zip(paths, rows[:-1], strict=True)]
+    share([partial(part, path, row, first) for path, row in each for first in range(0, len(vectors), WIDE)])
+    return out, done

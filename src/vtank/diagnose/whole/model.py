@@ -168,6 +168,8 @@ def refit(
             now = replace(model, theta=at)
             return slopes(now, model.fit.paths(now.vector(), found))
         side, first = _sides(unknowns, at), held.shape[1]
+        if first == at.size:
+            return held
         moved = [_vector(model.fixed, unknowns, at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
         return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
 

@@ -16,6 +16,7 @@ from ...rigid.tangent import Path
 from .model import Model, slopes
 
 Array = NDArray[np.float64]
+TOGETHER = 64  # trials whose answers are held at a time; a choice
 STEP = 0.02  # of finite differences, as a share of a prior deviation
 
 
@@ -68,16 +69,16 @@ def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Plac
         for t in range(tries):
             begin = tuple(n.starts[min(t, len(n.starts) - 1)] if n.starts else 0.0 for n in free)
             trials.append((placed, begin, *_sides(p, layout, placed, begin)))
-    vectors = [v for *_, sides in trials for v in sides]
-    e = base.e[:, None] + model.fit.answers(base.paths, vectors)
     best: dict[str, Promise] = {}
-    first = 0
-    for placed, begin, steps, sides in trials:
-        columns = e[:, first : first + len(sides)]
-        first += len(sides)
-        promise = _promise(placed, begin, steps, columns, base)
-        if promise is not None and (placed.name not in best or promise.gain > best[placed.name].gain):
-            best[placed.name] = promise
+    for first in range(0, len(trials), TOGETHER):
+        some = trials[first : first + TOGETHER]
+        e = base.e[:, None] + model.fit.answers(base.paths, [v for *_, sides in some for v in sides])
+        place = 0
+        for placed, begin, steps, sides in some:
+            promise = _promise(placed, begin, steps, e[:, place : place + len(sides)], base)
+            place += len(sides)
+            if promise is not None and (placed.name not in best or promise.gain > best[placed.name].gain):
+                best[placed.name] = promise
     return sorted(best.values(), key=lambda promise: -promise.gain)
 
 

@@ -16,7 +16,7 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .model import Model, Unknown, blank, own_unknowns, refit
 from .screen import Base, Promise, based, promises
-from .unnamed import Block, errors, forces
+from .unnamed import Block, at_place, unnamed
 
 Array = NDArray[np.float64]
 FITTED = 6  # promising effects that are fitted, beside all that promise nearly as much; a choice
@@ -27,6 +27,7 @@ MOST = 3  # effects that are named together
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
 WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
 IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
+FORM = 0.2  # prior odds that an effect has another form than its law here, where another effect is the rival; a guess
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
 
@@ -176,7 +177,9 @@ def _judged(
     nominal = refit(blank(best.fit, layout, (), []), found, np.array([]))
     sets = {"none": nominal, "parameters": refitted, _key(best): best}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
-    for model in smaller:
+    lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
+                        for placed in two.effects]  # fmt: skip
+    for model in lesser:
         sets.setdefault(_key(model), model)
     parents = smaller or [refitted]
     for parent in parents:
@@ -194,19 +197,18 @@ def _judged(
         parts = [other for other in sets.values() if set(other.names) < set(model.names) and other.effects]
         if parts:
             weights[name] -= IMPERFECT * max(0.0, max(p.log_evidence for p in parts) - refitted.log_evidence)
+    for name in {_key(model) for model in lesser} - {"parameters"}:
+        weights[name] += float(np.logaddexp(0.0, np.log(FORM) + _form(sets[name], found, sizes)))
     top = sets[max(sets, key=lambda name: weights[name])]
     if top is not best:
         best = top
         found = best.fit.filter(best.vector())
     say("what has no name")
-    base, tracks = based(best, found), tracks_of(best, found)
-    blocks = sorted(forces(best, base, tracks, sizes) + errors(best, base, found, tracks, sizes),
-                    key=lambda block: -block.gain)  # fmt: skip
+    blocks = unnamed(best, found, based(best, found), sizes)
     alone = blocks
     if best.effects:
-        plain = based(refitted, found)
-        alone = sorted(forces(refitted, plain, tracks, sizes) + errors(refitted, plain, found, tracks, sizes),
-                       key=lambda block: -block.gain)  # fmt: skip
+        there = refitted.fit.filter(refitted.vector())
+        alone = unnamed(refitted, there, based(refitted, there), sizes)
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in alone:
         mimicked = IMPERFECT * max(refitted.log_evidence - nominal.log_evidence, 0.0)
@@ -218,6 +220,13 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best,
         sets=sets, found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:
+    """Gain of log evidence if the law of one of a model's effects has a form of its own, at the place of the effect."""
+    base = based(model, found)
+    gains = [block.gain for placed in model.effects for block in at_place(model, found, base, sizes, placed.place)]
+    return max(gains, default=-np.inf)
 
 
 def _key(model: Model) -> str:

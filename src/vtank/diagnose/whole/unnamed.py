@@ -1,157 +1,224 @@
-"""What has no name: a free-form force along an axis, or a free-form error of a column, and the evidence for it.
+"""What has no name: a free-form force along an axis, of a thruster, or a free-form error of a column.
 
-A block is a sum of functions of the motion, the thrust, the place and time, with coefficients normally distributed
-about zero at a size that is marginalised over; its gain of evidence is that of a Gaussian linear model (Rasmussen and
-Williams (2006), ch. 2).
+Each is a smooth function of one or two of: what the vehicle does, what drives it, where it is, and time.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, refiltered, share
+from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
+from ...rigid.tangent import Path
+from ..freeform.functions import functions_of, products_of
 from .model import Model
-from .screen import Base
+from .pursuit import pursue
+from .screen import Base, based
 
 Array = NDArray[np.float64]
-SHARES = (0.03, 0.1, 0.3, 1.0)  # of the usual force of an axis, or of a column's deviation: sizes of a coefficient
-BUMPS = 6  # windows of time in a run
+Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
+Answer = Callable[[Path, int, list[Array]], Array]  # of a run, its number and the columns of all groups for it
+PAIRED = 9  # columns of a function of two variables; the rest carries little
+WINDOWS = 12  # of a recording, for what acts for a while
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
+QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A free-form part: where it acts, its gain of log evidence, and the size at which it is likeliest."""
+    """A free-form part: where it acts, its gain of log evidence, and what it goes with."""
 
     place: str
     channel: str
     gain: float
-    columns: Array
-    size: float
+    goes_with: tuple[str, ...]
 
 
-def forces(model: Model, base: Base, tracks: Sequence[Array], sizes: Sizes) -> list[Block]:
-    """A block for every axis that is asked about, the strongest first."""
+def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
+    """A block for every axis that is asked about, every thruster and the least white columns, the strongest first.
+
+    A disturbance follows a force that nobody has named; beside a free-form force that does as well it can be smaller.
+    """
     runs = model.fit.runs
-    asked = np.flatnonzero(runs[0].asked)
-    p = model.vector()
-    blocks = []
-    for axis in map(int, asked):
-        pairs = zip(runs, tracks, strict=True)
-        functions = [_functions(run, p, track, sizes, axis, asked) for run, track in pairs]
-        unit = sizes.force[axis] / _inertia(runs[0], p, axis)
-        columns = _pushed(base, functions, axis, unit)
-        gain, size = evidence(base, columns)
-        blocks.append(Block(AXES[axis], "hydrodynamics", gain, columns, size))
+    asked = [int(i) for i in np.flatnonzero(runs[0].asked)]
+    blocks = [_axis(model, base, sizes, axis) for axis in asked]
+    blocks += [_thruster(base, k) for k in range(len(runs[0].layout.pushes))]
+    blocks += [_column(base, found, c) for c in _suspects(runs, found)]
+    blocks.sort(key=lambda block: -block.gain)
+    disturbed = sorted(asked, key=lambda i: -_disturbance(model, sizes)[i])[:1]
+    for axis in dict.fromkeys([*disturbed, *(AXES.index(b.place) for b in blocks[:1] if b.place in AXES)]):
+        at = next(n for n, block in enumerate(blocks) if block.place == AXES[axis])
+        blocks[at] = _quieter(model, found, sizes, axis, blocks[at])
     return sorted(blocks, key=lambda block: -block.gain)
 
 
-def _inertia(run: Recorded, p: Array, axis: int) -> float:
+def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, place: str) -> list[Block]:
+    """Free-form parts at a place: an axis, a thruster, or the columns of an instrument."""
+    layout = model.fit.runs[0].layout
+    if place in AXES:
+        return [_axis(model, base, sizes, AXES.index(place))]
+    blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
+    columns = [c for c, name in enumerate(layout.columns) if (name.rpartition(".")[0] or "recording") == place]
+    return blocks + [_column(base, found, c) for c in columns]
+
+
+def _disturbance(model: Model, sizes: Sizes) -> Array:
+    """Disturbance of each axis over what it usually is pushed with."""
+    inertia = _inertia(model.fit.runs[0], model.vector())
+    return np.asarray(model.fit.noise.sigma * inertia / sizes.force)
+
+
+def _inertia(run: Recorded, p: Array) -> Array:
     hull = run.hull(p)
-    return float(hull.body[axis, axis] + hull.water[axis, axis])
+    return np.asarray(np.diag(hull.body) + np.diag(hull.water))
 
 
-def _functions(run: Recorded, p: Array, track: Array, sizes: Sizes, axis: int, asked: NDArray[np.int64]) -> Array:
-    """Functions of the motion along a run's steps, (N, Q)."""
-    steps, drive = run.steps, run.drive(p)
-    order = steps.which
-    times = np.maximum.accumulate(steps.now[np.minimum(steps.upto, steps.now.size - 1)][np.arange(order.size)])
-    motion = np.array([np.interp(steps.now, times, track[order, i]) for i in range(12)]).T
-    v = motion[:, 6:] / sizes.speed
-    force = drive.thrust[:, axis]
-    force = force / max(float(np.sqrt(np.mean(force**2))), 1e-9)
-    x = (motion[:, axis] - motion[0, axis]) / sizes.away[axis] if axis != 5 else np.sin(motion[:, 5])
-    t = (steps.now - steps.now[0]) / max(float(np.ptp(steps.now)), 1e-9)
-    own = v[:, axis]
-    found = [np.ones_like(own), own, own * np.abs(own), own**3, np.abs(own), own**2, np.tanh(3.0 * own)]
-    found += [force, np.abs(force), force * np.abs(force), force * own, np.tanh(3.0 * force), x, x * x, x * own]
-    others = [j for j in asked if j != axis]
-    found += [g for j in others for g in (v[:, j], v[:, j] ** 2, v[:, j] * own, np.abs(v[:, j]) * own)]
-    found += [v[:, j] * v[:, k] for n, j in enumerate(others) for k in others[n + 1 :]]
-    found += [t - 0.5, own * (t - 0.5)]
-    found += [np.exp(-0.5 * ((t - (b + 0.5) / BUMPS) * BUMPS * 1.5) ** 2) for b in range(BUMPS)]
-    columns = np.array(found).T
-    return np.asarray(columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-9))
+def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, block: Block) -> Block:
+    """The block at the disturbance of its axis that is likeliest beside it."""
+    noise, level = model.fit.noise, sum(log_likelihood(f.innovation, f.variance) for f in found)
+    sigma = noise.sigma.copy()
+    while sigma[axis] > 0.0:
+        sigma[axis] /= QUIETER
+        trial = replace(noise, sigma=sigma.copy())
+        there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(model.fit.runs, found, strict=True)]
+        less = level - sum(log_likelihood(f.innovation, f.variance) for f in there)
+        quiet = replace(model, fit=replace(model.fit, noise=trial))
+        other = _axis(quiet, based(quiet, there), sizes, axis)
+        if other.gain - less <= block.gain:
+            break
+        block = replace(other, gain=other.gain - less)
+    return block
 
 
-def _pushed(base: Base, functions: Sequence[Array], axis: int, unit: float) -> Array:
-    """Innovations' answer to each function as an acceleration of an axis, over `unit`, (sum M, Q)."""
-    parts = []
-    for path, g in zip(base.paths, functions, strict=True):
-        causes = []
-        for function in g.T:
-            push = np.zeros((function.size, 6))
-            push[:, axis] = unit * function
-            causes.append((push, np.zeros(path.run.time_s.size)))
-        parts.append(path.follow(causes))
-    return np.concatenate(parts)
+def _axis(model: Model, base: Base, sizes: Sizes, axis: int) -> Block:
+    """A free-form force along or about an axis."""
+    unit = sizes.force[axis] / _inertia(model.fit.runs[0], model.vector())[axis]
+    moving = [i for i in range(6) if sizes.speed[i] > 2e-4]
+    variables: dict[str, list[Array]] = {}
+    for i in moving:
+        variables[f"{AXES[i]} speed"] = [path.way.states[:-1, 6 + i] for path in base.paths]
+    thrust = [path.drive.thrust[:, axis] for path in base.paths]
+    variables["thrust"] = thrust
+    variables["place" if axis < 3 else "attitude"] = [path.way.states[:-1, axis] for path in base.paths]
+    own, place = f"{AXES[axis]} speed", "place" if axis < 3 else "attitude"
+    others = [f"{AXES[i]} speed" for i in moving if i != axis]
+    pairs = [(own, name) for name in (*others, "thrust", place)]
+    pairs += [(name, other) for n, name in enumerate(others) for other in others[n + 1 :]]
+    times = [path.run.steps.now for path in base.paths]
+    push = np.zeros(6)
+    push[axis] = unit
+    return _forced(base, AXES[axis], "hydrodynamics", list(_groups(variables, pairs, times)), push)
 
 
-def errors(model: Model, base: Base, found: Sequence[Filtered], tracks: Sequence[Array], sizes: Sizes) -> list[Block]:
-    """A block for each of the columns whose innovations are the least white, the strongest first."""
-    runs, layout = model.fit.runs, model.fit.runs[0].layout
-    lag = [unwhite(runs, found, [c]) for c in range(len(layout.columns))]
-    blocks = []
-    for c in np.argsort(lag)[::-1][:SUSPECTS]:
-        unit = float(np.std(np.concatenate([run.value[run.column == c] for run in runs]))) or 1.0
-        parts = []
-        for run, f, track, path in zip(runs, found, tracks, base.paths, strict=True):
-            functions, causes = _readings(run, f, track, sizes, int(c), unit), []
-            for function in functions.T:
-                shift = np.zeros(run.time_s.size)
-                shift[run.column == c] = unit * function
-                causes.append((np.zeros((run.steps.now.size, 6)), shift))
-            parts.append(path.follow(causes))
-        columns = np.concatenate(parts)
-        gain, size = evidence(base, columns)
-        blocks.append(Block(layout.columns[c].rpartition(".")[0] or layout.columns[c], "sensor", gain, columns, size))
-    return sorted(blocks, key=lambda block: -block.gain)
+def _thruster(base: Base, k: int) -> Block:
+    """A free-form force of a thruster, in the direction in which it pushes."""
+    first = base.paths[0]
+    gear, name = first.hull.gears[k], first.run.layout.pushes[k].name
+    push = first.hull.inverse @ gear * float(np.abs(first.run.tables[k]).max(initial=1e-9))
+    inputs, along = [], []
+    for path in base.paths:
+        at = np.searchsorted(path.run.stamps, path.run.steps.now + 1e-9, side="right") - 1
+        inputs.append(np.where(at >= 0, path.run.inputs[np.maximum(at, 0), k], 0.0))
+        along.append(path.way.states[:-1, 6:12] @ gear)
+    variables = {"input": inputs, "flow along it": along, "time": [path.run.steps.now for path in base.paths]}
+    pairs = [("input", "flow along it"), ("input", "time")]
+    return _forced(base, name, "actuator", list(_groups(variables, pairs, variables["time"])), push)
 
 
-def _readings(run: Recorded, f: Filtered, track: Array, sizes: Sizes, c: int, unit: float) -> Array:
-    """Functions of what a column was expected to read, which its own noise is not in, and of the motion, (M_c, Q)."""
-    mine = run.column == c
-    z, t = (run.value[mine] - f.innovation[mine]) / unit, run.time_s[mine]
-    t = (t - t[0]) / max(float(np.ptp(t)), 1e-9)
-    before = np.vstack([track[:1], track[:-1]])  # the state without what this very sample told
-    v = before[mine, 6:12] / sizes.speed
-    moving = [i for i in range(6) if run.asked[i]]
-    found = [np.ones_like(z), z, z * z, np.abs(z), np.sin(2.0 * z), np.sin(before[mine, 5]), np.cos(before[mine, 5])]
-    found += [g for i in moving for g in (v[:, i], v[:, i] * np.abs(v[:, i]))]
-    found += [t - 0.5, z * (t - 0.5)]
-    found += [np.exp(-0.5 * ((t - (b + 0.5) / BUMPS) * BUMPS * 1.5) ** 2) for b in range(BUMPS)]
-    columns = np.array(found).T
-    return np.asarray(columns / np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-9))
+def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push: Array) -> Block:
+    """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
+
+    def answer(path: Path, n: int, columns: list[Array]) -> Array:
+        still = np.zeros(path.run.time_s.size)
+
+        def follow(block: Array) -> Array:
+            return path.follow([(np.outer(g, push), still) for g in block.T])
+
+        return np.hstack(share([partial(follow, block) for block in columns]))
+
+    return _block(base, place, channel, groups, answer)
 
 
-def unwhite(runs: Sequence[Recorded], found: Sequence[Filtered], columns: Sequence[int]) -> float:
-    """How far innovations of these columns follow one another: their largest first autocorrelation, in deviations."""
-    most = 0.0
-    for c in columns:
+def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
+    """A free-form error of a column: of what it was expected to read, without its own noise, and of the motion."""
+    runs = [path.run for path in base.paths]
+    column = runs[0].layout.columns[c]
+    mine = [run.column == c for run in runs]
+    unit = float(np.std(np.concatenate([run.value[at] for run, at in zip(runs, mine, strict=True)]))) or 1.0
+    told = [run.value[at] - f.innovation[at] for run, at, f in zip(runs, mine, found, strict=True)]
+    before = [path.way.before[at] for path, at in zip(base.paths, mine, strict=True)]
+    variables = {"reading": told}
+    for i in map(int, np.flatnonzero(runs[0].asked)):
+        variables[f"{AXES[i]} speed"] = [x[:, 6 + i] for x in before]
+    for i, name in ((3, "roll"), (4, "pitch"), (5, "heading")):
+        variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]
+    pairs = [("reading", name) for name in variables if name != "reading"]
+    times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
+    groups = list(_groups(variables, pairs, times))
+
+    def answer(path: Path, n: int, columns: list[Array]) -> Array:
+        still = np.zeros((path.run.steps.now.size, 6))
+
+        def follow(block: Array) -> Array:
+            shifts = np.zeros((path.run.time_s.size, block.shape[1]))
+            shifts[mine[n]] = unit * block
+            return path.follow([(still, shift) for shift in shifts.T])
+
+        return np.hstack(share([partial(follow, block) for block in columns]))
+
+    return _block(base, column.rpartition(".")[0] or column, "sensor", groups, answer)
+
+
+def _groups(
+    variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]
+) -> Iterator[Group]:
+    """Smooth functions of each variable and of pairs of them, a function of time, and windows of it."""
+    made = {}
+    for name, values in {**variables, "time": times}.items():
+        low, high = np.percentile(np.concatenate(values), [0.1, 99.9])
+        if high - low > 1e-9:
+            made[name] = [functions_of((v - low) / (high - low)) for v in values]
+            yield name, made[name]
+    for first, second in pairs:
+        if first in made and second in made:
+            both = zip(made[first], made[second], strict=True)
+            yield f"{first} and {second}", [products_of(a, b)[:, :PAIRED] for a, b in both]
+    for n in range(len(times)):
+        share = (times[n] - times[n].min()) / max(float(np.ptp(times[n])), 1e-9)
+        bumps = np.exp(-0.5 * ((share[:, None] * WINDOWS - np.arange(WINDOWS) - 0.5) * 1.5) ** 2)
+        yield f"a while in run {n + 1}", [bumps if k == n else np.zeros((t.size, WINDOWS)) for k, t in enumerate(times)]
+
+
+def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer: Answer) -> Block:
+    """The block of groups, whose columns change the innovations as `answer` says."""
+    parts, columns, first = [], [base.e[:, None]], 1
+    answers = [answer(path, n, [values[n] for _, values in groups]) for n, path in enumerate(base.paths)]
+    for _, values in groups:
+        parts.append(slice(first, first + values[0].shape[1]))
+        first = parts[-1].stop
+    columns.append(np.concatenate(answers))
+    gain, chosen = pursue(base.gram(np.hstack(columns)), parts)
+    return Block(place, channel, gain, tuple(groups[n][0] for n in chosen))
+
+
+def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
+    """The columns whose innovations are the least white, by their first autocorrelation in deviations."""
+
+    def unwhite(c: int) -> float:
+        most = 0.0
         for run, f in zip(runs, found, strict=True):
             mine = run.column == c
             z = f.innovation[mine] / np.sqrt(f.variance[mine])
-            if z.size > 2:
-                most = max(most, abs(float(z[1:] @ z[:-1])) / np.sqrt(z.size))
-    return most
+            most = max(most, abs(float(z[1:] @ z[:-1])) / np.sqrt(max(z.size, 1)))
+        return most
 
-
-def evidence(base: Base, columns: Array) -> tuple[float, float]:
-    """Gain of log evidence of a block, own unknowns readapted, over sizes alike likely; and the likeliest size."""
-    gram = base.gram(np.column_stack([base.e, columns]))
-    G, b = gram[1:, 1:], gram[1:, 0]
-    values, vectors = np.linalg.eigh(0.5 * (G + G.T))
-    values, b = np.maximum(values, 0.0), vectors.T @ b
-    gains = []
-    for size in SHARES:
-        s2 = size**2 / np.sqrt(columns.shape[1])
-        gains.append(0.5 * float(np.sum(s2 * b * b / (1.0 + s2 * values)) - np.sum(np.log1p(s2 * values))))
-    top = max(gains)
-    return top + float(np.log(np.mean(np.exp(np.array(gains) - top)))), SHARES[int(np.argmax(gains))]
+    lag = [unwhite(c) for c in range(len(runs[0].layout.columns))]
+    return [int(c) for c in np.argsort(lag)[::-1][:SUSPECTS]]
