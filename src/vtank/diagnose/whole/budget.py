@@ -46,11 +46,15 @@ class Share:
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """Lines in all and by column; root mean square errors by column of nominal, refit and diagnosed, and the noise."""
+    """Lines in all and by column; root mean square errors by column of nominal, refit and diagnosed, and the noise.
+
+    visible: by effect, how much of the error that is left without it it takes off at best (95 %).
+    """
 
     lines: tuple[Share, ...]
     columns: dict[str, tuple[Share, ...]]
     rms: dict[str, dict[str, float]]
+    visible: dict[str, float]
 
     @property
     def left(self) -> float:
@@ -83,10 +87,14 @@ def budget(selection: Selection) -> Budget:
     squares = np.array([e for e, _ in errors])
     names = selection.layout.columns
 
+    def levels(weight: Array, columns: NDArray[np.bool_]) -> Array:
+        """Mean square errors over the noise, of every model."""
+        n = np.maximum(weight @ count, 1e-12)
+        return np.array([np.sum((weight @ e / n / noise)[columns]) for e in squares])
+
     def lines(weight: Array, columns: NDArray[np.bool_]) -> Array:
         """Shares along the ladder, then what is left and noise."""
-        n = np.maximum(weight @ count, 1e-12)
-        level = np.array([np.sum((weight @ e / n / noise)[columns]) for e in squares])
+        level = levels(weight, columns)
         floor = float(columns.sum())
         total = max(level[0], 1e-12)
         steps_ = (level[:-1] - level[1:]) / total
@@ -96,7 +104,7 @@ def budget(selection: Selection) -> Budget:
     rng, size = np.random.default_rng(SEED), count.shape[0]
     draws = [np.bincount(rng.integers(size, size=size), minlength=size).astype(float) for _ in range(REDRAWN)]
     kinds = [(name, kind) for name, kind, _ in steps[1:]]
-    repeats = bool(selection.blocks and selection.blocks[0].gain > REPEATS)
+    repeats = any(block.repeats for block in selection.blocks)
     kinds += [("unnamed, repeats" if repeats else "disturbance", "repeatable" if repeats else "disturbance")]
     kinds += [("sensor noise", "noise")]
 
@@ -112,10 +120,10 @@ def budget(selection: Selection) -> Budget:
     for c in np.flatnonzero(seen):
         root = [float(np.sqrt(e[:, c].sum() / count[:, c].sum())) for e in squares]
         rms[names[c]] = {"nominal": root[0], "refit": root[1], "diagnosed": root[-1], "noise": float(np.sqrt(noise[c]))}
-    return Budget(shares(seen), each, rms)
-
-
-REPEATS = 4.6  # log evidence of a free-form part from which what is left is said to repeat: odds of a hundred
+    drawn = np.array([levels(weight, seen) for weight in draws])
+    taken = np.percentile(1.0 - drawn[:, 1:] / np.maximum(drawn[:, :-1], 1e-12), 95.0, axis=0)
+    visible = {name: float(most) for (name, kind, _), most in zip(steps[1:], taken, strict=True) if kind == "effect"}
+    return Budget(shares(seen), each, rms, visible)
 
 
 def _squares(model: Model) -> tuple[Array, Array]:

@@ -15,12 +15,13 @@ from ...rigid.layout import AXES
 from ...rigid.places import Placed
 from ...rigid.recorded import record
 from ..given import telling
-from .budget import REPEATS, Budget, budget
+from .budget import Budget, budget
 from .model import Model
-from .selection import Selection, select
+from .selection import Selection, narrowed, select
 
 NAMED = 0.5  # probability that a set of effects must have to be named; below it the answer is undecided; a choice
 RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
+SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
 TURBULENT = (
@@ -92,7 +93,9 @@ class WholeDiagnosis:
             "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)), "memory_s": noise.memory_s,
                             "unit": "m/s2, rad/s2"},
             "unexplained": {"share": self.budget.left,
-                            "blocks": {block.place: block.gain for block in selection.blocks}},
+                            "blocks": {block.place: block.gain for block in selection.blocks},
+                            "goes_with": {block.place: list(block.goes_with) for block in selection.blocks
+                                          if block.repeats}},
             "notes": list(self.notes),
         }  # fmt: skip
 
@@ -134,7 +137,7 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
     chances = dict(sorted(selection.probabilities.items(), key=lambda item: -item[1]))
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
-    left = tuple(block.place for block in selection.blocks if block.gain > REPEATS)
+    left = tuple(dict.fromkeys(block.place for block in selection.blocks if block.repeats))
     if sum(unknown.values()) >= chance:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
@@ -185,5 +188,11 @@ def diagnose(
     if progress:
         progress("the gap budget")
     spent = budget(selection)
+    hidden = {name for name, most in spent.visible.items() if most < SEEN}
+    hidden |= {placed.name for placed in selection.best.effects if selection.best.tiny(placed)}
+    if hidden:
+        selection = narrowed(selection, hidden)
+        notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
+        spent = budget(selection)
     assert math.isfinite(selection.best.cost)
     return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said)

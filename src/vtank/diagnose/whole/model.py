@@ -20,6 +20,8 @@ from ...rigid.tangent import Path
 
 Array = NDArray[np.float64]
 STEPS = 8  # of a fit, at most
+VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
+WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
 PROMISE = 0.02  # log-likelihood that a further step must promise
 
 
@@ -98,6 +100,15 @@ class Model:
         """Of the effects."""
         return tuple(placed.name for placed in self.effects)
 
+    def tiny(self, placed: Placed) -> bool:
+        """Whether all free numbers of an effect are below VISIBLE of what is usual: of timing, mounting, form of a law.
+
+        No simulator and no recording agree with one another more closely than that.
+        """
+        values = self.values(placed)
+        free = [number for number in placed.parameters if number.scale > 0.0]
+        return bool(free) and all(abs(values[number.name][0]) < VISIBLE * number.scale for number in free)
+
     def values(self, placed: Placed) -> dict[str, tuple[float, float]]:
         """Numbers of an effect and their standard deviations, by name; a fixed one has 0."""
         found = {}
@@ -132,6 +143,29 @@ def blank(fit: Fit, layout: Layout, effects: Sequence[Placed], own: Sequence[Unk
     numbers = [number for placed in effects for number in placed.parameters if number.scale > 0.0]
     begin = [0.0] * len(own) + [number.starts[0] if number.starts else 0.0 for number in numbers]
     return Model(fit, tuple(effects), tuple(unknowns), np.array(begin), fixed)
+
+
+def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
+    """Own parameters with priors as wide as this fit makes likely: how good a vehicle file is, only recordings tell.
+
+    own: with their widest priors. The evidence at other widths is that of the quadratic about the optimum.
+    """
+    if not own or model.information is None:
+        return list(own)
+    scale = np.array([u.scale for u in model.unknowns])
+    A, pull = model.information - np.diag(scale**-2.0), scale**-2.0 * model.theta
+    first = len(own)
+
+    def evidence(width: float) -> float:
+        s = np.concatenate([[width * u.scale for u in own], scale[first:]])
+        H = A + np.diag(s**-2.0)
+        end = np.linalg.solve(H, A @ model.theta + pull)
+        move = end - model.theta
+        cost = 0.5 * float(move @ A @ move + np.sum((end / s) ** 2)) - float(pull @ move)
+        return -cost - 0.5 * float(np.linalg.slogdet(np.eye(s.size) + A * np.outer(s, s))[1])
+
+    width = max(WIDTHS, key=evidence)
+    return [replace(u, scale=width * u.scale) for u in own]
 
 
 def slopes(model: Model, paths: Sequence[Path]) -> Array:

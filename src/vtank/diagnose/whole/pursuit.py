@@ -16,14 +16,14 @@ SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)  # deviation of a function, as a share of wh
 GROUPS = 4  # that are taken together; a choice
 
 
-def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, list[int]]:
-    """Gain of log evidence of the best groups together, and their numbers, the best first.
+def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, list[int], Array]:
+    """Gain of log evidence of the best groups together, their numbers, the best first, and all coefficients, (L,).
 
     gram: inner products of innovations and columns, shape (1 + L, 1 + L); groups: their columns therein. The first
     group is taken whatever it gains.
     """
     K, total, look = gram.copy(), 0.0, float(np.log(max(len(groups), 1)))
-    chosen: list[int] = []
+    chosen, weight = list[int](), np.zeros(gram.shape[0])
     while len(chosen) < min(GROUPS, len(groups)):
         trials = [(*evidence(K, part), n) for n, part in enumerate(groups) if n not in chosen]
         gain, size, n = max(trials)
@@ -32,9 +32,13 @@ def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, list[int]]:
         total += gain - look
         chosen.append(n)
         part = groups[n]
+        weight[part] = size
         inner = K[part, part] + np.eye(part.stop - part.start) / size**2
         K -= K[:, part] @ np.linalg.solve(inner, K[part, :])
-    return total, chosen
+    used, coefficients = np.flatnonzero(weight), np.zeros(gram.shape[0])
+    inner = gram[np.ix_(used, used)] + np.diag(weight[used] ** -2.0)
+    coefficients[used] = np.linalg.solve(inner, -gram[used, 0])
+    return total, chosen, coefficients[1:]
 
 
 def evidence(gram: Array, part: slice) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from ...rigid.layout import Layout
 from ...rigid.noise import FACTORS, first_noise, settle
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
-from .model import Model, Unknown, blank, own_unknowns, refit
+from .model import VISIBLE, Model, Unknown, blank, own_unknowns, refit, trusted
 from .screen import Base, Promise, based, promises
 from .unnamed import Block, at_place, unnamed
 
@@ -26,6 +26,7 @@ STRONGEST = 24  # in every round of score tests, which are tried again as rivals
 MOST = 3  # effects that are named together
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
 WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
+DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
 FORM = 0.2  # prior odds that an effect has another form than its law here, where another effect is the rival; a guess
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
@@ -67,14 +68,15 @@ def select(
     floor = noise.variance
     own = own_unknowns(layout, runs[0].asked)
     model = blank(Fit(runs, noise), layout, (), own)
-    model, found = settled(model, floor)
-    sizes = sizes_of(model, found)
+    best, found = trusting(*settled(model, floor), own)
+    sizes = sizes_of(best, found)
     candidates = catalogue(layout, runs[0].asked, sizes)
     if effects is not None:
         candidates = tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
-    best, strongest = model, set[str]()
+    strongest = set[str]()
     for _ in range(MOST):
-        own_alone = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)]) if best.effects else best
+        mine = list(best.unknowns[: len(own)])
+        own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
         say(f"score tests of {len(candidates)} effects at their places")
         base = based(best, found)
         fitted: list[Model] = []
@@ -87,7 +89,7 @@ def select(
         fitted.sort(key=lambda m: -m.log_evidence)
         if not fitted or worth(fitted[0], best, own_alone, candidates) < 0.0:
             break
-        best, found = settled(fitted[0], floor)
+        best, found = trusting(*settled(fitted[0], floor), own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
     return _judged(best, found, own, candidates, strong, sizes, say)
 
@@ -98,6 +100,13 @@ def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
         noise, found = settle(model.fit, model.vector(), floor, factors)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
+    return model, model.fit.filter(model.vector())
+
+
+def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
+    """The model with priors of own parameters as wide as it makes likely."""
+    unknowns = (*trusted(model, own), *model.unknowns[len(own) :])
+    model = refit(replace(model, unknowns=unknowns), found, model.theta)
     return model, model.fit.filter(model.vector())
 
 
@@ -173,9 +182,12 @@ def _judged(
     """
     runs, layout = best.fit.runs, best.fit.runs[0].layout
     say("rivals")
-    refitted = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
+    mine = list(best.unknowns[: len(own)])
+    refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
+    seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
+    differing = refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])
     nominal = refit(blank(best.fit, layout, (), []), found, np.array([]))
-    sets = {"none": nominal, "parameters": refitted, _key(best): best}
+    sets = {"none": nominal, _key(best): best, "parameters": differing}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
     lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
                         for placed in two.effects]  # fmt: skip
@@ -205,14 +217,14 @@ def _judged(
         found = best.fit.filter(best.vector())
     say("what has no name")
     blocks = unnamed(best, found, based(best, found), sizes)
-    alone = blocks
+    alone, ground = blocks, best
     if best.effects:
-        there = refitted.fit.filter(refitted.vector())
-        alone = unnamed(refitted, there, based(refitted, there), sizes)
+        ground, there = refitted, refitted.fit.filter(refitted.vector())
+        alone = unnamed(ground, there, based(ground, there), sizes)
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
-    for block in alone:
-        mimicked = IMPERFECT * max(refitted.log_evidence - nominal.log_evidence, 0.0)
-        weights[f"unknown@{block.place}"] = refitted.log_evidence + block.gain - mimicked + spread
+    for block in (block for block in alone if block.size > VISIBLE):
+        mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)
+        weights[f"unknown@{block.place}"] = ground.log_evidence + block.gain - mimicked + spread
     level = max(weights.values())
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
@@ -220,6 +232,20 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best,
         sets=sets, found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def narrowed(selection: Selection, hidden: set[str]) -> Selection:
+    """The selection without effects that nobody could see: sets that differ by them alone are one."""
+    before = selection.probabilities
+    plain = max(("none", "parameters"), key=lambda name: before.get(name, 0.0))
+    chances: dict[str, float] = {}
+    for name, chance in before.items():
+        if name in selection.sets and selection.sets[name].effects:
+            name = "+".join(part for part in name.split("+") if part not in hidden) or plain
+        chances[name] = chances.get(name, 0.0) + chance
+    left = "+".join(sorted(set(selection.best.names) - hidden)) or plain
+    best = selection.sets[left]
+    return replace(selection, best=best, found=best.fit.filter(best.vector()), probabilities=chances)
 
 
 def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:

@@ -19,7 +19,7 @@ from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
-from .model import Model
+from .model import VISIBLE, Model
 from .pursuit import pursue
 from .screen import Base, based
 
@@ -29,17 +29,27 @@ Answer = Callable[[Path, int, list[Array]], Array]  # of a run, its number and t
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 WINDOWS = 12  # of a recording, for what acts for a while
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
+REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
 QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """A free-form part: where it acts, its gain of log evidence, and what it goes with."""
+    """A free-form part: where it acts, its gain of log evidence, what it goes with, and its root mean square.
+
+    size: over the usual force of an axis, the full force of a thruster, or the deviation of a column.
+    """
 
     place: str
     channel: str
     gain: float
     goes_with: tuple[str, ...]
+    size: float
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is there beyond doubt, and large enough for anybody to see."""
+        return self.gain > REPEATS and self.size > VISIBLE
 
 
 def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
@@ -82,20 +92,28 @@ def _inertia(run: Recorded, p: Array) -> Array:
 
 
 def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, block: Block) -> Block:
-    """The block at the disturbance of its axis that is likeliest beside it."""
-    noise, level = model.fit.noise, sum(log_likelihood(f.innovation, f.variance) for f in found)
+    """The block at the disturbance of its axis that is likeliest beside it; its gain over the likeliest without it."""
+    noise, runs = model.fit.noise, model.fit.runs
+    trials = [(_level(found), block)]
     sigma = noise.sigma.copy()
     while sigma[axis] > 0.0:
         sigma[axis] /= QUIETER
         trial = replace(noise, sigma=sigma.copy())
-        there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(model.fit.runs, found, strict=True)]
-        less = level - sum(log_likelihood(f.innovation, f.variance) for f in there)
+        there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(runs, found, strict=True)]
         quiet = replace(model, fit=replace(model.fit, noise=trial))
-        other = _axis(quiet, based(quiet, there), sizes, axis)
-        if other.gain - less <= block.gain:
+        trials.append((_level(there), _axis(quiet, based(quiet, there), sizes, axis)))
+        if _total(trials[-1]) <= _total(trials[-2]):
             break
-        block = replace(other, gain=other.gain - less)
-    return block
+    level, best = max(trials, key=_total)
+    return replace(best, gain=level + best.gain - max(level for level, _ in trials))
+
+
+def _level(found: Sequence[Filtered]) -> float:
+    return sum(log_likelihood(f.innovation, f.variance) for f in found)
+
+
+def _total(pair: tuple[float, Block]) -> float:
+    return pair[0] + pair[1].gain
 
 
 def _axis(model: Model, base: Base, sizes: Sizes, axis: int) -> Block:
@@ -205,8 +223,10 @@ def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer
         parts.append(slice(first, first + values[0].shape[1]))
         first = parts[-1].stop
     columns.append(np.concatenate(answers))
-    gain, chosen = pursue(base.gram(np.hstack(columns)), parts)
-    return Block(place, channel, gain, tuple(groups[n][0] for n in chosen))
+    gain, chosen, c = pursue(base.gram(np.hstack(columns)), parts)
+    told = [np.hstack([values[n] for _, values in groups]) @ c for n in range(len(base.paths))]
+    size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
+    return Block(place, channel, gain, tuple(groups[n][0] for n in chosen), size)
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:

@@ -1,0 +1,66 @@
+"""Free-form groups by pursuit, and how far the numbers of a vehicle file are trusted: against what was put in."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from vtank.diagnose.freeform.functions import functions_of
+from vtank.diagnose.whole.model import WIDTHS, Model, Unknown, trusted
+from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
+
+
+def grams(cause: float, seed: int = 3) -> tuple[np.ndarray, list[slice]]:
+    """Innovations of unit deviation that follow a function of the third of five variables, and columns of all."""
+    rng, rows = np.random.default_rng(seed), 2000
+    variables = rng.uniform(size=(5, rows))
+    blocks = [30.0 / np.sqrt(rows) * functions_of(v) for v in variables]
+    e = rng.normal(size=rows) + cause * 30.0 / np.sqrt(rows) * np.sin(5.0 * variables[2])
+    columns = np.column_stack([e, *blocks])
+    width = blocks[0].shape[1]
+    return columns.T @ columns, [slice(1 + width * n, 1 + width * (n + 1)) for n in range(5)]
+
+
+def test_a_function_is_found_where_it_was_put_in():
+    gram, groups = grams(0.5)
+    gain, chosen, coefficients = pursue(gram, groups)
+    assert chosen[0] == 2 and gain > 10.0
+    assert np.abs(coefficients[groups[2].start - 1 : groups[2].stop - 1]).max() > 0.1
+    assert len(chosen) == 1 or np.abs(coefficients[groups[0].start - 1 : groups[0].stop - 1]).max() < 0.1
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_gains_nothing(seed):
+    gram, groups = grams(0.0, seed)
+    assert pursue(gram, groups)[0] < 0.0
+
+
+def test_the_evidence_is_that_of_the_marginal_density():
+    """At one size against the normal density of innovations whose covariance the group adds to."""
+    rng = np.random.default_rng(5)
+    e, A = rng.normal(size=40), rng.normal(size=(40, 3))
+    columns = np.column_stack([e, A])
+
+    def density(S: np.ndarray) -> float:
+        return -0.5 * float(e @ np.linalg.solve(S, e)) - 0.5 * float(np.linalg.slogdet(S)[1])
+
+    exact = [density(np.eye(40) + s**2 * A @ A.T) - density(np.eye(40)) for s in SIZES]
+    gain, size = evidence(columns.T @ columns, slice(1, 4))
+    assert gain == pytest.approx(np.log(np.mean(np.exp(exact))), abs=1e-9)
+    assert size == SIZES[int(np.argmax(exact))]
+
+
+def own(count: int) -> list[Unknown]:
+    return [Unknown(f"drag@{n}", np.array([n]), np.ones(1), 0.3, -0.9, 20.0, 1e-3) for n in range(count)]
+
+
+@pytest.mark.parametrize(("off", "width"), [(0.0, WIDTHS[-1]), (0.3, WIDTHS[0]), (0.03, 0.1)])
+def test_the_priors_of_own_parameters_are_as_wide_as_the_file_is_wrong(off, width):
+    """Twenty numbers measured to 1e-4 that are off by `off` of themselves, either way."""
+    unknowns = own(20)
+    data = np.eye(20) / 1e-4**2
+    prior = np.diag(np.full(20, 0.3**-2.0))
+    told = off * np.where(np.arange(20) % 2, 1.0, -1.0) + 1e-4 * np.random.default_rng(1).normal(size=20)
+    theta = np.linalg.solve(data + prior, data @ told)
+    model = Model(None, (), tuple(unknowns), theta, np.zeros(20), information=data + prior)  # type: ignore[arg-type]
+    assert trusted(model, unknowns)[0].scale == pytest.approx(0.3 * width)
