@@ -34,9 +34,13 @@ QUIET = 1e-3  # noise of an instrument that states none, in its unit; a choice
 
 @dataclass(frozen=True)
 class WholeCase:
-    """One case: its runs, given ones first, the number of these, and its truth but for names of files."""
+    """One case: its runs, given ones first, the number of these, and its truth but for names of files.
+
+    plain: the given flights without the cause, their noise the same.
+    """
 
     runs: tuple[Run, ...]
+    plain: tuple[Run, ...]
     given: int
     vehicle: str
     truth: Mapping[str, Any]
@@ -73,7 +77,7 @@ def draw_whole(seed: int, number: int, attempt: int) -> WholeCase | None:
                 label = next(iter(told)) if kind == "single" else kind
                 truth = {"kind": kind, "vehicle": name, "label": label, "effects": told, "signal": signals,
                          "given": given, "scenarios": texts, "own": _numbers(flown)}  # fmt: skip
-                return WholeCase(tuple(runs), given, name, truth)
+                return WholeCase(tuple(runs), tuple(plain[:given]), given, name, truth)
             size *= LARGER
     except InputError:
         pass
