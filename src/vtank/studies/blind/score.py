@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,30 +21,12 @@ from .closed import closed
 from .measures import Measure
 from .questions import by, measures
 from .rows import Row, row
+from .scheme import Scheme
 from .tables import BARS, RULES, TITLE, cases_csv, measures_csv, page, tables
 from .verify import Opened, open_all
 
 RESULTS = Kind("results of vtank blind score", "score.json", "vtank.blind-score/2")
 Groups = dict[str, dict[str, dict[str, Measure]]]  # group -> member -> measure
-
-
-@dataclass(frozen=True)
-class Scheme:
-    """How the cases of one sort of trials are scored.
-
-    Attributes:
-        row: (opened, folder of the truths, case) -> its row.
-        groups: what the cases are grouped by. measures: of some rows, by name; bars: of these, in words.
-        rules: how to read the tables. csv: one line per case. draw: figures, name -> caption and PNG.
-    """
-
-    row: Callable[[Opened, Path, str], Any]
-    groups: Mapping[str, Callable[[Any], str]]
-    measures: Callable[[Sequence[Any]], dict[str, Measure]]
-    bars: Mapping[str, str]
-    rules: str
-    csv: Callable[[Sequence[Any]], str]
-    draw: Callable[[Sequence[Any]], dict[str, tuple[str, bytes]]]
 
 
 def scheme_of(vehicles: bool) -> Scheme:

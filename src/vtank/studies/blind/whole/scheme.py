@@ -8,7 +8,7 @@ from ....present.document import csv_text
 from ..measures import Measure, quantile, share
 from ..questions import SURE, Question, alarm, called_unknown, denied, kind_right, named_first, unknown
 from ..rows import VISIBLE
-from ..score import Scheme
+from ..scheme import Scheme
 from .rows import WholeRow, row
 
 CLOSED, COVERED = "gap closed against the oracle, median", "coverage of 95 % intervals"
