@@ -12,6 +12,7 @@ import pytest
 from test_rigid_motion import multisine
 
 from vtank.cli import main
+from vtank.diagnose.whole import Known, known_fits
 from vtank.errors import InputError
 from vtank.experiment.whole import fly_vehicle
 from vtank.plant import load_vehicle
@@ -22,7 +23,6 @@ from vtank.studies.blind.score import score, write_score
 from vtank.studies.blind.seal import VEHICLES_SCHEMA, Entry, digest, read_index, seal_truth, write_index
 from vtank.studies.blind.whole import make
 from vtank.studies.blind.whole.case import WholeCase
-from vtank.studies.blind.whole.fits import Fits, fits
 from vtank.studies.blind.whole.names import scored_name, true_name
 from vtank.studies.blind.whole.rows import WholeRow, _covered
 from vtank.studies.blind.whole.scheme import invented, measures, place, unknown_place
@@ -39,10 +39,15 @@ def flight(drag: float, seed: int = 3) -> Any:
     return fly_vehicle(vehicle, multisine(BLUEROV, 25.0, seed), 25.0, seed)
 
 
+def fitted(drag: float) -> Known:
+    """Fits that know the drag, and the same flight without it."""
+    return known_fits(FLOWN, [flight(drag)], [flight(0.0)], lambda name: name == "linear_drag@yaw")
+
+
 @pytest.fixture(scope="module")
-def known() -> Fits:
+def known() -> Known:
     """Drag of yaw that the file has not, and the same flight without it."""
-    return fits(FLOWN, "linear_drag@yaw", [flight(0.6)], [flight(0.0)])
+    return fitted(0.6)
 
 
 @pytest.fixture(scope="module")
@@ -101,15 +106,15 @@ def test_exchanged_wires_are_named_by_both_thrusters() -> None:
 
 
 # --- what could be told --------------------------------------------------------------------------------------------
-def test_what_could_be_told_grows_with_the_cause(known: Fits) -> None:
+def test_what_could_be_told_grows_with_the_cause(known: Known) -> None:
     """A third of the drag stands out about a third as far, and none of it not at all."""
-    weak = fits(FLOWN, "linear_drag@yaw", [flight(0.2)], [flight(0.0)])
+    weak = fitted(0.2)
     assert known.d > 10.0
     assert 0.2 * known.d < weak.d < 0.5 * known.d
-    assert fits(FLOWN, "none", [flight(0.0)], [flight(0.0)]).d < 1.0
+    assert fitted(0.0).d < 1.0
 
 
-def test_the_oracle_finds_the_size_of_the_true_effect(known: Fits) -> None:
+def test_the_oracle_finds_the_size_of_the_true_effect(known: Known) -> None:
     assert known.oracle is not None
     assert known.oracle["linear_drag@yaw"] == pytest.approx(FLOWN.linear_drag[5] + 0.6, rel=0.25)
 

@@ -47,8 +47,7 @@ def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: s
 
 def diagnose_vehicle(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
     """The diagnosis of a case of a whole vehicle, as `diagnose_case`; nothing in it is drawn from the seed."""
-    from ...diagnose.whole import diagnose
-    from ...diagnose.whole.model_file import model_text
+    from ...diagnose.whole import diagnose, model_text
     from ...plant import load_vehicle
     from ...record import read_dataset
 

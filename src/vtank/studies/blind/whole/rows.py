@@ -7,14 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ....plant.vehicle import AXES, Vehicle, load_vehicle
+from ....diagnose.whole import Known, known_fits
+from ....plant import Vehicle, load_vehicle
+from ....plant.vehicle import AXES
 from ....record import read_run
 from ....tank.places import places
 from ..measures import Z
 from ..rows import Row, chances_of
 from ..verify import Opened
 from .closed import closed
-from .fits import Fits, fits
 from .names import parts, scored_name, true_name
 
 TOLD = 0.5  # of its prior's deviation, below which a coefficient counts as identified; a choice
@@ -59,7 +60,7 @@ def row(opened: Opened, truth: Path, case: str) -> WholeRow:
     given = [read_run(path) for path in sorted((opened.folder / case).glob("run_*.csv"))]
     plain = [read_run(truth / "plain" / case / name) for name in sorted(sealed["plain_files"])]
     held = [read_run(truth / "held_out" / case / name) for name in sorted(sealed["held_out_files"])]
-    known = fits(vehicle, label, given, plain)
+    known = known_fits(vehicle, given, plain, lambda name: scored_name(name) == label)
     document = answer["document"]
     return WholeRow(
         case=case, label=label, truth=sealed, document=document, d=_difficulty(label, known),
@@ -69,7 +70,7 @@ def row(opened: Opened, truth: Path, case: str) -> WholeRow:
     )  # fmt: skip
 
 
-def _difficulty(label: str, known: Fits) -> float:
+def _difficulty(label: str, known: Known) -> float:
     if label == "none":
         return 0.0
     return known.d_parameters if label == "parameters" else known.d

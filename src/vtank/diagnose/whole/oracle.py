@@ -1,36 +1,36 @@
-"""What a case could be told at best: how far its cause stands out, and the truth fitted to its recordings.
+"""For whoever knows the truth: how far a cause stands out, the true effect fitted, and gaps on flights held back.
 
 All at the noise that own parameters leave on the same flights without the cause, whose errors were drawn alike.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ....diagnose.given import telling
-from ....diagnose.whole.model import Model, blank, own_unknowns, refit
-from ....diagnose.whole.screen import based, promises
-from ....diagnose.whole.selection import bare, extended, settled, sizes_of
-from ....errors import InputError
-from ....plant.vehicle import Vehicle
-from ....record import Run
-from ....rigid.filtered import Filtered, Noise
-from ....rigid.layout import Layout
-from ....rigid.noise import first_noise
-from ....rigid.places import catalogue
-from ....rigid.recorded import record
-from .names import scored_name
+from ...errors import InputError
+from ...plant.vehicle import Vehicle
+from ...record.run import Run
+from ...rigid.filtered import Filtered, Noise
+from ...rigid.layout import Layout
+from ...rigid.noise import first_noise
+from ...rigid.places import catalogue
+from ...rigid.recorded import record
+from ..given import telling
+from .budget import free_errors
+from .model import Model, blank, own_unknowns, refit
+from .screen import based, promises
+from .selection import bare, extended, settled, sizes_of
 
 RUNAWAY = 1e4  # deviations of a simulation that does not hold out
 TRIED = 3  # promising forms of the true effect that are fitted, such as one channel of an instrument or all; a choice
 
 
 @dataclass(frozen=True)
-class Fits:
-    """Fits that know the truth.
+class Known:
+    """What fits find that know the truth.
 
     Attributes:
         d: signal-to-noise ratio of the cause after own parameters are refitted.
@@ -46,8 +46,8 @@ class Fits:
     noise: Noise
 
 
-def fits(vehicle: Vehicle, label: str, runs: Sequence[Run], plain: Sequence[Run]) -> Fits:
-    """Fit the truth of a case, whose right answer is `label`, to its runs; plain: the flights without the cause."""
+def known_fits(vehicle: Vehicle, runs: Sequence[Run], plain: Sequence[Run], is_true: Callable[[str], bool]) -> Known:
+    """Fit the truth to runs. plain: the same flights without the cause. is_true: whether NAME@PLACE is the effect."""
     layout, seen, _ = record(telling(runs)[0], vehicle)
     plain_layout, still, _ = record(telling(plain)[0], vehicle)
     noise = first_noise(still)
@@ -60,10 +60,10 @@ def fits(vehicle: Vehicle, label: str, runs: Sequence[Run], plain: Sequence[Run]
     try:
         model, found = _own(replace(model, theta=at_rest.theta))
         d = _deviations(model.cost - at_rest.cost)
-        oracle = _oracle(model, found, layout, label, noise.variance)
+        oracle = _oracle(model, found, layout, is_true, noise.variance)
     except InputError:  # the simulation diverges
-        return Fits(RUNAWAY, d_parameters, {}, None, at_rest.fit.noise)
-    return Fits(d, d_parameters, _moved(model), _moved(oracle) if oracle else None, at_rest.fit.noise)
+        return Known(RUNAWAY, d_parameters, {}, None, at_rest.fit.noise)
+    return Known(d, d_parameters, _moved(model), _moved(oracle) if oracle else None, at_rest.fit.noise)
 
 
 def _deviations(cost: float) -> float:
@@ -79,10 +79,12 @@ def _own(model: Model) -> tuple[Model, list[Filtered]]:
     return model, model.fit.at(model.vector()).filter(np.array([]))
 
 
-def _oracle(model: Model, found: list[Filtered], layout: Layout, label: str, floor: np.ndarray) -> Model | None:
+def _oracle(
+    model: Model, found: list[Filtered], layout: Layout, is_true: Callable[[str], bool], floor: np.ndarray
+) -> Model | None:
     """The true effect at its place beside own parameters; None where the catalogue of recordings has none such."""
     known = catalogue(layout, model.fit.runs[0].asked, sizes_of(model, found))
-    true = [placed for placed in known if scored_name(placed.name) == label]
+    true = [placed for placed in known if is_true(placed.name)]
     base = based(model, found)
     fitted = [extended(model, base, layout, promise.placed, promise.begin, found)
               for promise in promises(model, base, layout, true, found)[:TRIED]]  # fmt: skip
@@ -93,3 +95,21 @@ def _moved(model: Model) -> dict[str, float]:
     """Slots that differ from the vehicle file's, by name."""
     layout, p = model.fit.runs[0].layout, model.vector()
     return {layout.names[i]: float(p[i]) for i in np.flatnonzero(p != layout.null)}
+
+
+def free_gap(vehicle: Vehicle, runs: Sequence[Run], noise: Noise, slots: Mapping[str, float]) -> float:
+    """Root mean square over columns of the error of free simulation, in deviations of their noise, which is taken off.
+
+    noise: of the filter, by which stretches begin. slots: that differ from the vehicle file's, by name; one of an
+    instrument that these runs have not is passed over. RUNAWAY where the simulation diverges.
+    """
+    layout, seen, _ = record(runs, vehicle)
+    own = replace(first_noise(seen), sigma=noise.sigma * seen[0].moves, memory_s=noise.memory_s)
+    p = layout.vector({name: value for name, value in slots.items() if name in layout.slots})
+    try:
+        squares, counts = free_errors(Model(bare(seen, layout, own), (), (), np.array([]), p))
+    except InputError:
+        return RUNAWAY
+    measured = counts.sum(axis=0) > 0
+    mean = (squares.sum(axis=0) / np.maximum(counts.sum(axis=0), 1) / own.variance)[measured]
+    return min(float(np.sqrt(max(float(np.mean(mean)) - 1.0, 0.0))), RUNAWAY)
