@@ -8,7 +8,7 @@ from ...facade import facade
 
 if TYPE_CHECKING:
     from .diagnosis import WholeDiagnosis, diagnose
-    from .foreseen import Foreseen, Hypothesis, drop_of_doubt, fitted, foreseen, possible
+    from .foreseen import Foreseen, Hypothesis, drop_of_doubt, fitted, foreseen, own_numbers, possible
     from .model_file import model_text, slots_of
     from .oracle import Known, free_gap, known_fits
 

@@ -31,6 +31,16 @@ SMALL = 0.2  # of a deviation of its prior: what is larger is hardly ever in dou
 STILL = 1e-3  # [m/s2, rad/s2] disturbance where none is known: still water moves a vehicle so far; a guess
 
 
+@dataclass(frozen=True)
+class Free:
+    """A number that is free: the slots that it moves alike, a step of it, and how far it may move from where it is."""
+
+    slots: tuple[str, ...]
+    step: float
+    low: float
+    high: float
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """A cause that is possible.
@@ -38,14 +48,14 @@ class Hypothesis:
     Attributes:
         name: none, parameters, or effects at places. chance: its probability.
         values: slots that differ from the vehicle file's, by name; it says so of any recording of the vehicle.
-        numbers: free numbers of its effects, each the slots that it moves and a step of it.
+        numbers: of its effects, that are free.
         known: information about own parameters, then about these numbers; None where own parameters are the file's.
     """
 
     name: str
     chance: float
     values: Mapping[str, float]
-    numbers: tuple[tuple[tuple[str, ...], float], ...]
+    numbers: tuple[Free, ...]
     known: Array | None
 
 
@@ -76,14 +86,33 @@ class Foreseen:
             if rival.known is not None:
                 free = np.r_[self.own, self.sides[j]]
                 pull = self.gram[np.ix_(at, free)] - self.gram[mine, free]
-                taken = np.linalg.solve(self.gram[np.ix_(free, free)] + rival.known, pull.T)
-                square = square - np.sum(pull * taken.T, axis=1)
+                low, high = (np.array([getattr(n, side) for n in rival.numbers]) for side in ("low", "high"))
+                square = square - _taken(self.gram[np.ix_(free, free)] + rival.known, pull, low, high)
             found[:, j] = np.sqrt(np.maximum(square, 0.0))
         return found
 
-    def spread(self, known: Array) -> Array:
-        """Deviations of own parameters that these flights leave, beside what is known of them, (U,)."""
-        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.gram[self.own, self.own] + known))))
+    def bounds(self) -> Array:
+        """Cramer-Rao bounds of own parameters by these flights alone, (U,); infinite where they tell nothing."""
+        inner = self.gram[self.own, self.own]
+        size = np.sqrt(np.diag(inner))
+        values, vectors = np.linalg.eigh(inner / np.maximum(np.outer(size, size), 1e-300))
+        told = np.sum(vectors**2 / np.maximum(values, 1e-12), axis=1)
+        return np.asarray(np.where(size > 0.0, np.sqrt(told) / np.maximum(size, 1e-300), np.inf))
+
+
+def _taken(inner: Array, pull: Array, low: Array, high: Array) -> Array:
+    """What is taken up of each row of `pull`, (L,), by least squares with the last numbers within bounds."""
+    move = np.asarray(np.linalg.solve(inner, pull.T).T)
+    last = slice(move.shape[1] - low.size, None)
+    inside = np.clip(move[:, last], low, high)
+    held = np.zeros(move.shape, bool)
+    held[:, last] = inside != move[:, last]
+    move[:, last] = inside
+    for pattern in np.unique(held[held.any(axis=1)], axis=0):
+        rows, free = (held == pattern).all(axis=1), ~pattern
+        rest = pull[np.ix_(rows, free)] - move[np.ix_(rows, pattern)] @ inner[np.ix_(pattern, free)]
+        move[np.ix_(rows, free)] = np.linalg.solve(inner[np.ix_(free, free)], rest.T).T
+    return np.asarray(2.0 * np.sum(pull * move, axis=1) - np.sum(move @ inner * move, axis=1))
 
 
 def foreseen(
@@ -106,8 +135,8 @@ def _foreseen(
     for hypothesis in hypotheses:
         q = layout.vector({name: v for name, v in hypothesis.values.items() if name in layout.slots})
         at.append(len(vectors))
-        vectors += [q, *(_moved(q, layout.at(slots), step) for slots, step in hypothesis.numbers)]
-        steps += [1.0, *(step for _, step in hypothesis.numbers)]
+        vectors += [q, *(_moved(q, layout.at(number.slots), number.step) for number in hypothesis.numbers)]
+        steps += [1.0, *(number.step for number in hypothesis.numbers)]
         sides.append(slice(at[-1] + 1, len(vectors)))
     columns = fit.answers(p, vectors, fit.filter(np.array([])))
     for first, own_columns in zip(at, sides, strict=True):
@@ -123,8 +152,12 @@ def _moved(p: Array, slots: NDArray[np.int64], step: float) -> Array:
 
 
 # --- hypotheses ------------------------------------------------------------------------------------------------------
-def possible(vehicle: Vehicle, flights: Sequence[Run], effects: Iterable[str] | None = None) -> list[Hypothesis]:
-    """What is possible before anything was recorded: no effect, and each effect at each place, of a size that is small.
+def possible(
+    vehicle: Vehicle, flights: Sequence[Run], effects: Iterable[str] | None = None, share: float = SMALL
+) -> list[Hypothesis]:
+    """What is possible before anything was recorded: no effect, and each effect at each place.
+
+    share: size of an effect, in deviations of its prior; where its fits begin anywhere but at nothing, it begins there.
 
     flights: of the nominal, by which sizes are told. effects: names, or names at places, to consider (default: all).
     The first is own parameters alone; chances are those of the diagnosis beforehand.
@@ -136,8 +169,14 @@ def possible(vehicle: Vehicle, flights: Sequence[Run], effects: Iterable[str] | 
     placed = usual(layout, seen, sizes_of(model, fit.filter(np.array([]))), effects)
     prior = np.diag([u.scale**-2.0 for u in own])
     count = Counter(one.effect for one in placed)
-    effects_at = [_small(layout, one, prior, 0.5 / len(count) / count[one.effect]) for one in placed]
+    effects_at = [_placed(layout, one, prior, 0.5 / len(count) / count[one.effect], share) for one in placed]
     return [Hypothesis("parameters", 0.5, {}, (), prior), *effects_at]
+
+
+def own_numbers(vehicle: Vehicle, flights: Sequence[Run]) -> dict[str, float]:
+    """Own parameters by place that are free, in the order of the information about them, with the file's values."""
+    layout, seen, _ = record(flights, vehicle)
+    return {unknown.name: float(np.mean(unknown.base)) for unknown in own_unknowns(layout, seen[0].asked)}
 
 
 def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Iterable[str] | None = None) -> list[Placed]:
@@ -150,17 +189,17 @@ def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Itera
     return list(found.values())
 
 
-def _small(layout: Layout, placed: Placed, prior: Array, chance: float) -> Hypothesis:
-    """An effect where its fit would begin, or at a small share of its prior's deviation."""
+def _placed(layout: Layout, placed: Placed, prior: Array, chance: float, share: float) -> Hypothesis:
+    """An effect where its fit would begin, or at a share of its prior's deviation."""
     values, numbers, known = {}, [], []
     for number in placed.parameters:
-        step = SMALL * number.scale * (1.0 if number.high > 0.0 else -1.0)
+        step = share * number.scale * (1.0 if number.high > 0.0 else -1.0)
         size = number.starts[0] if number.starts else step
         for slot in number.slots:
             base = float(layout.null[layout.slot(slot)])
             values[slot] = (base if np.isfinite(number.null) else 0.0) + size
         if number.scale > 0.0:
-            numbers.append((number.slots, 1e-3 * number.scale))
+            numbers.append(Free(number.slots, 1e-3 * number.scale, number.low - size, number.high - size))
             known.append(number.scale**-2.0)
     return Hypothesis(placed.name, chance, values, tuple(numbers), block_diag(prior, np.diag(known)))
 
@@ -169,8 +208,11 @@ def fitted(model: Model, name: str, chance: float) -> Hypothesis:
     """A model that was fitted to recordings, with what they tell of its numbers."""
     layout, p = model.fit.runs[0].layout, model.vector()
     values = {layout.names[i]: float(p[i]) for i in np.flatnonzero(p != layout.null)}
-    numbers = [u for u in model.unknowns if u.name.rpartition(".")[0]]
-    free = tuple((tuple(layout.names[i] for i in u.slots), u.step) for u in numbers)
+    free = tuple(
+        Free(tuple(layout.names[i] for i in u.slots), u.step, u.low - float(theta), u.high - float(theta))
+        for u, theta in zip(model.unknowns, model.theta, strict=True)
+        if u.name.rpartition(".")[0]
+    )
     return Hypothesis(name, chance, values, free, model.information if model.unknowns else None)
 
 
