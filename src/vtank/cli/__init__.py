@@ -30,7 +30,7 @@ from vtank.errors import InputError
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of several threads are rounded otherwise, by 1e-12
 COMMANDS = (  # in the order of `vtank --help`
     *("demo", "run", "campaign", "identify", "reproduce", "check-data", "import", "view"),
-    *("diagnose", "predict", "effects", "bandwidth", "identifiability", "blind"),
+    *("diagnose", "predict", "explore", "effects", "bandwidth", "identifiability", "blind"),
 )
 
 

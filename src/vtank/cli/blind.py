@@ -134,7 +134,7 @@ def _score(args: argparse.Namespace) -> int:
     write_score(out, scored)
     for sentence in scored["checked"]:
         print(textwrap.fill(sentence, 110, subsequent_indent="  "))
-    print(plain(tables(scored["measures"])[0]))
+    print(plain(tables(scored["measures"], scored["scheme"].bars)[0]))
     print(f"wrote {out}")
     return 0
 

@@ -14,6 +14,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "scenarios", nargs="*", metavar="SCENARIO", help="names or .toml files (default: the paper's four experiments)"
     )
     parser.add_argument(
+        "--nominal", metavar="FILE.toml", help="vehicle file that flies scenarios of a whole vehicle (default: theirs)"
+    )
+    parser.add_argument(
         "--truth", metavar="NAME", help="truth preset, or path of a .toml file (default: the scenario's)"
     )
     parser.add_argument(
@@ -49,6 +52,8 @@ def run(args: argparse.Namespace) -> int:
     from .progress import progress
 
     _check(args)
+    if _is_whole(args):
+        return _run_whole(args)
     found = examine(
         args.scenarios or PAPER, args.truth, args.model, args.set,
         seeds=args.seeds, seed=args.seed, processes=args.processes, design=args.design, stage=progress,
@@ -63,6 +68,42 @@ def run(args: argparse.Namespace) -> int:
     if args.write_plan:
         print(f"\nwrote {', '.join(write_plan(args.write_plan, found))} in {args.write_plan}; fly them with")
         print(f"  vtank run {args.write_plan}/*.toml --out data")
+    return 0
+
+
+def _is_whole(args: argparse.Namespace) -> bool:
+    """Whether scenarios of a whole vehicle are meant; InputError where others are among them, or options not theirs."""
+    from ..errors import InputError
+    from ..experiment.whole_scenario import is_whole
+
+    whole = [is_whole(name) for name in args.scenarios]
+    if not any(whole):
+        if args.nominal is not None:
+            raise InputError("--nominal goes with scenarios of a whole vehicle; expected --truth with one axis")
+        return False
+    if not all(whole):
+        single = args.scenarios[whole.index(False)]
+        raise InputError(f"{single}: an experiment of one axis; expected it apart from those of whole vehicles")
+    if args.truth or args.model or args.design or args.write_plan:
+        raise InputError("--truth, --model, --design and --write-plan go with experiments of one axis; expected none")
+    return True
+
+
+def _run_whole(args: argparse.Namespace) -> int:
+    import textwrap
+
+    from ..present.document import plain
+    from ..record import json_text, write_text
+    from ..studies.design import examine_whole, write_whole
+
+    found = examine_whole(args.scenarios, args.nominal, args.set)
+    for sentence in found.sentences():
+        print(textwrap.fill(sentence, 110, initial_indent="- ", subsequent_indent="  "))
+    print(plain(*found.sheets()))
+    if args.json:
+        write_text(args.json, json_text(found.document()))
+    if args.out:
+        print(f"\nwrote {', '.join(write_whole(args.out, found))} in {args.out}")
     return 0
 
 

@@ -119,3 +119,11 @@ class Allocation:
 def _lift(gear: Array, fin: Fin) -> Array:
     """Wrench of a fin's lift per angle and square of the speed, shape (6,)."""
     return np.asarray(0.5 * fin.density_kg_per_m3 * fin.area_m2 * fin.lift_per_rad * gear, dtype=np.float64)
+
+
+def able(vehicle: Vehicle) -> tuple[str, ...]:
+    """The axes of AXES that a vehicle can push by itself."""
+    from ..tank.whole import load_whole  # MuJoCo takes a while to load
+
+    model = load_whole(vehicle).model
+    return tuple(axis for axis in AXES if Allocation(vehicle, model, [axis]).able(axis))

@@ -93,6 +93,12 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     return {"columns": found}
 
 
+def slots_of(table: Table, part: str) -> dict[str, float]:
+    """The slots that a part of the file, refit or diagnosed, moves from the vehicle file's, by name; InputError."""
+    moved = table.table(part)
+    return {name: moved.number(name) for name in moved.entries}
+
+
 def _vehicle(table: Table) -> Vehicle:
     return load_vehicle(table.text("vehicle"))
 

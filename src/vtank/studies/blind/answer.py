@@ -28,6 +28,7 @@ from .seal import Entry, Index, canonical, digest, json_bytes, read_index
 
 SCHEMA = "vtank.blind-answers/1"
 UNSCORED = ("parameters", "baselines")  # of a diagnosis, what no question is asked about
+Refuse = Callable[[str, tuple[str, ...], str], dict[str, Any]]  # message, withheld effects, nominal
 AnswerCase = Callable[[Path, int, tuple[str, ...], str], dict[str, Any]]  # folder, seed, withheld effects, nominal
 
 
@@ -44,24 +45,51 @@ def diagnose_case(folder: Path, seed: int, withheld: tuple[str, ...], nominal: s
     return {"document": document, "model": model_text(diagnosis)}
 
 
+def diagnose_vehicle(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+    """The diagnosis of a case of a whole vehicle, as `diagnose_case`; nothing in it is drawn from the seed."""
+    from ...diagnose.whole import diagnose, model_text
+    from ...plant import load_vehicle
+    from ...record import read_dataset
+
+    found = diagnose(read_dataset(folder).runs, load_vehicle(nominal))
+    return {"document": found.document, "model": model_text(found)}
+
+
+def refuse_vehicle(message: str, withheld: tuple[str, ...], nominal: str) -> dict[str, Any]:
+    """The answer of one who cannot answer, to a case of a whole vehicle: nothing is said."""
+    verdict: dict[str, Any] = {
+        "kind": "undecided",
+        "effects": [],
+        "places": [],
+        "class": [],
+        "channel": None,
+        "probability": 0.0,
+    }
+    return {"refused": message, "document": {"verdict": verdict, "probabilities": {}}}
+
+
 def answer(
     folder: Path,
     out: Path,
     seed: int = 0,
     count: int = 2,
     stage: Stage = silent,
-    answer_case: AnswerCase = diagnose_case,
+    answer_case: AnswerCase | None = None,
 ) -> str:
     """Write the answers to all cases in `folder` to `out`, their hashes beside it; returns the hash of all.
+
+    answer_case: by default a diagnosis of one axis, or of a whole vehicle, as the index says.
 
     InputError where a recording is not the one that the index lists.
     """
     index = read_index(folder)
     for entry in index.entries:
         check_data(folder, entry)
+    if answer_case is None:
+        answer_case = diagnose_vehicle if index.vehicles else diagnose_case
     program = sources()
     mark = digest({"index": index.sha256, "seed": seed, "sources": program})
-    one = partial(_one, folder, seed, answer_case)
+    one = partial(_one, folder, seed, answer_case, refuse_vehicle if index.vehicles else refusal)
     with _taken(out) as part:
         done = _resume(part, mark)
         rest = [entry for entry in index.entries if entry.case not in done]
@@ -111,18 +139,18 @@ def sources() -> str:
     return digest({str(path.relative_to(root)): sha256(path.read_bytes()) for path in files})
 
 
-def _one(folder: Path, seed: int, answer_case: AnswerCase, entry: Entry) -> dict[str, Any]:
+def _one(folder: Path, seed: int, answer_case: AnswerCase, refuse: Refuse, entry: Entry) -> dict[str, Any]:
     own = folder / entry.nominal
     nominal = str(own) if own.is_file() else entry.nominal
     try:
         found = jsonable(answer_case(folder / entry.case, seed, entry.withheld, nominal))
         canonical(found)
     except InputError as reason:
-        found = refusal(str(reason), entry.withheld, nominal)
+        found = refuse(str(reason), entry.withheld, nominal)
     except (MemoryError, OSError):
         raise  # not a matter of the case
     except Exception as error:  # whatever goes wrong in one case must not stop the others
-        found = refusal(f"{type(error).__name__}: {error}", entry.withheld, nominal) | {"fault": True}
+        found = refuse(f"{type(error).__name__}: {error}", entry.withheld, nominal) | {"fault": True}
     return {"data": entry.data, **found}
 
 

@@ -19,10 +19,10 @@ PICTURES = {
 }
 
 
-def draw_all(rows: Sequence[Row]) -> dict[str, tuple[str, bytes]]:
-    """File name -> caption and PNG; nothing without rows."""
-    drawings = (confusion, reliability)
-    return {name: (PICTURES[name], draw(rows)) for name, draw in zip(PICTURES, drawings, strict=True) if rows}
+def draw_all(rows: Sequence[Row], names: Sequence[str] = tuple(PICTURES)) -> dict[str, tuple[str, bytes]]:
+    """File name -> caption and PNG, of the figures of these names; nothing without rows."""
+    drawings = dict(zip(PICTURES, (confusion, reliability), strict=True))
+    return {name: (PICTURES[name], drawings[name](rows)) for name in names if rows}
 
 
 @drawn

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from .measures import Measure, quantile, share
 from .rows import Row, canonical_name
@@ -20,7 +21,7 @@ class Question:
 
     name: str
     bar: str
-    ask: Callable[[Row], bool | None]
+    ask: Callable[[Any], bool | None]
 
     def of(self, rows: Sequence[Row]) -> Measure:
         """The share of yes."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -123,14 +123,16 @@ def canonical_name(name: str) -> str:
     return "+".join(sorted({tied(part) for part in name.split("+")}))
 
 
-def chances_of(stated: Mapping[str, float] | Iterable[str]) -> dict[str, float]:
+def chances_of(
+    stated: Mapping[str, float] | Iterable[str], scored: Callable[[str], str] = canonical_name
+) -> dict[str, float]:
     """Probabilities that sum to one under the names that are scored; a ranking puts everything on its first."""
     if not isinstance(stated, Mapping):
-        return {canonical_name(name): 1.0 for name in list(stated)[:1]}
+        return {scored(name): 1.0 for name in list(stated)[:1]}
     out: dict[str, float] = {}
     for name, p in stated.items():
         number = float(p) if isinstance(p, int | float) and math.isfinite(p) else 0.0
-        out[canonical_name(name)] = out.get(canonical_name(name), 0.0) + max(number, 0.0)
+        out[scored(name)] = out.get(scored(name), 0.0) + max(number, 0.0)
     total = sum(out.values())
     return {name: p / total for name, p in out.items()} if total > 0.0 else {"undecided": 1.0}
 

@@ -21,6 +21,7 @@ from ...errors import InputError
 from ...record import NEW, Run, clear_rooms, current_versions, left_rooms, read_bytes, read_json, sha256
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/3", "vtank.blind-truth/2", "vtank.blind-seal/2"
+VEHICLES_SCHEMA = "vtank.blind-vehicles-truth/1"  # of the truths of whole vehicles
 INDEX, SEAL = "cases.json", "seal.json"
 SALT_BYTES = 32
 EPOCH_S = 946684800  # [s] 1 January 2000: the time stamp of every file
@@ -110,11 +111,15 @@ class Entry:
 
 @dataclass(frozen=True)
 class Index:
-    """What DIR says about itself: the cases, the commitment to the order; `sha256` of the file."""
+    """What DIR says about itself: the cases, the commitment to the order; `sha256` of the file.
+
+    vehicles: whether they are whole vehicles, and `nominal` of an entry the name of a vehicle file.
+    """
 
     entries: tuple[Entry, ...]
     order: str
     sha256: str
+    vehicles: bool = False
 
 
 def write_runs(folder: Path, runs: Iterable[Run]) -> dict[str, str]:
@@ -140,7 +145,8 @@ def write_index(cases: Path, sealed: Path, entries: Iterable[Entry], order: Mapp
     """
     salt, about = new_salt(), {"order": order, "versions": current_versions()}
     listed = [vars(entry) for entry in entries]
-    index = json_bytes({"schema": SCHEMA, "cases": listed, "order": commitment(salt, about)})
+    said = {"vehicles": True} if order.get("vehicles") else {}
+    index = json_bytes({"schema": SCHEMA, "cases": listed, "order": commitment(salt, about), **said})
     (cases / INDEX).write_bytes(index)
     seal = {"schema": SEAL_SCHEMA, "index": sha256(index), "salt": salt, **about}
     (sealed / SEAL).write_bytes(json_bytes(seal))
@@ -160,7 +166,7 @@ def read_index(folder: Path) -> Index:
     names = [entry.case for entry in entries]
     if not names or len(set(names)) != len(names) or not isinstance(order, str):
         raise InputError(f"{path}: expected cases, each of them once, and the commitment to their order")
-    return Index(entries, order, sha256(read_bytes(path)))
+    return Index(entries, order, sha256(read_bytes(path)), content.get("vehicles") is True)
 
 
 def read_seal(truth: Path, index: Index) -> tuple[dict[str, Any], list[str]]:

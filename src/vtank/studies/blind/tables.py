@@ -26,22 +26,24 @@ CASES = ("case", "kind", "truth", "causes", "d", "vehicle", "noise", "turbulence
          "gap_refit_m", "gap_oracle_m", "gap_diagnosed_m", "refused")  # fmt: skip
 
 
-def tables(groups: Groups) -> list[Table]:
+def tables(groups: Groups, bars: Mapping[str, str] = BARS) -> list[Table]:
     """The bars first, then one table for every group: members down, the questions that arise across."""
     return [
-        _bars(groups["all"]["all"]),
+        _bars(groups["all"]["all"], bars),
         *(_group(name, some) for name, some in groups.items() if name != "all" and some),
     ]
 
 
-def page(groups: Groups, sources: str, checked: Iterable[str], pictures: Iterable[Picture]) -> list[Block]:
+def page(
+    some: Sequence[Table], rules: str, sources: str, checked: Iterable[str], pictures: Iterable[Picture]
+) -> list[Block]:
     """What was checked, all tables and the pictures in one document."""
-    how = RULES + f"Answers were given by the program with the sources {sources[:16]}."
-    return [Heading(TITLE, 1), Paragraph(how), *map(Paragraph, checked), *tables(groups), *pictures]
+    how = rules + f"Answers were given by the program with the sources {sources[:16]}."
+    return [Heading(TITLE, 1), Paragraph(how), *map(Paragraph, checked), *some, *pictures]
 
 
-def _bars(every: Mapping[str, Measure]) -> Table:
-    rows = tuple((name, m.text(), BARS.get(name, "")) for name, m in every.items() if m.n)
+def _bars(every: Mapping[str, Measure], bars: Mapping[str, str]) -> Table:
+    rows = tuple((name, m.text(), bars.get(name, "")) for name, m in every.items() if m.n)
     return Table(("measure", "reached", "bar"), rows, name="all", title="All cases")
 
 

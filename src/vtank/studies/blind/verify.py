@@ -10,7 +10,18 @@ from typing import Any
 from ...errors import InputError
 from ...record import parse_json, read_bytes, read_json, read_text, sha256
 from .answer import SCHEMA as ANSWERS_SCHEMA
-from .seal import TRUTH_SCHEMA, Index, canonical, commitment, digest, finite, is_name, read_index, read_seal
+from .seal import (
+    TRUTH_SCHEMA,
+    VEHICLES_SCHEMA,
+    Index,
+    canonical,
+    commitment,
+    digest,
+    finite,
+    is_name,
+    read_index,
+    read_seal,
+)
 
 
 @dataclass(frozen=True)
@@ -21,12 +32,15 @@ class Opened:
         truths, answers: by case.
         sources: of the program that answered, their hash.
         checked: what was verified, in sentences.
+        folder: of the cases. vehicles: whether they are whole vehicles.
     """
 
     truths: dict[str, dict[str, Any]]
     answers: dict[str, dict[str, Any]]
     sources: str
     checked: tuple[str, ...]
+    folder: Path
+    vehicles: bool = False
 
 
 def open_all(folder: Path, truth: Path, answers: Path, published: str | None = None) -> Opened:
@@ -39,15 +53,17 @@ def open_all(folder: Path, truth: Path, answers: Path, published: str | None = N
     faults = [fault for entry in index.entries for fault in _files(folder / entry.case, entry.runs, "recording")]
     seal, found = read_seal(truth, index)
     faults += found
+    schema = VEHICLES_SCHEMA if index.vehicles else TRUTH_SCHEMA
     truths = {entry.case: _truth(truth, entry.case) for entry in index.entries}
     for entry in index.entries:
         document = truths[entry.case]["truth"]
         if commitment(truths[entry.case].get("salt"), document) != entry.commitment:
             faults.append(f"{truth / entry.case}.json: the truth is not the one that was sealed")
-        elif document.get("schema") != TRUTH_SCHEMA or document.get("data") != entry.data:
+        elif document.get("schema") != schema or document.get("data") != entry.data:
             faults.append(f"{truth / entry.case}.json: the truth does not belong to the recordings of {entry.case}")
         else:
-            faults += _held_out(truth, entry.case, document)
+            faults += _flights(truth, entry.case, document, "held_out")
+            faults += _flights(truth, entry.case, document, "plain") if index.vehicles else []
     content, found = _answers(answers, index)
     faults += found
     total = sha256(read_bytes(answers))
@@ -64,7 +80,14 @@ def open_all(folder: Path, truth: Path, answers: Path, published: str | None = N
         f"Answers: one to each case, given to these recordings with seed {content.get('seed')}; SHA-256 {total}, "
         + ("as published." if published else "NOT held against a published one: no proof that they came first."),
     )
-    return Opened({case: t["truth"] for case, t in truths.items()}, content["answers"], content["sources"], checked)
+    return Opened(
+        {case: t["truth"] for case, t in truths.items()},
+        content["answers"],
+        content["sources"],
+        checked,
+        folder,
+        index.vehicles,
+    )
 
 
 def _truth(truth: Path, case: str) -> dict[str, Any]:
@@ -75,11 +98,12 @@ def _truth(truth: Path, case: str) -> dict[str, Any]:
     return content
 
 
-def _held_out(truth: Path, case: str, document: dict[str, Any]) -> list[str]:
-    files = document.get("held_out_files")
+def _flights(truth: Path, case: str, document: dict[str, Any], kind: str) -> list[str]:
+    """What is wrong with the flights of a kind, held_out or plain, that lie beside a truth."""
+    files, words = document.get(f"{kind}_files"), kind.replace("_", "-")
     if not isinstance(files, dict) or not all(map(is_name, files)):
-        return [f"{truth / case}.json: does not list the held-out runs"]
-    return list(_files(truth / "held_out" / case, files, "held-out run"))
+        return [f"{truth / case}.json: does not list the {words} runs"]
+    return list(_files(truth / kind / case, files, f"{words} run"))
 
 
 def _files(folder: Path, hashes: Mapping[str, str], what: str) -> Iterator[str]:

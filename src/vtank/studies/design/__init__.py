@@ -12,5 +12,6 @@ if TYPE_CHECKING:
     from .findings import Findings
     from .montecarlo import monte_carlo, trials_sheet
     from .study import PAPER
+    from .whole import WholeFindings, examine_whole, write_whole
 
 __all__ = facade(__name__)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....errors import InputError
+from ....experiment.allocation import able
 from ....experiment.readings import WRAPPED
 from ....experiment.whole_scenario import WholeScenario, fly_whole, load_whole_scenario
 from ....plant.vehicle import AXES, Vehicle, load_vehicle
@@ -19,9 +20,9 @@ from ....record.table import Table
 from ....record.writer import run_bytes
 from ....tank.places import CATALOGUE, Placed, partners, places, read_placed
 from ..cause import log_uniform
-from .scenarios import FAMILIES, able, draw_scenario
+from .scenarios import FAMILIES, draw_scenario
 from .sizes import entries
-from .strange import draw_strange
+from .strange import draw_strange, strange
 
 CRAFT = ("bluerov2", "kingfisher", "phoenix", "remus100")
 KINDS = {"none": 0.15, "parameters": 0.1, "single": 0.6, "unknown": 0.15}  # shares, choices
@@ -34,9 +35,13 @@ QUIET = 1e-3  # noise of an instrument that states none, in its unit; a choice
 
 @dataclass(frozen=True)
 class WholeCase:
-    """One case: its runs, given ones first, the number of these, and its truth but for names of files."""
+    """One case: its runs, given ones first, the number of these, and its truth but for names of files.
+
+    plain: the given flights without the cause, their noise the same.
+    """
 
     runs: tuple[Run, ...]
+    plain: tuple[Run, ...]
     given: int
     vehicle: str
     truth: Mapping[str, Any]
@@ -73,11 +78,26 @@ def draw_whole(seed: int, number: int, attempt: int) -> WholeCase | None:
                 label = next(iter(told)) if kind == "single" else kind
                 truth = {"kind": kind, "vehicle": name, "label": label, "effects": told, "signal": signals,
                          "given": given, "scenarios": texts, "own": _numbers(flown)}  # fmt: skip
-                return WholeCase(tuple(runs), given, name, truth)
+                return WholeCase(tuple(runs), tuple(plain[:given]), given, name, truth)
             size *= LARGER
     except InputError:
         pass
     return None
+
+
+def caused(truth: Mapping[str, Any]) -> tuple[Vehicle, tuple[Placed, ...]]:
+    """The vehicle of a sealed case as it was flown, and what is wrong with it."""
+    nominal, own = load_vehicle(truth["vehicle"]), truth["own"]
+    flown = replace(
+        nominal,
+        linear_drag=np.array(own["linear"]),
+        quadratic_drag=np.array(own["quadratic"]),
+        added_mass=np.array(own["added_mass"]).reshape(6, 6),
+    )
+    if truth["kind"] == "unknown":
+        named = [(*name.split("@"), values) for name, values in truth["effects"].items()]
+        return flown, tuple(strange(family, axis, values) for family, axis, values in named)
+    return flown, read_placed(Table(Path("trial"), "effects", dict(truth["effects"])), nominal)
 
 
 def other_numbers(random: np.random.Generator, vehicle: Vehicle) -> Vehicle:

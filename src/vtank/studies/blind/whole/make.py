@@ -12,10 +12,9 @@ from ....record import Run, new_folder, refuse_loss, sha256
 from ....record.writer import run_bytes
 from ...processes import processes
 from ...stage import Stage, silent
-from ..seal import Entry, digest, finite, seal_truth, write_index
+from ..seal import VEHICLES_SCHEMA, Entry, digest, finite, seal_truth, write_index
 from .case import WholeCase, draw_whole
 
-SCHEMA = "vtank.blind-vehicles-truth/1"
 ROUNDS = 30  # times that a case which cannot be flown, or whose cause nobody could see, is drawn anew
 
 
@@ -49,8 +48,9 @@ def _made(seed: int, number: int) -> tuple[WholeCase, int]:
 def _write(cases: Path, sealed: Path, name: str, case: WholeCase, attempt: int) -> Entry:
     hashes = _write_runs(cases / name, case.runs[: case.given])
     held = _write_runs(sealed / "held_out" / name, case.runs[case.given :])
-    truth: dict[str, Any] = {**case.truth, "schema": SCHEMA, "case": name, "attempt": attempt,
-                             "data": digest(hashes), "held_out_files": held}  # fmt: skip
+    plain = _write_runs(sealed / "plain" / name, case.plain)
+    truth: dict[str, Any] = {**case.truth, "schema": VEHICLES_SCHEMA, "case": name, "attempt": attempt,
+                             "data": digest(hashes), "held_out_files": held, "plain_files": plain}  # fmt: skip
     return Entry(name, case.vehicle, hashes, (), seal_truth(sealed / f"{name}.json", truth))
 
 

@@ -6,21 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ....experiment.allocation import Allocation
+from ....experiment.allocation import able
 from ....plant.vehicle import AXES, Vehicle
-from ....tank import load_whole
 from ..cause import log_uniform
 
 FAMILIES = ("forces", "steps", "zigzag", "swing")
 DURATION_S, SPEED_M_S, BAND_RAD_S = (60.0, 150.0), (0.3, 0.6), (0.15, 1.5)  # choices
 DEPTH_M = 50.0  # [m] of what dives, so that it does not come to the surface; a choice
 SHARE = 0.6  # of the largest force, of all components of a multisine together; a choice
-
-
-def able(vehicle: Vehicle) -> tuple[str, ...]:
-    """The axes that a vehicle can push by itself."""
-    model = load_whole(vehicle).model
-    return tuple(axis for axis in AXES if Allocation(vehicle, model, [axis]).able(axis))
 
 
 def draw_scenario(random: np.random.Generator, vehicle: Vehicle, family: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,12 @@ def draw_strange(random: np.random.Generator, vehicle: Vehicle, axis: str, size:
     rad_s, phase = random.uniform(0.2, 1.2), random.uniform(0.0, 6.28)
     start_s = random.uniform(0.2, 0.5) * duration_s
     numbers = {"F": push, "u": usual.u, "rad_s": rad_s, "phase": phase, "start_s": start_s}
+
+    return strange(family, axis, numbers)
+
+
+def strange(family: str, axis: str, numbers: Mapping[str, float]) -> Placed:
+    """The force of a family of FAMILIES along an axis."""
 
     def wrench(s: Moving, place: str, p: dict[str, float]) -> NDArray[np.float64]:
         return along(place, FAMILIES[family](s, AXES.index(place), p))

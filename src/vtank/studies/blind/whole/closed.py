@@ -1,0 +1,28 @@
+"""How much of the gap the diagnosed model of a whole vehicle closes on runs that were held back."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ....diagnose.whole import Known, free_gap, slots_of
+from ....plant import Vehicle
+from ....record import Run, open_table
+from ..closed import Closed
+
+
+def closed(vehicle: Vehicle, answer: Mapping[str, Any], known: Known, held: Sequence[Run]) -> Closed:
+    """Gaps of nominal, refit, oracle and diagnosed model, over the noise of each channel [-]."""
+    models: dict[str, dict[str, float]] = {"nominal": {}, "refit": known.refit}
+    if known.oracle is not None:
+        models["oracle"] = known.oracle
+    if "model" in answer:
+        with tempfile.TemporaryDirectory() as room:
+            path = Path(room) / "model.toml"
+            path.write_text(answer["model"], encoding="utf-8")
+            models["diagnosed"] = slots_of(open_table(path), "diagnosed")
+    gaps = {name: free_gap(vehicle, held, known.noise, slots) for name, slots in models.items()}
+    return replace(Closed(), **gaps)  # type: ignore[arg-type]
