@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -57,9 +57,12 @@ class Selection:
 
 def select(
     layout: Layout, runs: tuple[Recorded, ...], effects: Sequence[str] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | None = None, mimicry: Mapping[str, float] | None = None,
 ) -> Selection:  # fmt: skip
-    """Forward selection, with the noise level found anew beside every effect that is taken in."""
+    """Forward selection, with the noise level found anew beside every effect that is taken in.
+
+    mimicry: log evidence by EFFECT@PLACE, or unknown@PLACE, that is taken off what effects and parts without a name find.
+    """
     say = progress or (lambda text: None)
     say("noise of the recordings")
     noise = first_noise(runs)
@@ -68,7 +71,9 @@ def select(
     model = blank(Fit(runs, noise), layout, (), own)
     model, found = settled(model, floor)
     sizes = sizes_of(model, found)
+    less = mimicry or {}
     candidates = catalogue(layout, runs[0].asked, sizes)
+    candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
     if effects is not None:
         candidates = tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
     best, strongest = model, set[str]()
@@ -88,7 +93,7 @@ def select(
             break
         best, found = settled(fitted[0], floor)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong, sizes, say)
+    return _judged(best, found, own, candidates, strong, sizes, less, say)
 
 
 def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
@@ -147,6 +152,7 @@ def log_prior(model: Model, candidates: Sequence[Placed]) -> float:
     kinds = {placed.effect for placed in candidates}
     for n, placed in enumerate(model.effects):
         places = sum(other.effect == placed.effect for other in candidates)
+        total -= placed.mimicry
         total -= float(np.log(len(kinds) * places)) - (float(np.log(ANOTHER)) if n else 0.0)
     return total
 
@@ -164,7 +170,7 @@ def worth(wider: Model, model: Model, own: Model, candidates: Sequence[Placed]) 
 
 def _judged(
     best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], strong: tuple[Placed, ...],
-    sizes: Sizes, say: Callable[[str], None],
+    sizes: Sizes, less: Mapping[str, float], say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
     """All sets near the best at its noise, and free-form parts beside it; posterior probabilities.
 
@@ -199,14 +205,16 @@ def _judged(
         best = top
         found = best.fit.filter(best.vector())
     say("what has no name")
-    base, tracks = based(best, found), tracks_of(best, found)
-    blocks = sorted(forces(best, base, tracks, sizes) + errors(best, base, found, tracks, sizes),
-                    key=lambda block: -block.gain)  # fmt: skip
-    alone = blocks
-    if best.effects:
-        plain = based(refitted, found)
-        alone = sorted(forces(refitted, plain, tracks, sizes) + errors(refitted, plain, found, tracks, sizes),
-                       key=lambda block: -block.gain)  # fmt: skip
+    tracks = tracks_of(best, found)
+
+    def nameless(model: Model) -> list[Block]:
+        base = based(model, found)
+        every = forces(model, base, tracks, sizes) + errors(model, base, found, tracks, sizes)
+        every = [replace(b, gain=b.gain - less.get(f"unknown@{b.place}", 0.0)) for b in every]
+        return sorted(every, key=lambda block: -block.gain)
+
+    blocks = nameless(best)
+    alone = nameless(refitted) if best.effects else blocks
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in alone:
         mimicked = IMPERFECT * max(refitted.log_evidence - nominal.log_evidence, 0.0)
