@@ -6,8 +6,8 @@ states stands in `null`; the other slots are at the value where they do nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.vehicle import AXES, Vehicle
 from ..plant.vehicle import COUPLING as COUPLING_OF
+from .flow import STILL, Flow
 from .push import Push
 
 Array = NDArray[np.float64]
@@ -74,7 +75,7 @@ class Hull(NamedTuple):
     """Parameters (P,) for the kernels, counts of blocks, `masses`, and where the run began: place and heading (4,).
 
     gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed; creep: speed
-    over which dry friction turns round, (6,) [m/s, rad/s].
+    over which dry friction turns round, (6,) [m/s, rad/s]; flow: forces of the water beyond drag.
     """
 
     p: Array
@@ -86,6 +87,7 @@ class Hull(NamedTuple):
     gears: Array
     losing: bool
     creep: Array
+    flow: Flow
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,12 +99,16 @@ class Layout:
         pushes: what pushes it: its thrusters, or the wrench that was recorded.
         sensors: names of the instruments that recorded, "" for columns without one.
         columns: the recorded channels, with their instrument before a dot where they have one.
+        fitted: numbers of a simulator that take the place of the vehicle file's, by name; others are passed over.
+        flow: forces of the water beyond drag, in that simulator.
     """
 
     vehicle: Vehicle
     pushes: tuple[Push, ...]
     sensors: tuple[str, ...]
     columns: tuple[str, ...]
+    fitted: Mapping[str, float] = field(default_factory=dict)
+    flow: Flow = STILL
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -165,6 +171,8 @@ class Layout:
                 own[LATENCY], own[ROTATED : ROTATED + 3] = known[name].latency_s, np.radians(known[name].rotation_deg)
                 own[SITE : SITE + 3] = known[name].position_m
         p[columns + SCALE :: COLUMN] = 1.0
+        for name in self.fitted.keys() & self.slots.keys():
+            p[self.slots[name]] = self.fitted[name]
         return p
 
     def vector(self, values: dict[str, float]) -> Array:

@@ -14,6 +14,7 @@ import numpy as np
 
 from ..compiled import law, lean, term
 from ..plant.sixdof import add, at, coriolis, cross, multiply, subtract
+from .flow import pushed
 from .layout import (
     ASYMMETRY,
     AXIS,
@@ -256,6 +257,8 @@ def wrench(t, x, thrust, asked, fins, hull):
     total = add(total, (thrust[0], thrust[1], thrust[2], thrust[3], thrust[4], thrust[5]))
     if hull.losing:
         total = add(total, lost(nu_r, asked, hull))
+    if hull.flow.terms.shape[0]:
+        total = add(total, pushed(nu_r, hull.flow))
     for k in range(hull.counts[1]):
         i = HULL + THRUSTER * hull.counts[0] + FIN * k
         r = triple(p, i + SEAT)

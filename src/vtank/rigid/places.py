@@ -63,6 +63,7 @@ class Placed:
         effect, place: `linear_drag`, `yaw`. channel: hydrodynamics, actuator or sensor.
         parameters: its numbers. sentence: what it is.
         detail: which column of an instrument, where it is one of several.
+        mimicry: log evidence that it finds where it is not, and that is taken off what it finds.
     """
 
     effect: str
@@ -71,6 +72,7 @@ class Placed:
     parameters: tuple[Parameter, ...]
     sentence: str
     detail: str = ""
+    mimicry: float = 0.0
 
     @property
     def name(self) -> str:

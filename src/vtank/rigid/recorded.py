@@ -127,7 +127,7 @@ class Recorded:
         home = self.start[[0, 1, 2, 5]]
         return Hull(
             p=p, counts=self.layout.counts, body=body, water=water, inverse=inverse, home=home, gears=turn,
-            losing=bool(losses.any()), creep=creep,
+            losing=bool(losses.any()), creep=creep, flow=self.layout.flow,
         )  # fmt: skip
 
     @cached_property

@@ -111,7 +111,9 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
             t, goal, spin, q = a, 0.0, 0.0, j
             while t < b - TOUCH_S:
                 stop = b
-                if q + 1 < samples and upto[q + 1] < b:
+                if t < upto[0] - TOUCH_S:
+                    stop = min(b, upto[0])
+                elif q + 1 < samples and upto[q + 1] < b:
                     stop = max(upto[q + 1], t)
                 if t >= upto[0] - TOUCH_S:
                     goal += (stop - t) * made[q]

@@ -15,6 +15,7 @@ from ...rigid.layout import AXES
 from ...rigid.places import Placed
 from ...rigid.recorded import record
 from ..given import telling
+from .against import Plant, plant_of
 from .budget import Budget, budget
 from .model import Model
 from .selection import Selection, narrowed, select
@@ -59,6 +60,7 @@ class WholeDiagnosis:
     verdict: Verdict
     budget: Budget = field(repr=False)
     notes: tuple[str, ...] = ()
+    against: Plant | None = field(default=None, repr=False)
 
     @property
     def probabilities(self) -> dict[str, float]:
@@ -174,17 +176,19 @@ def _channel(selection: Selection, place: str) -> str | None:
 
 def diagnose(
     runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None = None, effects: Sequence[str] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | None = None, against: Sequence[Run] = (),
 ) -> WholeDiagnosis:  # fmt: skip
     """Where recordings of a whole vehicle and its simulator part, and which effect at which place causes it.
 
     runs: of the columns of a whole vehicle. vehicle: the nominal. axes: that are asked about (default: all that
     something tells of); the others are known motion where they were measured. effects: names, or names at places, to
-    consider (default: all). InputError where nothing drives the vehicle or too little was measured.
+    consider (default: all). against: runs of a simulator that takes the vehicle's place as the nominal (`plant_of`).
+    InputError where nothing drives the vehicle, too little was measured, or no plant is like that simulator.
     """
     kept, said = telling(runs)
-    layout, seen, notes = record(kept, vehicle, axes)
-    selection = select(layout, seen, effects, progress)
+    plant = plant_of(against, kept, vehicle, axes, progress or (lambda text: None)) if against else None
+    layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
+    selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:
         progress("the gap budget")
     spent = budget(selection)
@@ -195,4 +199,4 @@ def diagnose(
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said)
+    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said, plant)

@@ -19,12 +19,13 @@ from scipy.linalg import block_diag
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.filtered import Noise
+from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded, record
 from .model import Model, Unknown, own_unknowns
-from .selection import bare, sizes_of
+from .selection import sizes_of
 
 Array = NDArray[np.float64]
 SMALL = 0.2  # of a deviation of its prior: what is larger is hardly ever in doubt; a choice
@@ -129,7 +130,7 @@ def _foreseen(
 ) -> Foreseen:
     white = first_noise((run,))
     level = replace(noise, variance=white.variance) if noise else replace(white, sigma=np.where(run.moves, STILL, 0.0))
-    fit, p = bare((run,), layout, level), layout.null
+    fit, p = Fit((run,), level), layout.null
     steps, vectors = [unknown.step for unknown in own], [_moved(p, u.slots, u.step) for u in own]
     at, sides = [], []
     for hypothesis in hypotheses:
@@ -138,7 +139,7 @@ def _foreseen(
         vectors += [q, *(_moved(q, layout.at(number.slots), number.step) for number in hypothesis.numbers)]
         steps += [1.0, *(number.step for number in hypothesis.numbers)]
         sides.append(slice(at[-1] + 1, len(vectors)))
-    columns = fit.answers(p, vectors, fit.filter(np.array([])))
+    columns = fit.answers(fit.paths(p, fit.filter(p)), vectors)
     for first, own_columns in zip(at, sides, strict=True):
         columns[:, own_columns] -= columns[:, first : first + 1]
     columns = np.nan_to_num(columns / np.array(steps))
@@ -164,9 +165,9 @@ def possible(
     """
     layout, seen, _ = record(flights, vehicle)
     own = own_unknowns(layout, seen[0].asked)
-    fit = bare(seen, layout, first_noise(seen))
+    fit = Fit(seen, first_noise(seen))
     model = Model(fit, (), (), np.array([]), layout.null)
-    placed = usual(layout, seen, sizes_of(model, fit.filter(np.array([]))), effects)
+    placed = usual(layout, seen, sizes_of(model, fit.filter(layout.null)), effects)
     prior = np.diag([u.scale**-2.0 for u in own])
     count = Counter(one.effect for one in placed)
     effects_at = [_placed(layout, one, prior, 0.5 / len(count) / count[one.effect], share) for one in placed]

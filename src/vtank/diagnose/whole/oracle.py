@@ -14,6 +14,7 @@ from ...errors import InputError
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.filtered import Filtered, Noise
+from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import catalogue
@@ -22,7 +23,7 @@ from ..given import telling
 from .budget import free_errors
 from .model import Model, blank, own_unknowns, refit
 from .screen import based, promises
-from .selection import bare, extended, settled, sizes_of
+from .selection import extended, settled, sizes_of
 
 RUNAWAY = 1e4  # deviations of a simulation that does not hold out
 TRIED = 3  # promising forms of the true effect that are fitted, such as one channel of an instrument or all; a choice
@@ -52,11 +53,11 @@ def known_fits(vehicle: Vehicle, runs: Sequence[Run], plain: Sequence[Run], is_t
     plain_layout, still, _ = record(telling(plain)[0], vehicle)
     noise = first_noise(still)
     own = own_unknowns(plain_layout, still[0].asked)
-    at_rest, found = settled(blank(bare(still, plain_layout, noise), plain_layout, (), own), noise.variance)
+    at_rest, found = settled(blank(Fit(still, noise), plain_layout, (), own), noise.variance)
     nominal = refit(blank(at_rest.fit, plain_layout, (), ()), found, np.array([]))
     d_parameters = _deviations(nominal.cost - at_rest.cost)
     own = own_unknowns(layout, seen[0].asked)
-    model = blank(bare(seen, layout, at_rest.fit.noise), layout, (), own)
+    model = blank(Fit(seen, at_rest.fit.noise), layout, (), own)
     try:
         model, found = _own(replace(model, theta=at_rest.theta))
         d = _deviations(model.cost - at_rest.cost)
@@ -74,9 +75,9 @@ def _deviations(cost: float) -> float:
 def _own(model: Model) -> tuple[Model, list[Filtered]]:
     """Own parameters refitted at a noise that is given, the gains made anew once."""
     for _ in range(2):
-        found = model.fit.at(model.vector()).filter(np.array([]))
+        found = model.fit.filter(model.vector())
         model = refit(model, found, model.theta)
-    return model, model.fit.at(model.vector()).filter(np.array([]))
+    return model, model.fit.filter(model.vector())
 
 
 def _oracle(
@@ -87,7 +88,7 @@ def _oracle(
     true = [placed for placed in known if is_true(placed.name)]
     base = based(model, found)
     fitted = [extended(model, base, layout, promise.placed, promise.begin, found)
-              for promise in promises(model, base, layout, true, found)[:TRIED]]  # fmt: skip
+              for promise in promises(model, base, layout, true)[:TRIED]]  # fmt: skip
     return settled(max(fitted, key=lambda m: m.log_evidence), floor)[0] if fitted else None
 
 
@@ -107,7 +108,7 @@ def free_gap(vehicle: Vehicle, runs: Sequence[Run], noise: Noise, slots: Mapping
     own = replace(first_noise(seen), sigma=noise.sigma * seen[0].moves, memory_s=noise.memory_s)
     p = layout.vector({name: value for name, value in slots.items() if name in layout.slots})
     try:
-        squares, counts = free_errors(Model(bare(seen, layout, own), (), (), np.array([]), p))
+        squares, counts = free_errors(Model(Fit(seen, own), (), (), np.array([]), p))
     except InputError:
         return RUNAWAY
     measured = counts.sum(axis=0) > 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,9 +59,12 @@ class Selection:
 
 def select(
     layout: Layout, runs: tuple[Recorded, ...], effects: Sequence[str] | None = None,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[str], None] | None = None, mimicry: Mapping[str, float] | None = None,
 ) -> Selection:  # fmt: skip
-    """Forward selection, with the noise level found anew beside every effect that is taken in."""
+    """Forward selection, with the noise level found anew beside every effect that is taken in.
+
+    mimicry: log evidence by EFFECT@PLACE, or unknown@PLACE, that is taken off what these find.
+    """
     say = progress or (lambda text: None)
     say("noise of the recordings")
     noise = first_noise(runs)
@@ -69,8 +72,9 @@ def select(
     own = own_unknowns(layout, runs[0].asked)
     model = blank(Fit(runs, noise), layout, (), own)
     best, found = trusting(*settled(model, floor), own)
-    sizes = sizes_of(best, found)
+    sizes, less = sizes_of(best, found), mimicry or {}
     candidates = catalogue(layout, runs[0].asked, sizes)
+    candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
     if effects is not None:
         candidates = tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
     strongest = set[str]()
@@ -91,7 +95,7 @@ def select(
             break
         best, found = trusting(*settled(fitted[0], floor), own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong, sizes, say)
+    return _judged(best, found, own, candidates, strong, sizes, less, say)
 
 
 def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
@@ -157,6 +161,7 @@ def log_prior(model: Model, candidates: Sequence[Placed]) -> float:
     kinds = {placed.effect for placed in candidates}
     for n, placed in enumerate(model.effects):
         places = sum(other.effect == placed.effect for other in candidates)
+        total -= placed.mimicry
         total -= float(np.log(len(kinds) * places)) - (float(np.log(ANOTHER)) if n else 0.0)
     return total
 
@@ -174,7 +179,7 @@ def worth(wider: Model, model: Model, own: Model, candidates: Sequence[Placed]) 
 
 def _judged(
     best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], strong: tuple[Placed, ...],
-    sizes: Sizes, say: Callable[[str], None],
+    sizes: Sizes, less: Mapping[str, float], say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
     """All sets near the best at its noise, and free-form parts beside it; posterior probabilities.
 
@@ -216,11 +221,14 @@ def _judged(
         best = top
         found = best.fit.filter(best.vector())
     say("what has no name")
-    blocks = unnamed(best, found, based(best, found), sizes)
-    alone, ground = blocks, best
-    if best.effects:
-        ground, there = refitted, refitted.fit.filter(refitted.vector())
-        alone = unnamed(ground, there, based(ground, there), sizes)
+
+    def nameless(model: Model, there: list[Filtered]) -> list[Block]:
+        every = unnamed(model, there, based(model, there), sizes)
+        every = [replace(block, gain=block.gain - less.get(f"unknown@{block.place}", 0.0)) for block in every]
+        return sorted(every, key=lambda block: -block.gain)
+
+    blocks, ground = nameless(best, found), refitted if best.effects else best
+    alone = nameless(ground, ground.fit.filter(ground.vector())) if best.effects else blocks
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in (block for block in alone if block.size > VISIBLE):
         mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)

@@ -1,0 +1,144 @@
+"""What is free of a simulator of any make when the vehicle's equations are fitted to runs that it has flown.
+
+Masses, drag, couplings, lag and delay are unknowns with wide priors about the vehicle file's numbers, thrusters' curves
+are free (`curves`), and so are forces of the water beyond drag along each axis (`rigid.flow`), in closed form beside
+them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...rigid.filtered import Filtered, Noise
+from ...rigid.fit import Fit
+from ...rigid.flow import Flow, terms, values
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, Layout, masses
+from ...rigid.recorded import Recorded
+from .curves import Bend
+from .model import Model, Unknown
+from .screen import based
+
+Array = NDArray[np.float64]
+OWN_MASS = 0.3  # share of the body's mass that stays the body's; a choice
+SHARE = 0.3  # of an axis' usual force that a drag the file has not may make; a guess
+ROOM = 0.1  # share of the usual force that a file may be off, when the fit begins; a guess
+LAG_S, DELAY_S = 0.3, 0.1  # [s] prior deviations; guesses
+WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the sizes of a flow's terms, as shares of an axis' usual force; choices
+STEP = 1e-3  # of finite differences, as a share of a prior deviation
+MOVES = 1e-4  # [m/s, rad/s] usual speed from which an axis moves; a choice
+
+
+@dataclass(frozen=True, eq=False)
+class Usual:
+    """Root mean square force and speed of each axis, its largest speed over that, and body and added mass; (6,)."""
+
+    force: Array
+    speed: Array
+    most: Array
+    mass: Array
+
+    @property
+    def flow(self) -> Flow:
+        """All terms of the axes that move, at size 0."""
+        found = terms([i for i in range(6) if self.most[i] > 0.0])
+        return Flow(found, np.zeros((6, found.shape[0])), self.speed, self.most)
+
+
+def usual(layout: Layout, runs: tuple[Recorded, ...], noise: Noise) -> tuple[Usual, Noise]:
+    """What the vehicle did, and the noise with a disturbance that leaves room for a file that is off."""
+    p, moves = layout.null, runs[0].moves
+    body, water, _ = masses(p, moves)
+    mass = np.diag(body + water)
+    force = np.max([np.sqrt(np.mean(run.drive(p).thrust ** 2, axis=0)) for run in runs], axis=0)
+    noise = replace(noise, sigma=np.where(moves, np.maximum(noise.sigma, ROOM * force / mass), 0.0))
+    nu = np.concatenate([f.way.states[:, 6:12] for f in Fit(runs, noise).filter(p)])
+    speed = np.sqrt(np.mean(nu**2, axis=0))
+    moving, most = speed > MOVES, np.abs(nu).max(axis=0)
+    speed = np.where(moving, speed, 1.0)
+    along = np.r_[np.full(3, np.max(speed[:3], initial=0.0, where=moving[:3]) or 1.0), speed[3:]]
+    return Usual(
+        np.maximum(force, 0.2 * mass * speed * moving), along, np.where(moving, most / along, 0.0), mass
+    ), noise
+
+
+def shared(layout: Layout) -> dict[str, float]:
+    """Most of the body's mass counted as the water's: motion alone does not tell them apart, so one number has both."""
+    p = layout.null
+    body, water, _ = masses(p, np.ones(6, bool))
+    water = water + (1.0 - OWN_MASS) * body
+    found = {"mass@hull": OWN_MASS * p[0]}
+    found |= {f"inertia@{axis}": OWN_MASS * p[layout.slot(f"inertia@{axis}")] for axis in AXES[3:]}
+    found |= {layout.names[ADDED + i]: water[i, i] for i in range(6)}
+    found |= {layout.names[COUPLED + i]: water[at] for i, at in enumerate(COUPLED_AT)}
+    return {name: float(value) for name, value in found.items()}
+
+
+def unknowns(layout: Layout, run: Recorded, did: Usual, free: Sequence[Bend]) -> list[Unknown]:
+    """Numbers of a simulator that are free; a mass stays above a tenth of what counts as the water's."""
+    p, found, asked = layout.null, [], [int(i) for i in np.flatnonzero(run.asked)]
+    names = [push.name for push in layout.pushes]
+
+    def add(name: str, scale: float, low: float = -np.inf, high: float = np.inf, slots: Sequence[str] = ()) -> None:
+        at = layout.at(slots or (name,))
+        found.append(Unknown(name, at, p[at], scale, low, high, STEP * scale))
+
+    for i in asked:
+        axis, force, speed = AXES[i], SHARE * did.force[i], did.speed[i]
+        for name, size in ((f"quadratic_drag@{axis}", force / speed**2), (f"linear_drag@{axis}", force / speed)):
+            own = float(p[layout.slot(name)])
+            add(name, max(0.5 * own, size), -own)
+        add(f"added_mass@{axis}", 0.5 * did.mass[i], -0.9 * p[ADDED + i])
+        add(f"drag_asymmetry@{axis}", 0.3, -1.0, 1.0)
+        if axis in COUPLES:
+            add(f"coupling@{axis}", 0.5 * did.mass[{4: 2, 5: 1}.get(i, i)])
+    for i, (a, b) in enumerate(COUPLED_AT):
+        if a in asked and b in asked:
+            root = float(np.sqrt(did.mass[a] * did.mass[b]))
+            add(layout.names[COUPLED + i], 0.1 * root, -0.2 * root, 0.2 * root)
+    if names:
+        least = min(push.lag_s for push in layout.pushes)
+        add("lag@thrusters", LAG_S, -least, slots=[f"lag@{name}" for name in names])
+        add("delay@thrusters", DELAY_S, -5.0 * DELAY_S, slots=[f"delay@{name}" for name in names])
+    for sensor in layout.sensors:
+        add(f"latency@{sensor}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
+    for bend in free:
+        add(bend.name, 0.1 * bend.largest_N, slots=[f"gain@{bend.named(name)}" for name in bend.names])
+    return found
+
+
+def flowing(model: Model, found: Sequence[Filtered], did: Usual, flow: Flow) -> tuple[Flow, Array]:
+    """The likeliest flow beside a model, and the model's unknowns with it, (U,)."""
+    base, asked, parts = based(model, found), np.flatnonzero(model.fit.runs[0].asked), []
+    for path in base.paths:
+        states, along = path.way.states[:, 6:12], np.empty((path.way.states.shape[0] - 1, flow.terms.shape[0]))
+        values(0.5 * (states[1:] + states[:-1]), flow, along)
+        pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in along.T]
+        parts.append(path.follow([(push, np.zeros(path.run.time_s.size)) for push in pushes]))
+    columns = np.concatenate(parts)
+    gram = base.gram(np.column_stack([base.e, columns]))
+    shares = likeliest(gram[1:, 1:], gram[1:, 0])
+    sizes = flow.sizes.copy()
+    sizes[asked] += shares.reshape(asked.size, -1) * did.force[asked, None]
+    scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
+    move = np.linalg.solve(base.J.T @ base.J + np.diag(scale**-2.0), base.J.T @ (columns @ shares))
+    return flow._replace(sizes=sizes), np.clip(model.theta - move, low, high)
+
+
+def likeliest(G: Array, b: Array) -> Array:
+    """Sizes, normally distributed at the likeliest width, that take the most off residuals, (Q,).
+
+    G: inner products of what they do, (Q, Q); b: those with the residuals, (Q,).
+    """
+    eigen, vectors = np.linalg.eigh(0.5 * (G + G.T))
+    eigen, b = np.maximum(eigen, 0.0), vectors.T @ b
+
+    def gain(width: float) -> float:
+        s2 = width**2
+        return float(np.sum(s2 * b * b / (1.0 + s2 * eigen)) - np.sum(np.log1p(s2 * eigen)))
+
+    s2 = max(WIDTHS, key=gain) ** 2
+    return np.asarray(-vectors @ (s2 * b / (1.0 + s2 * eigen)))
