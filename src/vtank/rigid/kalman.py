@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import law
+from ..compiled import law, lean
 from .kernels import SIZE, moved, parted, seen
 from .layout import FIN, HULL, LATENCY, SENSOR, SKEW, SPRING, TETHER, THRUSTER, WATERLINE
 from .motion import rates
@@ -34,14 +34,14 @@ class Way(NamedTuple):
     H: np.ndarray
 
 
-@law
+@lean
 def pulled(hull):
     """Whether any force depends on place."""
     p = hull.p
     return p[TETHER] != 0.0 or p[WATERLINE] != 0.0 or p[SPRING] != 0.0 or p[SPRING + 1] != 0.0 or p[SPRING + 2] != 0.0
 
 
-@law
+@lean
 def transition(t, x, y, h, i, drive, hull, F, scratch):
     """Derivative of the motion after step i of h [s] with respect to that before it, x to y, both (18,), into F.
 
@@ -78,46 +78,51 @@ def transition(t, x, y, h, i, drive, hull, F, scratch):
                 if f != 0.0:
                     for c in range(12):
                         G[a, c] += f * F[b, c]
-        F[:, :] = G
+        for a in range(12):
+            for c in range(12):
+                F[a, c] = G[a, c]
     for c in range(3, 12):
         if drive.knows[c - 3]:  # what is known does not follow from what was
             for a in range(12):
                 F[a, c] = 0.0
 
 
-@law
+@lean
 def reach(m, record, hull):
-    """First and last of the states that a measurement may depend on; of one that is wound back, all."""
+    """Range of the motion that a measurement may depend on; of one that is wound back, all of it."""
     p, kind = hull.p, record.kind[m]
     s = HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
     if kind >= ACCEL or abs(p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]) > TOUCH_S:
-        return 0, SIZE if kind >= ACCEL else 12
+        return 0, 12
     if kind < ROLL:
         return 0, 6
     return (3, 6) if kind < SURGE else (3, 12) if kind < ROLL_RATE else (9, 12)
 
 
-@law
+@lean
 def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
     """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,)."""
-    x[:12], d[:] = s[:12], s[12:]
+    for a in range(12):
+        x[a] = s[a]
+    for a in range(6):
+        d[a] = s[12 + a]
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
     first, last = reach(m, record, hull)
     for c in range(SIZE):
         H[c] = 0.0
     for c in range(first, last):
-        if c < 12:
-            x[c] += NUDGE
-            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
-            x[c] = s[c]
-        else:
-            d[c - 12] += NUDGE
-            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
-            d[c - 12] = s[c]
+        x[c] += NUDGE
+        H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+        x[c] = s[c]
+    if record.kind[m] >= ACCEL:
+        for c in range(6):
+            d[c] += NUDGE
+            H[12 + c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+            d[c] = s[12 + c]
     return here
 
 
-@law
+@lean
 def carry(F, h, sigma, memory, T, P, A):
     """In place, the covariance P, (18, 18), after a step of h [s] whose transition of the motion is F; T, A: scratch.
 
@@ -170,7 +175,7 @@ def begun(spread, sigma):
     return P
 
 
-@law
+@lean
 def weigh(P, H, noise_var, C, gain):
     """Variance of a prediction, without its own noise; the gain, (18,), and P after the measurement, in place."""
     explained = 0.0

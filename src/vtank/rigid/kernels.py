@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import law
+from ..compiled import law, lean
 from .layout import FIN, HULL, LATENCY, SENSOR, SKEW, THRUSTER
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
@@ -38,7 +38,7 @@ class Record(NamedTuple):
     bearing: float
 
 
-@law
+@lean
 def tied(x, drive, i):
     """Set the motion that is known at the start of step i, in place on x, shape (12,)."""
     for a in range(9):
@@ -46,7 +46,7 @@ def tied(x, drive, i):
             x[3 + a] = drive.known[i, a]
 
 
-@law
+@lean
 def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
     """State x and disturbances d, in place, after step i of h [s]."""
     keep = math.exp(-h / memory)
@@ -58,7 +58,7 @@ def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
     advance(t, x, h, drive.thrust[i], drive.asked[i], drive.fins[i], push, drive.known[i, 9:], hull, k, y)
 
 
-@law
+@lean
 def wound(x, d, t, late, steps, drive, i, hull, k, y):
     """The state wound back by `late` [s], in place, through the steps before step i; on where that is negative."""
     while late > TOUCH_S and i > 0:
@@ -72,7 +72,7 @@ def wound(x, d, t, late, steps, drive, i, hull, k, y):
         t, late, i = t + h, late + h, i + 1
 
 
-@law
+@lean
 def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     """Prediction of measurement m in the state x under disturbances d; i is the step that comes next."""
     p, x0, rate, k, y = hull.p, scratch[0], scratch[1], scratch[2:6], scratch[6]
@@ -80,7 +80,8 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     late = p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]
     here = x
     if abs(late) > TOUCH_S:
-        x0[:] = x
+        for a in range(18):
+            x0[a] = x[a]
         wound(x0, d, t, late, steps, drive, i, hull, k, y)
         here = x0
     if record.kind[m] >= ACCEL:
@@ -93,7 +94,7 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     )
 
 
-@law
+@lean
 def parted(e, kind):
     """A difference; that of angles within half a turn."""
     if ROLL <= kind <= HEADING:

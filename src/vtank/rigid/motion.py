@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from ..compiled import law, term
+from ..compiled import law, lean, term
 from ..plant.sixdof import add, at, coriolis, cross, multiply, subtract
 from .layout import (
     ASYMMETRY,
@@ -110,7 +110,7 @@ def resisted(p, i, speed):
     return -(p[LINEAR + i] + p[QUADRATIC + i] * (abs(speed) + p[ASYMMETRY + i] * speed)) * speed
 
 
-@term
+@lean
 def fin_force(p, i, angle, through):
     """Lift and drag of the fin whose block starts at slot i, at an angle [rad], in body axes [N].
 
@@ -142,7 +142,7 @@ def scaled(f, w):
     return f * w[0], f * w[1], f * w[2], f * w[3], f * w[4], f * w[5]
 
 
-@law
+@lean
 def axis_force(i, t, x, speed, away, hull):
     """Force along or about axis i [N, N m]: drag at a speed through the water, friction, spring, wave, constant.
 
@@ -175,7 +175,7 @@ def gears(p, thrusters):
     return out
 
 
-@law
+@lean
 def lost(nu_r, asked, hull):
     """What the speed of advance takes off the thrust: loss times input times the flow along each thruster."""
     total = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -188,7 +188,7 @@ def lost(nu_r, asked, hull):
     return total
 
 
-@law
+@lean
 def held_by(x, R, nu, hull):
     """Wrench of weight, buoyancy, a trim weight, and a tether, whose spring is about the start."""
     p, down = hull.p, back(R, (0.0, 0.0, 1.0))
@@ -211,12 +211,12 @@ def held_by(x, R, nu, hull):
     return total
 
 
-@law
+@lean
 def turning(nu, nu_r, hull):
     """What turning adds: -C_RB(nu) nu - C_A(nu_r) nu_r, and coupling terms and strips of the hull besides."""
     p = hull.p
     total = add(scaled(-p[CORIOLIS], coriolis(hull.body, nu)), scaled(-p[MUNK], coriolis(hull.water, nu_r)))
-    c = p[COUPLING : COUPLING + 5]
+    c = (p[COUPLING], p[COUPLING + 1], p[COUPLING + 2], p[COUPLING + 3], p[COUPLING + 4])
     if c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0 or c[3] != 0.0 or c[4] != 0.0:
         total = add(total, (c[0] * nu_r[1] * nu[5], -c[1] * nu_r[0] * nu[5], c[3] * nu_r[0] * nu[4],
                             0.0, c[4] * nu_r[0] * nu_r[2], -c[2] * nu_r[0] * nu_r[1]))  # fmt: skip
@@ -230,7 +230,7 @@ def turning(nu, nu_r, hull):
     return total
 
 
-@law
+@lean
 def wrench(t, x, thrust, asked, fins, hull):
     """All forces on the right side [N, N m] at the state x, 6 numbers.
 
@@ -264,7 +264,7 @@ def wrench(t, x, thrust, asked, fins, hull):
     return total
 
 
-@law
+@lean
 def rates(t, x, thrust, asked, fins, push, known, hull, out):
     """d/dt of place, attitude, velocity and wakes into `out`, shape (18,).
 
@@ -286,7 +286,7 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
         out[12 + i] = (p[WAKE + i] * x[6 + i] - x[12 + i]) / p[RECOVERY + i] if p[WAKE + i] != 0.0 else 0.0
 
 
-@law
+@lean
 def advance(t, x, h, thrust, asked, fins, push, known, hull, k, y):
     """One Runge-Kutta step of h [s] from time t [s], in place on x, (18,); k, (4, 18), and y, (18,), are scratch."""
     rates(t, x, thrust, asked, fins, push, known, hull, k[0])

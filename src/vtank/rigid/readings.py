@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ..compiled import law, term
+from ..compiled import lean, term
 from ..plant.sixdof import cross
 from ..record.columns import MOTION
 from .layout import BIAS, COLUMN, EARTH, FIN, HULL, ROTATED, SCALE, SENSOR, SITE, THRUSTER, G
@@ -24,7 +24,7 @@ def pick(v, i):
     return v[0] if i == 0 else v[1] if i == 1 else v[2]
 
 
-@law
+@lean
 def read(kind, sensor, column, x, rate, p, counts, wall, bearing):
     """Reading of channel `kind` by an instrument, in the state x, shape (12,), which changes at `rate`, shape (12,).
 
