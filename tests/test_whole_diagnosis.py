@@ -126,7 +126,7 @@ def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path
         for t in NOMINAL.thrusters))  # fmt: skip
     (tmp_path / "model.toml").write_text(
         'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
-        "[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n\"share@thruster_4\" = 0.5\n"
+        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
     )
     columns = vt.predict(tmp_path / "model.toml", flight(weak, 6))["columns"]
     turns = {name: columns[name] for name in ("ahrs.heading_rad", "imu.yaw_rate_rad_s")}

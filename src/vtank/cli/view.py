@@ -16,7 +16,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--ghost", type=Path, metavar="RUN.csv", help="recording beside a scenario")
     parser.add_argument("--vehicle", metavar="VEHICLE", help="of a run: name or .toml file of the vehicle")
     parser.add_argument(
-        "--truth", metavar="NAME", help="along one axis: truth preset, or path of one or of a diagnosed model, that flies"
+        "--truth",
+        metavar="NAME",
+        help="along one axis: truth preset, or path of one or of a diagnosed model, that flies",
     )
     parser.add_argument("--film", type=Path, metavar="OUT.mp4", help="write a film instead; needs no window")
     parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="override a key of a scenario")

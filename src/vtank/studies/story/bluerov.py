@@ -10,7 +10,7 @@ import numpy as np
 
 import vtank as vt
 
-from ...present import Bars, Drawing, Table, number, whole, words
+from ...present import Bars, Drawing, Table, vehicle_picture, whole, words
 from ...record import write_text
 from .pictures import filmed
 from .step import Act, Step
@@ -21,8 +21,11 @@ SETTINGS = ("duration_s=40",)
 THRUSTERS = ("thruster_1", "thruster_2", "thruster_3", "thruster_4")  # those that push along the axes asked about
 LOST = (0.2, 0.5)  # share of its force that one of them lacks; a choice
 LIKELIEST = 5  # hypotheses shown
-SHOWN = {"dvl.surge_m_s": "speed ahead [m/s]", "dvl.sway_m_s": "speed to starboard [m/s]",
-         "imu.yaw_rate_rad_s": "rate of turn [rad/s]"}  # fmt: skip
+SHOWN = {  # column -> meaning, unit as shown, and factor
+    "dvl.surge_m_s": ("speed ahead", "m/s", 1.0),
+    "dvl.sway_m_s": ("speed to starboard", "m/s", 1.0),
+    "imu.yaw_rate_rad_s": ("rate of turn", "°/s", 180.0 / np.pi),
+}
 
 
 def bluerov(act: Act) -> Iterator[Step]:
@@ -33,7 +36,7 @@ def bluerov(act: Act) -> Iterator[Step]:
     folder = act.folder / "bluerov2"
     folder.mkdir()
     runs = flown(act, SCENARIO, weak, act.seed)
-    yield flight(runs[0], folder)
+    yield flight(act, runs[0])
     with act.stages() as say:
         found = vt.diagnose(runs, VEHICLE, axes=AXES, progress=say)
     yield place(found)
@@ -57,14 +60,16 @@ def flown(act: Act, scenario: str, weak: str, seed: int) -> tuple[vt.Run, ...]:
 # --- the steps -----------------------------------------------------------------------------------------------------
 
 
-def flight(run: vt.Run, folder: Path) -> Step:
+def flight(act: Act, run: vt.Run) -> Step:
     """What was flown and recorded."""
     vehicle = vt.load_vehicle(VEHICLE)
-    seen = vt.view(folder / Path(SCENARIO).name / f"{run.name}.csv", vehicle=VEHICLE)
-    film = filmed(seen, folder / "film.mp4", "The simulator by its vehicle file, and the recording as a ghost in blue")
+    seen = vt.view(act.folder / "bluerov2" / run.name / f"{run.name}.csv", vehicle=VEHICLE)
+    film = filmed(
+        seen, act.folder, "bluerov2/film.mp4", "The simulator by its vehicle file, and the recording as a ghost in blue"
+    )
     text = (
-        f"{vehicle.mass_kg:.1f} kg, {len(vehicle.thrusters)} thrusters, {run.duration_s:.0f} s of surge, heave and yaw "
-        f"at once, {len(run.columns)} columns recorded. One thruster lacks part of its force. {film.text}"
+        f"{vehicle.mass_kg:.1f} kg, {len(vehicle.thrusters)} thrusters; {run.duration_s:.0f} s of surge, heave and yaw "
+        f"at once, {len(run.columns)} columns. One thruster lacks part of its force: sealed. {film.text}"
     )
     return Step("A whole vehicle: the BlueROV2 in open water", text, film.blocks)
 
@@ -73,25 +78,34 @@ def place(found: Any) -> Step:
     """Which effect, and where on the vehicle."""
     document = found.document
     lit = dict.fromkeys(document["verdict"]["places"], 1.0) or document["where"]
-    picture = Drawing(whole.vehicle_svg(found, lit), "The BlueROV2 from above, bow to the right; the cause is filled.")
+    picture = Drawing(
+        vehicle_picture.vehicle_picture(found.vehicle, lit),
+        "The BlueROV2 from above, bow to the right; the cause is filled.",
+    )
     named = "+".join(sorted(f"{e['name']}@{e['place']}" for e in document["effects"]))
     chances = [(name, p, name == named) for name, p in document["probabilities"].items()][:LIKELIEST]
     shown = tuple((name.replace("_", " ").replace("@", ", "), p, mark) for name, p, mark in chances)
     verdict = document["verdict"]
     names = words.listed([words.effect_name(e["name"]) for e in document["effects"]]) or verdict["kind"]
     places = words.listed([place.replace("_", " ") for place in verdict["places"]])
-    card = ("BlueROV2", f"{names} at {places}" if places else names, f"probability {words.percent(verdict['probability'])}")
+    card = (
+        "BlueROV2",
+        f"{names} at {places}" if places else names,
+        f"probability {words.percent(verdict['probability'])}",
+    )
     return Step("Where on the vehicle the gap lies", whole.sentence(document), (picture, Bars(shown)), card)
 
 
 def corrected(columns: dict[str, dict[str, float]]) -> Step:
     """The vehicle file with its cause on a flight that it has never seen."""
-    rows = [(meaning, *(number(columns[name][k], 2) for k in ("nominal", "diagnosed", "noise")))
-            for name, meaning in SHOWN.items() if name in columns]  # fmt: skip
+    rows = []
+    for name, (meaning, unit, factor) in SHOWN.items():
+        sizes = (factor * columns[name][key] for key in ("nominal", "diagnosed", "noise"))
+        rows.append((meaning, *(words.length(size, unit) for size in sizes)))
     told = "; ".join(f"{meaning} {before} to {after} (noise {noise})" for meaning, before, after, noise in rows)
     table = Table(("error of", "simulator as it is", "corrected", "sensor noise"), tuple(rows))
     text = f"Errors on {Path(UNSEEN).name}, a flight it has never seen, before and after: {told}."
-    return Step("The corrected BlueROV2, and a second flight", text, (table,))
+    return Step("The corrected BlueROV2 and a second flight", text, (table,))
 
 
 def told(found: Any, thruster: str, share: float) -> Step:

@@ -12,7 +12,7 @@ import vtank as vt
 
 from ...effects import Effect
 from ...plant import slot
-from ...present import Bars, Drawing, Picture, Table, number, sections, words, words_budget
+from ...present import Bars, Drawing, Picture, Table, sections, words, words_budget
 from ...record import write_text
 from ...tank import load_model, render
 from .pictures import filmed, overlay
@@ -20,8 +20,12 @@ from .step import Act, Step
 from .withheld import candidates, draw, toml
 
 NOMINAL = "paper-ii"  # the simulator
-EXPERIMENTS, UNSEEN = ("paper-ds1", "paper-ds4", "multisine"), "paper-ds2"  # in closed loop: no cause drives into a wall
+EXPERIMENTS, UNSEEN = (
+    ("paper-ds1", "paper-ds4", "multisine"),
+    "paper-ds2",
+)  # in closed loop: no cause drives into a wall
 SETTINGS = ("duration_s=60",)
+UNITS = {"alpha": ("1/m", 1.0), "beta": ("mm/rev²", 1e3), "thrust_lag.tau": ("s", 1.0)}  # as shown, and factor
 OFF = 3.0  # deviations beyond which an identified parameter has missed the truth; a choice
 LIKELIEST = 5  # hypotheses shown
 
@@ -30,7 +34,7 @@ def phoenix(act: Act) -> Iterator[Step]:
     """Fly, compare, identify, diagnose, correct, and only then look at what was withheld."""
     nominal = vt.load_truth(NOMINAL)
     yield tank(act)
-    effect, truth = draw(act.seed, nominal)
+    effect, truth = draw(act.seed, nominal)  # seen by nothing but the tank until they are told
     preset = act.folder / "withheld" / "phoenix.toml"
     preset.parent.mkdir()
     write_text(preset, toml(effect, truth))
@@ -54,8 +58,7 @@ def recorded(act: Act, preset: Path, scenarios: Sequence[str], name: str, seed: 
     """Experiments in the tank with the withheld vehicle, as they can be read back from their data set."""
     out = act.folder / name
     with act.shares(f"flying {', '.join(scenarios)}") as report:
-        flown = {"seed": seed, "truth": str(preset), "settings": SETTINGS, "out": out}
-        vt.run(*scenarios, threads=2, progress=report, **flown)
+        vt.run(*scenarios, seed=seed, truth=str(preset), settings=SETTINGS, threads=2, out=out, progress=report)
     (out / "truth.json").rename(preset.with_name(f"{name}.json"))
     return vt.load(out)
 
@@ -68,7 +71,7 @@ def tank(act: Act) -> Step:
     vehicle = vt.load_vehicle("phoenix")
     how = render.picture(act.folder / "tank.png", load_model())
     text = (
-        f"{vehicle.mass_kg:.0f} kg, two stern propellers, and a sonar that looks at the wall ten feet ahead. Its "
+        f"{vehicle.mass_kg:.0f} kg, two stern propellers, a sonar that looks at the wall ten feet ahead. Its "
         f"simulator, {NOMINAL}, knows drag, thrust and the lag of thrust."
     )
     picture = Picture("tank.png", f"The Phoenix in the virtual tank, with the beam of its sonar, {how}.")
@@ -79,9 +82,8 @@ def recording(runs: Sequence[vt.Run], possible: int) -> Step:
     """What was recorded, and that its cause is not told."""
     pings = sum(int(np.isfinite(run.columns["range_m"]).sum()) for run in runs)
     text = (
-        f"{len(runs)} experiments, {sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges with the propeller "
-        f"speeds. One of {possible} effects that the simulator lacks was at work, and the vehicle's own drag, thrust "
-        "and lag differ from it; the seed drew all of them, and they stay sealed until the end."
+        f"{len(runs)} experiments, {sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges. Of {possible} "
+        "effects that the simulator lacks the seed drew one, and other drag, thrust and lag; all stay sealed."
     )
     return Step("A recording whose cause is withheld", text)
 
@@ -91,8 +93,8 @@ def beside(folder: Path) -> Step:
     name = EXPERIMENTS[0]
     seen = vt.view(folder / "recording" / f"{name}.csv")
     svg, apart_m = overlay("before", seen, {"nominal": seen.flown})
-    film = filmed(seen, folder / "film.mp4", "The simulator, and the recording as a ghost in blue")
-    text = f"Given the propeller speeds of {name}, it ends up as far as {words.length(apart_m, 'm')} from the vehicle."
+    film = filmed(seen, folder, "film.mp4", "The simulator, and the recording as a ghost in blue")
+    text = f"Given the propeller speeds of {name}, it is up to {words.length(apart_m, 'm')} from where the vehicle was."
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"))
     picture = Drawing(svg, f"{name}: way ahead, and by how much the simulator misses it.", legend)
     return Step("Its simulator beside it", f"{text} {film.text}", (picture, *film.blocks))
@@ -100,29 +102,30 @@ def beside(folder: Path) -> Step:
 
 def identified(fit: Any, nominal: vt.Truth, truth: vt.Truth) -> Step:
     """Own parameters from the recording alone, beside the truth."""
-    rows, off = [], 0
+    rows, values, off = [], [], 0
     for name, value in fit.values.items():
         true, sd = truth.vector()[slot(name)], fit.sd[name]
         off += abs(value - true) > OFF * sd
-        found = f"{number(value)} ± {number(sd, 2)}"
-        rows.append((own(name), number(nominal.vector()[slot(name)]), found, number(true)))
-    values = "; ".join(f"{name} {found} (true {true})" for name, _, found, true in rows)
-    bent = f"{off} of {len(rows)} are off: they bend to hide what is missing." if off else "No more than noise makes."
+        unit, factor = UNITS[name]
+        found = f"{words.number(factor * value, 4)} ± {words.number(factor * sd, 2)} {unit}"
+        rows.append((words.WORDS["own"][name], own(name, nominal.vector()[slot(name)]), found, own(name, true)))
+        values.append(f"{words.WORDS['own'][name]} {found} (true {words.number(factor * true, 4)})")
+    bent = "They bend to hide what is missing." if off else "They are right: something else is wrong."
     table = Table(("of the vehicle", "simulator", "identified", "true"), tuple(rows))
-    return Step("Its own parameters, identified as if nothing were missing", f"{values}. {bent}", (table,))
+    return Step("Identified as if nothing were missing", f"{'; '.join(values).capitalize()}. {bent}", (table,))
 
 
-def own(name: str) -> str:
-    """An own parameter in words, with its unit."""
-    unit = {"alpha": "1/m", "beta": "m/rev²", "thrust_lag.tau": "s"}[name]
-    return f"{words.WORDS['own'][name]} [{unit}]"
+def own(name: str, value: float) -> str:
+    """An own parameter with its unit."""
+    unit, factor = UNITS[name]
+    return f"{words.number(factor * value, 4)} {unit}"
 
 
 def gap(document: dict[str, Any], found: Any) -> Step:
     """How large it is and what it is made of."""
     size, noise = (words.length(document["shrink"][key], document["shrink"]["unit"]) for key in ("nominal", "floor"))
     blocks = [block for block in sections.budget(document, found.where) if isinstance(block, Drawing)]
-    text = f"The simulator misses the recording by {size}; noise makes {noise}. {words_budget.shared_out(document)}"
+    text = f"The simulator misses the recording by {size}, noise makes {noise}. {words_budget.shared_out(document)}"
     return Step("The gap and its budget", text, tuple(blocks), ("The gap", size, f"sensor noise makes {noise}"))
 
 
@@ -145,11 +148,11 @@ def corrected(folder: Path, errors: dict[str, Any]) -> Step:
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"), ("diagnosed", "corrected simulator"))
     picture = Drawing(svg, f"{UNSEEN}, which no simulator has seen: way ahead, and what each misses of it.", legend)
     text = (
-        f"The simulator with its cause added (gap.toml) foretells {UNSEEN}, a recording it has never seen, to {after}: "
-        f"{before} as it was, {refit} with parameters refitted alone; noise makes {noise}."
+        f"gap.toml, the simulator with its cause, foretells {UNSEEN}, which it has never seen, to {after}. As it was "
+        f"it missed it by {before}, refitted alone by {refit}; noise makes {noise}."
     )
     card = ("A second recording", f"{before} to {after}", f"error before and after; sensor noise makes {noise}")
-    return Step("The corrected simulator, and a second recording", text, (picture,), card)
+    return Step("The corrected simulator and a second recording", text, (picture,), card)
 
 
 def told(document: dict[str, Any], effect: Effect, truth: vt.Truth) -> Step:
@@ -157,11 +160,11 @@ def told(document: dict[str, Any], effect: Effect, truth: vt.Truth) -> Step:
     name, found = words.effect_name(effect.name), document["estimates"].get(effect.name, {})
     rows = []
     for parameter, value in zip(effect.parameters, truth.effects.values(), strict=True):
-        size = number(found[parameter.name]["value"]) if parameter.name in found else "-"
-        rows.append((f"{name}: {parameter.meaning} [{parameter.unit}]", size, number(value)))
+        size = words.number(found[parameter.name]["value"]) if parameter.name in found else "-"
+        rows.append((f"{name}: {parameter.meaning} [{parameter.unit}]", size, words.number(value)))
     for key, values in document["parameters"].items():
-        if key != effect.name and key in ("alpha", "beta", "thrust_lag.tau"):
-            rows.append((own(key), number(values["diagnosed"]), number(truth.vector()[slot(key)])))
+        if key in UNITS:
+            rows.append((words.WORDS["own"][key], own(key, values["diagnosed"]), own(key, truth.vector()[slot(key)])))
     verdict = document["verdict"]
     said = judged(effect.name, verdict["effects"], verdict["class"])
     table = Table(("with the cause", "found", "true"), tuple(rows))

@@ -29,16 +29,16 @@ def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, f
     ways = {style: np.interp(time_s, poses.time_s, poses.place_m[:, 0]) for style, poses in simulators.items()}
     errors = {style: measured - way for style, way in ways.items()}
     x, below = Scale(time_s[0], time_s[-1], LEFT, RIGHT), TOP + TRACE + BETWEEN
-    trace = Panel(x, Scale(*around([*measured, *np.concatenate([*ways.values()])]), TOP + TRACE, TOP))
+    trace = Panel(x, Scale(*around(np.concatenate([measured, *ways.values()])), TOP + TRACE, TOP))
     trace.frame("", "way ahead [m]", "", 0, 4)
     error = Panel(x, Scale(*around(np.concatenate([*errors.values()])), below + ERROR, below))
     error.frame("time [s]", "error [m]", "", 12, 3)
     error.horizontal(0.0, "zero")
+    for k in range(0, time_s.size, max(1, time_s.size // DOTS)):
+        trace.dot(time_s[k], measured[k], "ink", radius=2.6)
     for style, way in ways.items():
         trace.line(time_s, way, style)
         error.line(time_s, errors[style], style)
-    for k in range(0, time_s.size, max(1, time_s.size // DOTS)):
-        trace.dot(time_s[k], measured[k], "ink", radius=2.2)
     worst = {style: float(np.abs(e).max()) for style, e in errors.items()}
     said = "; ".join(f"{style}: up to {size:.3g} m off" for style, size in worst.items())
     svg = picture(name, WIDTH, below + ERROR + 42.0, [trace, error], f"Recording and simulator over time. {said}.")
@@ -53,10 +53,10 @@ class Filmed:
     blocks: tuple[Film, ...] = ()
 
 
-def filmed(seen: Any, path: Path, caption: str) -> Filmed:
-    """Film a view; where that cannot be, the sentence says why."""
+def filmed(seen: Any, folder: Path, name: str, caption: str) -> Filmed:
+    """Film a view into a file of a folder; where that cannot be, the sentence says why."""
     try:
-        how = seen.film(path, SIZE, LONGEST_S)
+        how = seen.film(folder / name, SIZE, LONGEST_S)
     except vt.InputError as reason:
-        return Filmed(f"Film skipped: {reason}.")
-    return Filmed(f"Film: {path.name}, {how}.", (Film(path.name, f"{caption}; {how}."),))
+        return Filmed(f"No film: {reason}.")
+    return Filmed(f"Film: {name}.", (Film(name, f"{caption}; {how}."),))

@@ -1,4 +1,4 @@
-"""What is withheld from the diagnosis: a vehicle that differs from its simulator by an effect and by its own numbers."""
+"""What is withheld from the diagnosis: a vehicle with an effect and own parameters that its simulator lacks."""
 
 from __future__ import annotations
 
