@@ -5,12 +5,13 @@ VENV  := .venv
 BIN   := $(VENV)/bin
 STAMP := $(VENV)/.installed
 OUT   ?= out
+REPRODUCTION ?= reproduction
 
 NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
             $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: venv check format test quick fuzz demo bench wheel clean
+.PHONY: venv check format test quick fuzz demo reproduce bench wheel clean
 
 venv: $(STAMP)
 
@@ -41,6 +42,9 @@ fuzz: $(STAMP)  # ten times the cases of make test: more than 20,000 spoilt file
 demo: $(STAMP)
 	$(BIN)/vtank demo --out $(OUT)
 
+reproduce: $(STAMP)
+	$(BIN)/vtank reproduce --out $(REPRODUCTION)
+
 bench: $(STAMP)
 	$(BIN)/pytest benchmarks
 
@@ -48,5 +52,5 @@ wheel: $(STAMP)
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 
 clean:
-	rm -rf $(VENV) $(OUT) build dist .pytest_cache .ruff_cache .mypy_cache .benchmarks .hypothesis
+	rm -rf $(VENV) $(OUT) $(REPRODUCTION) build dist .pytest_cache .ruff_cache .mypy_cache .benchmarks .hypothesis
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -3,10 +3,10 @@
     python benchmarks/gates.py [--cases N] [--recordings FOLDER]   compare with gates.json.xz; exit code 1 if it moved
     python benchmarks/gates.py --freeze [--recordings FOLDER]      write it anew, when a defect was mended on purpose
 
-Forty open blind cases of all kinds (seed 24, drawn and flown anew, so that the generator is held as well), the demo's
-data sets and their identification, and, where the folder of recordings is given, the catamaran and the drive. Verdicts
-and data sets must be the same, probabilities and the log evidences of all that is not hopeless within 1e-3, estimates
-and errors within 1e-6 of their value, or, since an optimum is found to no more than that, 1e-3 of their standard
+Forty open blind cases of all kinds (seed 24, drawn and flown anew, so that the generator is held as well), the paper's
+experiments and their identification, and, where the folder of recordings is given, the catamaran and the drive.
+Verdicts and data sets must be the same, probabilities and the log evidences of all that is not hopeless within 1e-3,
+estimates and errors within 1e-6 of their value, or, since an optimum is found to no more than that, 1e-3 of their standard
 deviation. Some minutes.
 """
 
@@ -72,7 +72,7 @@ def vtank(*arguments: str) -> None:
 
 
 def experiments(folder: Path, truth: str) -> dict[str, Any]:
-    """The demo's four experiments with a truth: data set and identification."""
+    """The paper's four experiments with a truth: data set and identification."""
     data = folder / truth
     vtank("run", *EXPERIMENTS, "--truth", truth, "--seed", "1996", "--threads", "2", "--out", str(data))
     return {"digests": digests(data), "identified": identified(data)}

@@ -117,3 +117,17 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
     still = {name: np.full(run.time_s.size, np.nan) if "." in name else v for name, v in run.columns.items()}
     with pytest.raises(InputError, match="no measurement"):
         vt.diagnose([vt.Run("blind", run.time_s, still)], nominal=NOMINAL)
+
+
+def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path):
+    """Readings are lone by the diagnosed model: those that the nominal misses by many deviations are its errors."""
+    weak = replace(NOMINAL, thrusters=tuple(
+        replace(t, curve=tuple((n, 0.5 * f) for n, f in t.curve)) if t.site == "thruster_4" else t
+        for t in NOMINAL.thrusters))  # fmt: skip
+    (tmp_path / "model.toml").write_text(
+        'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
+        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
+    )
+    columns = vt.predict(tmp_path / "model.toml", flight(weak, 6))["columns"]
+    turns = {name: columns[name] for name in ("ahrs.heading_rad", "imu.yaw_rate_rad_s")}
+    assert all(found["nominal"] > 4.0 * found["diagnosed"] for found in turns.values()), turns

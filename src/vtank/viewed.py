@@ -34,11 +34,14 @@ class View:
     flown: Poses
     ghost: Poses | None = None
 
-    def film(self, path: Path | str) -> str:
-        """Write an MP4 and return a line that says how; errors as of `tank.film.film`."""
+    def film(self, path: Path | str, size: tuple[int, int] = (960, 640), longest_s: float = 12.0) -> str:
+        """Write an MP4 of that size [px, multiples of 16], at most so long [s], and return a line that says how.
+
+        InputError without imageio-ffmpeg (extra `film`), and where no OpenGL library works.
+        """
         from .tank.film import film
 
-        return film(path, self.model, self.flown, self.ghost)
+        return film(path, self.model, self.flown, self.ghost, size, longest_s)
 
     def show(self) -> None:
         """Play it in MuJoCo's viewer until that is closed; InputError where there is no window."""
@@ -48,22 +51,27 @@ class View:
 
 
 def view(
-    flight: Path | str, ghost: Path | str | Run | None = None, vehicle: str | None = None, settings: Sequence[str] = ()
+    flight: Path | str,
+    ghost: Path | str | Run | None = None,
+    vehicle: str | None = None,
+    settings: Sequence[str] = (),
+    truth: Path | str | None = None,
 ) -> View:
     """A scenario, by name or path, or a run, as a CSV file, to look at.
 
     ghost: a recording beside a scenario. A run is the ghost itself, beside the simulation of its own commands: by the
-    vehicle's file, or along one axis with revolutions by the nominal Phoenix. settings: KEY=VALUE laid over a scenario.
+    vehicle's file, or along one axis with revolutions by the Phoenix. settings: KEY=VALUE laid over a scenario.
+    truth: preset, or path of one or of a diagnosed model, along one axis (default: the scenario's; of a run paper-ii).
     InputError for bad input, and where a recording tells nothing of a place.
     """
     recording = read_run(ghost) if isinstance(ghost, str | Path) else ghost
     if str(flight).endswith(".csv"):
-        return _of_run(read_run(flight), vehicle)
+        return _of_run(read_run(flight), vehicle, truth)
     seen = of_run(recording) if recording else None
-    return replace(_of_scenario(flight, settings), ghost=seen)
+    return replace(_of_scenario(flight, settings, truth), ghost=seen)
 
 
-def _of_scenario(flight: Path | str, settings: Sequence[str]) -> View:
+def _of_scenario(flight: Path | str, settings: Sequence[str], truth: Path | str | None) -> View:
     from .experiment.clearance import vehicle_at, vehicle_path, walls_path
     from .experiment.fly import fly, plan_all
     from .experiment.whole_scenario import fly_whole, is_whole, load_whole_scenario
@@ -71,11 +79,12 @@ def _of_scenario(flight: Path | str, settings: Sequence[str]) -> View:
     from .tank.world import load_world
 
     if is_whole(flight):
+        _along_one_axis(truth)
         whole = load_whole_scenario(flight, settings)
         watched = replace(whole, vehicle=_watched(whole.vehicle))
         flown: Any = fly_whole(watched)
         return View(load_whole(whole.vehicle, whole.walls).model, of_run(getattr(flown, "run", flown)))
-    (plan,) = plan_all([flight], settings, None, None)
+    (plan,) = plan_all([flight], settings, None, None if truth is None else str(truth))
     scenario, (result,) = plan.scenario, fly([plan], "tank")
     true = result.true
     model = load_world(vehicle_at(vehicle_path(scenario.vehicle)), walls_path(scenario), scenario.period_s)
@@ -83,7 +92,7 @@ def _of_scenario(flight: Path | str, settings: Sequence[str]) -> View:
     return View(model, Poses(scenario.time_s, place, np.column_stack([true[name] for name in ATTITUDE])))
 
 
-def _of_run(run: Run, vehicle: str | None) -> View:
+def _of_run(run: Run, vehicle: str | None, truth: Path | str | None) -> View:
     """A recording beside the simulation of its own commands."""
     from .experiment.whole import fly_vehicle
     from .logs.decidable import asked
@@ -91,9 +100,10 @@ def _of_run(run: Run, vehicle: str | None) -> View:
     from .tank.world import load_model
 
     if "n_rev_s" in run.columns and run.outputs and vehicle is None:
-        return View(load_model(), _nominal(run), of_run(run))
+        return View(load_model(), _simulated(run, truth or NOMINAL), of_run(run))
     if vehicle is None:
         raise InputError(f"run {run.name}: of which vehicle? expected --vehicle, a name or a vehicle file")
+    _along_one_axis(truth)
     known = load_vehicle(vehicle)
     inputs = asked(run)
     if not inputs:
@@ -109,20 +119,25 @@ def _of_run(run: Run, vehicle: str | None) -> View:
     return View(load_whole(known).model, replace(flown, time_s=flown.time_s + start), ghost)
 
 
+def _along_one_axis(truth: Path | str | None) -> None:
+    if truth is not None:
+        raise InputError(f"truth {truth}: goes with experiments of one axis; expected none for a whole vehicle")
+
+
 def _watched(vehicle: Vehicle) -> Vehicle:
     """The vehicle with an instrument that sees its pose without error."""
     return replace(vehicle, sensors=(*vehicle.sensors, EYE))
 
 
-def _nominal(run: Run) -> Poses:
-    """What the nominal Phoenix makes of the revolutions of a run along one axis."""
+def _simulated(run: Run, truth: Path | str) -> Poses:
+    """What the Phoenix of that truth makes of the revolutions of a run along one axis."""
     from .diagnose.experiments import recorded
     from .estimate.observed import POSITION, observe
     from .plant.truth import load_truth
 
     seen = observe(run)
     kinds = replace(seen, kind=np.full(seen.kind.shape, POSITION), value=np.zeros(seen.value.shape))
-    ahead = recorded(kinds, load_truth(NOMINAL).vector()).value
+    ahead = recorded(kinds, load_truth(truth).vector()).value
     return _straight(seen.time_s, ahead)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import textwrap
 from pathlib import Path
 
 TRUTHS = ("paper-ii", "paper-iii", "physical")
@@ -14,7 +13,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     """Declare `reproduce [--out DIR] [--seed N] [--truth NAME] [--quick]`."""
     text = "reproduce the paper's Tables 1 to 4 and Figures 1 to 12 on simulated data, and study its estimator's bias"
     parser = subparsers.add_parser("reproduce", help=text, description=text)
-    out = Path("out") / "reproduction"
+    out = Path("reproduction")
     parser.add_argument("--out", type=Path, default=out, metavar="DIR", help=f"folder to write (default: {out})")
     parser.add_argument(
         "--seed", type=int, default=DEFAULT_SEED, metavar="N", help="seed of all noise (default: %(default)s)"
@@ -30,8 +29,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, identify, study, write."""
+    from ..present.blocks import Paragraph
+    from ..present.document import plain
     from ..record import current_versions, results_folder
     from ..studies.paper.findings import summary
+    from ..studies.paper.overview import overview
     from ..studies.paper.run import FULL, QUICK, REPRODUCTION, fly, reproduce, write_flights
     from .checks import at_least
     from .progress import percent, progress
@@ -44,6 +46,6 @@ def run(args: argparse.Namespace) -> int:
             flights = fly(truths, args.seed, report)
         write_flights(folder / "data", flights)
         results = reproduce(folder, flights, args.seed, QUICK if args.quick else FULL, progress)
-    print(textwrap.fill(summary(results), 110))
-    print(f"wrote {args.out}: start at {args.out / 'index.html'}")
+    print(plain(overview(results.campaigns)), plain(Paragraph(summary(results))), sep="\n\n")
+    print(f"\nwrote {args.out}: start at {args.out / 'index.html'}")
     return 0

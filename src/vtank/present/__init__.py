@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from . import canvas, document
-    from .blocks import Block, Heading, Links, Paragraph, Picture, Table
+    from . import canvas, document, sections, svg, vehicle_picture, whole, words, words_budget
+    from .blocks import Bars, Block, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
     from .identification import FEET, NAMES, UNITS, plain_names
     from .numbers import fixed, number
     from .words import effect_name

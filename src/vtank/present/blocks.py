@@ -50,6 +50,14 @@ class Picture:
 
 
 @dataclass(frozen=True)
+class Film:
+    """An MP4 by its path relative to the page."""
+
+    path: str
+    caption: str
+
+
+@dataclass(frozen=True)
 class Drawing:
     """A picture drawn in SVG, trusted as it is; legend: (class of the swatch, text)."""
 
@@ -87,4 +95,4 @@ class Details:
     text: str
 
 
-Block = Heading | Paragraph | Table | Picture | Drawing | Bars | Terms | Links | Details
+Block = Heading | Paragraph | Table | Picture | Film | Drawing | Bars | Terms | Links | Details

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 
 from .. import __version__
-from .blocks import Bars, Block, Details, Drawing, Heading, Links, Paragraph, Picture, Table, Terms
+from .blocks import Bars, Block, Details, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
 from .numbers import percent
 
 if TYPE_CHECKING:
@@ -78,6 +78,8 @@ def _markdown(block: Block) -> str:
             return f"{'#' * level} {literal(text)}"
         case Paragraph(text, lead):
             return f"**{literal(lead)}** {literal(text)}" if lead else OPENING.sub(r"\1\\", literal(text))
+        case Film(path, caption):
+            return f"[{literal(caption)}]({address(path)})"
         case Picture(path, caption):
             return f"![{literal(caption)}]({address(path)})\n\n*{literal(caption)}*"
         case Drawing(_, caption):

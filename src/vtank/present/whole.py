@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from .blocks import Bars, Block, Details, Drawing, Heading, Paragraph, Table, Terms
 from .document import html, plain
 from .numbers import number, percent
+from .vehicle_picture import vehicle_picture
+from .words import effect_name
 
 if TYPE_CHECKING:
     from ..diagnose.whole.diagnosis import WholeDiagnosis
 
 Document = dict[str, Any]
 MOST = 6  # probabilities that are shown
-WIDTH, HEIGHT, ROOM = 420.0, 260.0, 30.0  # [px] of the picture
 DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better",
           "disturbance": "the disturbance that is left is too large for turbulence"}  # fmt: skip
 
@@ -30,7 +28,9 @@ def report_html(diagnosis: WholeDiagnosis, numbers: str) -> str:
     """The report, one page that loads nothing."""
     document = diagnosis.document
     lit = dict.fromkeys(document["verdict"]["places"], 1.0) or document["where"]
-    picture = Drawing(vehicle_svg(diagnosis, lit), "The vehicle from above, bow to the right; what is named is filled")
+    picture = Drawing(
+        vehicle_picture(diagnosis.vehicle, lit), "The vehicle from above, bow to the right; what is named is filled."
+    )
     blocks = [*facts(document)[:1], picture, *facts(document)[1:], *details(document),
               Details("All numbers (JSON)", numbers)]  # fmt: skip
     return html(f"Gap diagnosis of {document['nominal']}", blocks)
@@ -66,7 +66,7 @@ def sentence(document: Document) -> str:
         "undecided": "Undecided: " + (DOUBTS.get(verdict["doubt"]) or "several causes are about as likely") + ".",
     }.get(verdict["kind"], "")
     if verdict["kind"] in ("effect", "effects"):
-        names = " and ".join(f"{e['name']} at {e['place']} ({e['sentence']})" for e in document["effects"])
+        names = " and ".join(f"{effect_name(e['name'])} at {e['place']} ({e['sentence']})" for e in document["effects"])
         said = f"{names[:1].upper() + names[1:]}; probability {percent(verdict['probability'])}. "
         said += f"It explains {percent(explained)} of the mean square error of simulation."
     if verdict["kind"] in ("effect", "effects") and len(verdict["class"]) > 1:
@@ -110,40 +110,3 @@ def details(document: Document) -> list[Block]:
         Table(("column", "nominal", "refit", "diagnosed", "sensor noise"), columns,
               title="Root mean square error of simulation, each column in its unit"),
     ]  # fmt: skip
-
-
-def vehicle_svg(diagnosis: WholeDiagnosis, lit: dict[str, float]) -> str:
-    """The vehicle from above: hull, thrusters and their directions, fins, instruments; filled by probability."""
-    vehicle = diagnosis.vehicle
-    sensors = [(s.name, np.array(s.position_m)) for s in vehicle.sensors]
-    thrusters = [(t.name or t.site, np.array(vehicle.sites[t.site]), np.array(t.direction)) for t in vehicle.thrusters]
-    fins = [(f.name, np.array(vehicle.sites[f.site])) for f in vehicle.fins]
-    places = np.array([[0.0, 0.0, 0.0], *(p for _, p, _ in thrusters), *(p for _, p in sensors + fins),
-                       *vehicle.sites.values()])  # fmt: skip
-    reach = np.maximum(np.abs(places[:, :2]).max(axis=0), 1e-3)
-    scale = min((WIDTH / 2 - ROOM) / reach[0], (HEIGHT / 2 - ROOM) / reach[1])
-
-    def at(place: np.ndarray) -> tuple[float, float]:
-        return WIDTH / 2 + scale * float(place[0]), HEIGHT / 2 + scale * float(place[1])
-
-    def mark(name: str, place: np.ndarray, radius: float) -> str:
-        x, y = at(place)
-        filled = lit.get(name, 0.0)
-        text = f"<title>{escape(name)}: {percent(filled)}</title>"
-        return (f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="#D55E00" fill-opacity="{filled:.2f}" '
-                f'stroke="currentColor">{text}</circle><text x="{x + 8:.1f}" y="{y - 6:.1f}" font-size="10" '
-                f'fill="currentColor">{escape(name)}</text>')  # fmt: skip
-
-    parts = [f'<ellipse cx="{WIDTH / 2}" cy="{HEIGHT / 2}" rx="{scale * reach[0]:.1f}" ry="{scale * reach[1]:.1f}" '
-             f'fill="#D55E00" fill-opacity="{0.5 * lit.get("vehicle", 0.0):.2f}" stroke="currentColor"/>']  # fmt: skip
-    for name, place, direction in thrusters:
-        (x, y), (dx, dy) = at(place), 18.0 * direction[:2]
-        parts.append(f'<line x1="{x:.1f}" y1="{y:.1f}" x2="{x + dx:.1f}" y2="{y + dy:.1f}" stroke="currentColor"/>')
-        parts.append(mark(name, place, 6.0))
-    parts += [mark(name, place, 4.0) for name, place in sensors + fins]
-    for i, axis in enumerate(("surge", "sway", "heave", "roll", "pitch", "yaw")):
-        filled = lit.get(axis, 0.0)
-        parts.append(f'<rect x="{8 + 68 * i}" y="{HEIGHT - 22}" width="62" height="18" rx="4" fill="#D55E00" '
-                     f'fill-opacity="{filled:.2f}" stroke="currentColor"/><text x="{39 + 68 * i}" y="{HEIGHT - 9}" '
-                     f'font-size="11" text-anchor="middle" fill="currentColor">{axis}</text>')  # fmt: skip
-    return f'<svg viewBox="0 0 {WIDTH:.0f} {HEIGHT:.0f}" role="img" aria-label="vehicle">{"".join(parts)}</svg>'

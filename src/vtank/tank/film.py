@@ -19,10 +19,11 @@ import numpy as np
 from ..errors import InputError
 from .model import vehicle_body
 from .poses import UP, Poses, set_pose
-from .render import BACKENDS, RenderUnavailable, in_child
+from .render import BACKENDS, in_child
 
 GHOST_RGBA, WAY_RGBA, WATER_RGBA = (0.2, 0.75, 1.0, 0.35), (0.98, 0.72, 0.08, 1.0), (0.45, 0.68, 0.74, 1.0)
 FRAMES_PER_S = 25
+SIZE = (960, 640)  # [px] width and height of a film, multiples of 16; a choice
 LONGEST_S = 12.0  # [s] of film, by which long flights are sped up; a choice
 WAIT_S = 600.0  # [s] for a film to be rendered, on a slow machine without a graphics card; a choice
 FAR = 6.0  # times the vehicle's radius, from where it is watched in open water; a choice
@@ -36,12 +37,12 @@ def film(
     model: mujoco.MjModel,
     flown: Poses,
     ghost: Poses | None = None,
-    width: int = 960,
-    height: int = 640,
+    size: tuple[int, int] = SIZE,
+    longest_s: float = LONGEST_S,
 ) -> str:
-    """Write an MP4 and return a line that says how: at most LONGEST_S long, width and height in multiples of 16 pixels.
+    """Write an MP4 of that size [px], at most so long [s], and return a line that says how.
 
-    Raises RenderUnavailable where no OpenGL library works, InputError without imageio-ffmpeg (extra `film`).
+    InputError without imageio-ffmpeg (extra `film`), and where no OpenGL library works.
     """
     from ..record import write_bytes
 
@@ -51,7 +52,7 @@ def film(
         raise InputError(
             "a film is written with imageio-ffmpeg, which is not here; pip install 'vtank[film]'"
         ) from None
-    speed = max(1.0, float(np.ptp(flown.time_s)) / LONGEST_S)
+    speed = max(1.0, float(np.ptp(flown.time_s)) / longest_s)
     answers = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
@@ -59,14 +60,14 @@ def film(
         for each, poses in {"flown": flown, "ghost": ghost}.items():
             if poses:
                 np.savez(folder / f"{each}.npz", **vars(poses))
-        job = {"folder": name, "width": width, "height": height, "speed": speed}
+        job = {"folder": name, "size": size, "speed": speed}
         for backend in BACKENDS:
             answer = in_child(__name__, backend, job, WAIT_S)
             if answer is None:
                 write_bytes(path, (folder / "film.mp4").read_bytes())
                 return f"rendered by MuJoCo at {speed:.3g} times the true speed"
             answers.append(f"{backend}: {answer}")
-    raise RenderUnavailable("; ".join(answers))
+    raise InputError(f"{path}: no film, no OpenGL library works here ({'; '.join(answers)})")
 
 
 def show(model: mujoco.MjModel, flown: Poses, ghost: Poses | None = None) -> None:
@@ -178,16 +179,18 @@ def _render(job: dict[str, Any]) -> None:
 
     folder = Path(job["folder"])
     model = mujoco.MjModel.from_binary_path(str(folder / "tank.mjb"))
-    model.vis.global_.offwidth, model.vis.global_.offheight = job["width"], job["height"]
+    width, height = model.vis.global_.offwidth, model.vis.global_.offheight = job["size"]
     flown, ghost = (_poses(folder / f"{name}.npz") for name in ("flown", "ghost"))
     assert flown is not None
     stage = Stage(model, flown, ghost)
     if stage.open:
         model.vis.headlight.ambient[:], model.vis.headlight.diffuse[:] = 0.5, 0.6
-    camera, size = stage.camera(), (job["width"], job["height"])
-    writer = imageio_ffmpeg.write_frames(str(folder / "film.mp4"), size, fps=FRAMES_PER_S, ffmpeg_log_level="error")
+    camera = stage.camera()
+    writer = imageio_ffmpeg.write_frames(
+        str(folder / "film.mp4"), (width, height), fps=FRAMES_PER_S, ffmpeg_log_level="error"
+    )
     writer.send(None)
-    with mujoco.Renderer(model, job["height"], job["width"]) as renderer:
+    with mujoco.Renderer(model, height, width) as renderer:
         for at_s in np.arange(flown.time_s[0], flown.time_s[-1], job["speed"] / FRAMES_PER_S):
             stage.set(float(at_s))
             renderer.update_scene(stage.data, camera, stage.options)

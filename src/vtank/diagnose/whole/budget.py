@@ -81,8 +81,9 @@ def ladder(selection: Selection) -> list[tuple[str, str, Model]]:
 def budget(selection: Selection) -> Budget:
     """The budget; simulations of every model of the ladder."""
     steps, noise = ladder(selection), selection.best.fit.noise.variance
-    errors = share([partial(_squares, model) for _, _, model in steps])  # each (stretches, C), and counts
-    count = np.maximum(errors[0][1], 0)
+    spikes = spikes_of(selection.best)  # of the instruments themselves: they are the same whatever the model
+    errors = share([partial(_squares, model, spikes) for _, _, model in steps])  # each (stretches, C), and counts
+    count = errors[0][1]
     seen = count.sum(axis=0) > 0
     squares = np.array([e for e, _ in errors])
     names = selection.layout.columns
@@ -126,31 +127,37 @@ def budget(selection: Selection) -> Budget:
     return Budget(shares(seen), each, rms, visible)
 
 
-def _squares(model: Model) -> tuple[Array, Array]:
+def _squares(model: Model, spikes: Sequence[NDArray[np.bool_]]) -> tuple[Array, Array]:
     """`free_errors` with parameters from which each part has been left out."""
     found = model.fit.filter(model.vector())
     folds = _folds(model)
-    return free_errors(model, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
+    return free_errors(model, spikes, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
+
+
+def spikes_of(model: Model) -> list[NDArray[np.bool_]]:
+    """Readings of each run that are their instrument's own, as far off as they are from the filter, (M,)."""
+    return [np.abs(f.innovation) > SPIKE * np.sqrt(f.variance) for f in model.fit.filter(model.vector())]
 
 
 def free_errors(
-    model: Model, found: Sequence[Filtered] | None = None, folds: Sequence[NDArray[np.int64]] | None = None,
-    vectors: Sequence[Array] | None = None,
+    model: Model, spikes: Sequence[NDArray[np.bool_]], found: Sequence[Filtered] | None = None,
+    folds: Sequence[NDArray[np.int64]] | None = None, vectors: Sequence[Array] | None = None,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Sums of squared errors of free simulation through stretches, and counts, by stretch and column, (R, C).
 
-    folds: part of every measurement, and the parameters for it; by default the model's own for all.
+    spikes: readings that count for no model. folds: part of every measurement, and the parameters for it; by default
+    the model's own for all.
     """
     fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
     found = found or fit.filter(model.vector())
     folds = folds or [np.zeros(run.time_s.size, dtype=np.int64) for run in fit.runs]
     vectors, sums, counts = vectors or [model.vector()], [], []
-    for run, f, fold in zip(fit.runs, found, folds, strict=True):
+    for run, f, fold, spike in zip(fit.runs, found, folds, spikes, strict=True):
         stretch = _stretches(run.time_s - run.late)
         for part in np.unique(fold):
             e = _free(run, vectors[part], f, stretch, fit.noise.memory_s)
             for s in np.unique(stretch[fold == part]):
-                mine = (stretch == s) & (fold == part)
+                mine = (stretch == s) & (fold == part) & ~spike
                 sums.append(np.bincount(run.column[mine], e[mine] ** 2, columns))
                 counts.append(np.bincount(run.column[mine], minlength=columns))
     return np.array(sums), np.array(counts)
@@ -164,8 +171,7 @@ def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memo
     first = np.flatnonzero(np.diff(stretch[order])) + 1
     restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0
     e = innovations(run, p, np.zeros_like(f.gain), memory_s, restart=restart)
-    spike = np.abs(f.innovation) > SPIKE * np.sqrt(f.variance)
-    return np.where(np.isfinite(e) & ~spike, e, 0.0)
+    return np.where(np.isfinite(e), e, 0.0)
 
 
 def _stretches(time_s: Array) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.recorded import record
-from .budget import free_errors
+from .budget import free_errors, spikes_of
 from .model import Model
 
 if TYPE_CHECKING:
@@ -81,9 +81,11 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
     fit = Fit(runs, noise)
     found: dict[str, dict[str, float]] = {}
-    for part in ("nominal", "refit", "diagnosed"):
-        p = layout.null if part == "nominal" else _vector(layout, table.table(part))
-        squares, counts = free_errors(Model(fit, (), (), np.array([]), p))
+    vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}
+    models = {part: Model(fit, (), (), np.array([]), p) for part, p in vectors.items()}
+    spikes = spikes_of(models["diagnosed"])
+    for part, model in models.items():
+        squares, counts = free_errors(model, spikes)
         for c, name in enumerate(layout.columns):
             if counts[:, c].sum():
                 found.setdefault(name, {})[part] = float(np.sqrt(squares[:, c].sum() / counts[:, c].sum()))

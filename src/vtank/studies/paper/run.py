@@ -18,6 +18,7 @@ from .campaign import PIECES, SCENARIOS, TRUTHS, Campaign, identify_campaign
 from .evidence import Results, filled
 from .joint import MULTIPLES, READINGS, STEPS_S, Joint, judge
 from .joint_figures import JOINT_PICTURES
+from .overview import overview
 from .paper_figures import plan
 from .practice import practise
 from .published import published
@@ -40,8 +41,7 @@ class Effort:
 
 REPRODUCTION = Kind("results of vtank reproduce", "reproduction.json", "vtank.reproduction/1")
 FULL = Effort(12, 96, 4)
-BRIEF = Effort(3, 18, 1)  # about 25 s on one core
-QUICK = Effort(1, 6, 1)
+QUICK = Effort(3, 18, 1)  # about 25 s on one core
 
 
 def fly(truths: Sequence[str], seed: int, progress: Callable[[float], None] | None = None) -> dict[str, list[Result]]:
@@ -95,7 +95,10 @@ def write_results(folder: Path, results: Results, stage: Stage = silent) -> None
     links = [(f"{truth}/index.html", f"Tables 1 to 4 and Figures 1 to 12, truth {truth}") for truth in drawings]
     links += [("study.csv", "medians and 10-90 % bands of every level"),
               ("joint.csv", "likelihood of the four published sets by true drag and T")]  # fmt: skip
-    contents: list[Block] = [Heading("The paper reproduced"), Links(tuple(links)), Heading("The study in pictures")]
+    contents: list[Block] = [
+        *(Heading("Identified and true (feet, as in the paper)"), overview(results.campaigns)),
+        *(Heading("The paper reproduced"), Links(tuple(links)), Heading("The study in pictures")),
+    ]
     write_texts(folder, {
         "findings.md": markdown(page),
         "study.csv": study_csv(results.study),
