@@ -3,7 +3,8 @@
 A law written for floats is compiled as it stands for `Lanes`, WIDTH doubles in one vector, and then moves WIDTH
 parameter sets for about the price of one. Within a law
 
-- arithmetic, powers, comparisons, abs, min, max, math.exp, log, sin, cos, tanh, sqrt and copysign work on lanes, plain numbers mix in;
+- arithmetic, powers, comparisons, abs, min, max, math.exp, log, sin, cos, tanh, sqrt and copysign work
+  on lanes, plain numbers mix in;
 - `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
   `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.

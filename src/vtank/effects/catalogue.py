@@ -19,8 +19,8 @@ CATALOGUE: tuple[Effect, ...] = tuple(
 for _effect in CATALOGUE:
     if not _effect.does:
         raise ValueError(
-            f"effect '{_effect.name}' does nothing: expected a law as its force, reads, instant, acts or true_input, or "
-            "its term in plant/surge.py and in_equation=True"
+            f"effect '{_effect.name}' does nothing: expected a law as its force, reads, instant, acts or true_input, "
+            "or its term in plant/surge.py and in_equation=True"
         )
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
 

@@ -16,7 +16,6 @@ from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Dependence, Effect, Parameter
 from .parameters import indices
 
-
 DEPENDS_ON: dict[Dependence, set[str]] = {"place": {"x", "gap"}, "time": {"t"}}  # what is not the same everywhere
 
 
@@ -66,12 +65,13 @@ def _numbered(effect: Effect) -> list[tuple[int, Parameter]]:
 
 def _asked(effect: Effect, symbols: Mapping[str, str]) -> list[str]:
     """The symbols that an effect's force depends on: the first arguments of its law, before its parameters."""
-    names = list(inspect.signature(getattr(effect.force, "py_func", effect.force)).parameters)
+    plain: Any = getattr(effect.force, "py_func", effect.force)
+    names = list(inspect.signature(plain).parameters)
     count = len(names) - len(effect.parameters)
     if count < 0 or not set(names[:count]) <= symbols.keys():
         raise ValueError(
-            f"effect '{effect.name}': its force asks for {', '.join(names)}; expected any of {', '.join(symbols)}, then "
-            f"its {len(effect.parameters)} parameters"
+            f"effect '{effect.name}': its force asks for {', '.join(names)}; expected any of {', '.join(symbols)}, "
+            f"then its {len(effect.parameters)} parameters"
         )
     for what, those in DEPENDS_ON.items():
         if those & set(names[:count]) and what not in effect.depends_on:
