@@ -81,8 +81,8 @@ class Effect:
     """A physical law that can be switched on in the tank, in the surge model and in the diagnosis.
 
     A file of this folder that holds an EFFECT is in the catalogue. The five last attributes are what it does, and one
-    of them is enough; `*parameters` are all of the effect's, in their order here. From the hull to the recording effects
-    act in the order of the catalogue, on the way back (`instant`, `true_input`) in reverse.
+    of them is enough; `*parameters` are all of the effect's, in their order here. From the hull to the recording
+    effects act in the order of the catalogue, on the way back (`instant`, `true_input`) in reverse.
 
     Attributes:
         name: fixed name that users script on, that of its file.
