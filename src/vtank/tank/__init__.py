@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
+    from .described import described
     from .prepare import forces, prepare
     from .tank import Tank
     from .whole import Motion, Whole, load_whole

@@ -18,6 +18,7 @@ from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.recorded import record
+from ..given import known_vehicle
 from .budget import free_errors
 from .model import Model
 
@@ -94,7 +95,7 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
 
 
 def _vehicle(table: Table) -> Vehicle:
-    return load_vehicle(table.text("vehicle"))
+    return known_vehicle(load_vehicle(table.text("vehicle")))
 
 
 def _vector(layout: Layout, table: Table) -> np.ndarray:
