@@ -67,7 +67,7 @@ def test_a_thruster_at_no_site_is_told(tmp_path: Path) -> None:
 def test_propellers_need_not_be_listed_where_thrusters_push_ahead(tmp_path: Path) -> None:
     """[propeller] is for the surge tank's truth alone."""
     text = (load_vehicle("remus100").path).read_text().replace("remus100.xml", str(load_vehicle("remus100").mjcf))
-    (tmp_path / "own.toml").write_text(re.sub(r"\[propeller\][^\[]*", "", text, count=1))
+    (tmp_path / "own.toml").write_text(re.sub(r"\[propeller\].*?(?=\n\[)", "", text, count=1, flags=re.DOTALL))
     own = load_vehicle(tmp_path / "own.toml")
     assert own.propeller_sites == load_vehicle("remus100").propeller_sites and np.isnan(own.propeller_diameter_m)
     assert load_whole(own).model.nu
