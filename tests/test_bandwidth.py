@@ -101,7 +101,7 @@ def test_drag_of_a_sinusoid_is_eight_over_three_pi() -> None:
     amplitude, w = 0.4, 0.5
     (response,), _ = balance(plan, amplitude, np.array([w]))
     command, feedback = (part[0] for part in Loop(plan).controller(np.array([w])))
-    ratio = plan.truth.beta_m_per_rev2 / plan.scenario.control.thrust_m_per_rev2
+    ratio = plan.truth.beta_m_per_rev2 / plan.thrust_m_per_rev2
     hold = (1.0 - np.exp(-0.01j * w)) / (0.01j * w)
     drag = 8.0 / (3.0 * np.pi) * -plan.truth.alpha_per_m * w * abs(response) * amplitude
     left = (-(w**2) + 1j * w * drag) * response - hold * ratio * (command + feedback * response)

@@ -41,9 +41,9 @@ def quiet_error_m(plan: Plan, speed_m_s: float) -> float:
     position gain.
     """
     gains = plan.scenario.control
-    ratio = gains.thrust_m_per_rev2 / plan.truth.beta_m_per_rev2
+    ratio = plan.thrust_m_per_rev2 / plan.truth.beta_m_per_rev2
     needed = -plan.truth.alpha_per_m * speed_m_s**2 * ratio
-    blunt = gains.thrust_m_per_rev2 * gains.blunt_rev_s**2
+    blunt = plan.thrust_m_per_rev2 * gains.blunt_rev_s**2
     return float(0.5 * (needed + np.sqrt(needed**2 + 4.0 * needed * blunt)) / gains.position_per_s2)
 
 

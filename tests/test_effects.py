@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 from typing import get_args
 
@@ -11,9 +12,11 @@ import pytest
 
 from vtank.effects import catalogue
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
-from vtank.effects.effect import Need, Parameter, unit_suffix
+from vtank.effects.effect import Effect, Need, Parameter, unit_suffix
 from vtank.errors import InputError
+from vtank.plant.hooks import added
 from vtank.plant.parameters import NAMES, PLAIN, SIZE, null_vector, slot, vector
+from vtank.plant.surge import SYMBOLS
 
 PARAMETERS = [pytest.param(effect, q, id=f"{effect.name}.{q.name}") for effect in CATALOGUE for q in effect.parameters]
 
@@ -92,6 +95,34 @@ def test_what_stands_between_hull_and_recording_does_nothing_at_the_null(effect)
         assert effect.true_input(1.7, 0.9, *null) == 1.7
         if effect.reads:
             assert effect.true_input(effect.reads(1.7, 0.3), 0.0, 0.3) == pytest.approx(1.7)
+
+
+def test_an_effect_that_nothing_obeys_is_refused_where_it_is_written():
+    assert all(effect.does for effect in CATALOGUE)
+    assert not Effect("new", "hydrodynamics", "surge", "It.", "", (BARE,), "a guess").does
+
+
+BARE = Parameter("c", "1/s", "", 0.0, (0.0, 1.0), 1.0)
+FORCES = {  # law of a force -> what is said of it, "" where it is right
+    "right": (lambda u_r, c: -c * u_r, ""),
+    "unknown": (lambda speed, c: -c * speed, "asks for speed, c; expected any of t, x"),
+    "short": (lambda: 0.0, "expected any of"),
+    "place": (lambda x, c: -c * x, "depends on place; expected depends_on=.'place',."),
+    "time": (lambda t, u, c: -c * u * t, "depends on time"),
+}
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_a_force_asks_for_what_the_equation_has_and_says_what_it_depends_on(name):
+    law, said = FORCES[name]
+    effect = replace(BY_NAME["linear_drag"], force=law)
+    if said:
+        with pytest.raises(ValueError, match=said):
+            added([effect], SYMBOLS, {})
+    else:
+        p = vector({"linear_drag.c": 0.5})
+        add = added([effect], {"u_r": "u_r"}, {}).py_func
+        assert add(1.0, 2.0, p) == 0.0 and add(1.0, 2.0, null_vector()) == 1.0
 
 
 def test_tied_effects_name_each_other():

@@ -17,6 +17,9 @@ FUNCTIONS = {
     "tanh": (lambda x: math.tanh(x), np.tanh),
     "sqrt": (lambda x: math.sqrt(x), np.sqrt),
     "log": (lambda x: math.log(x), np.log),
+    "cube": (lambda x: x**3, lambda x: x**3),
+    "signed": (lambda x: math.copysign(3.0, x), lambda x: np.copysign(3.0, x)),
+    "power": (lambda x: abs(x) ** 1.85, lambda x: np.abs(x) ** 1.85),
 }
 
 

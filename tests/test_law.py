@@ -240,5 +240,6 @@ def test_a_draft_is_the_law_in_code(
     expected = surge_acceleration(*at, p) - surge_acceleration(*at, NOMINAL)
     names = [q.name for q in space["EFFECT"].parameters]
     assert names == ["force", "a2", "b2"]
+    assert space["EFFECT"].does and space["EFFECT"].depends_on == ("place",)  # nothing is left to be wired
     assert space["acceleration"](-0.25, 2.6, -0.8, 2.5, -0.1) == pytest.approx(expected)
     assert main(["effects", "near_wall", "--draft", "model.toml"]) == 2  # it is there already

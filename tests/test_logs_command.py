@@ -15,7 +15,7 @@ from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
 from vtank.plant.recorded import check_recorded
 from vtank.plant.vehicle import load_vehicle
-from vtank.record import Run, read_run
+from vtank.record import Run, read_dataset, read_run
 
 
 def test_import_writes_a_run_and_prints_the_preview(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -37,6 +37,23 @@ def test_the_log_itself_is_never_overwritten(tmp_path: Path, capsys: pytest.Capt
     before = log.read_bytes()
     assert main(["import", str(log), "--out", str(log)]) == 2
     assert "is the log itself" in capsys.readouterr().err and log.read_bytes() == before
+
+
+def test_logs_are_runs_of_their_own_in_a_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, off in (("one", 0), ("two", 5)):
+        lines = ["ms;Propeller (rpm);Distance to wall (cm)", *(f"{100 * k};{60 * k};{300 + off}" for k in range(40))]
+        Path(f"{name}.csv").write_text("\n".join(lines))
+    assert main(["import", "one.csv", "two.csv", "--out", "dives"]) == 0
+    said = capsys.readouterr().out
+    assert "one: table in text" in said and "two: table in text" in said
+    assert [run.name for run in read_dataset(Path("dives"))] == ["one", "two"]
+    assert list(read_dataset(Path("dives")))[1].columns["range_m"][0] == 3.05
+    assert main(["import", "one.csv", "./one.csv", "--out", "dives"]) == 2
+    assert "named twice" in capsys.readouterr().err
+    assert main(["import", "one.csv", "two.csv", "--out", "both.csv"]) == 0  # parts of one recording
 
 
 def test_a_log_without_a_vehicles_channel_names_what_there_is(

@@ -94,6 +94,12 @@ def test_times_of_any_kind(name: str, cell: object, tmp_path: Path) -> None:
         ("surge [N]", "surge_N", 1.0),
         ("depth", "depth_m", 1.0),
         ("Surge", "surge_m_s", 1.0),
+        ("Distance to wall (cm)", "range_m", 0.01),
+        ("sonar range [ft]", "range_m", 0.3048),
+        ("Depth below surface (m)", "depth_m", 1.0),
+        ("Compass heading [deg]", "heading_rad", np.radians(1.0)),
+        ("roll angle (deg)", "roll_rad", np.radians(1.0)),
+        ("Propeller speed (rpm)", "propeller_rev_s", 1.0 / 60.0),
     ],
 )
 def test_headers_are_understood(header: str, column: str, factor: float) -> None:
@@ -101,9 +107,42 @@ def test_headers_are_understood(header: str, column: str, factor: float) -> None
     assert found is not None and found.columns == (column,) and found.factor(0) == pytest.approx(factor)
 
 
-@pytest.mark.parametrize("header", ["Remarks", "battery [%]", "temperature [degC]", "latitude", "x [kg]", "time_s"])
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Remarks",
+        "battery [%]",
+        "temperature [degC]",
+        "latitude",
+        "x [kg]",
+        "time_s",
+        "Distance travelled (m)",
+        "of the",
+    ],
+)
 def test_what_is_not_understood_is_left(header: str) -> None:
     assert channel(header, "table") is None
+
+
+def test_the_only_propeller_of_a_table_is_the_input_of_its_axis(tmp_path: Path) -> None:
+    for other, column in (
+        ("Distance to wall (cm)", "n_rev_s"),
+        ("heading (deg)", "propeller_rev_s"),
+        ("port rpm", "propeller_rev_s"),
+    ):
+        lines = [f"t,Propeller (rpm),{other}", *(f"{0.1 * k:.1f},{60 * k},{k}" for k in range(20))]
+        (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+        assert column in import_log(tmp_path / "log.csv").run.columns
+    named = ["t,Propeller (rpm),Distance to wall (cm)", *(f"{0.1 * k:.1f},{60 * k},{k}" for k in range(20))]
+    (tmp_path / "log.csv").write_text("\n".join(named) + "\n")
+    assert "propeller_rev_s" in import_log(tmp_path / "log.csv", vehicle="remus100").run.columns
+
+
+def test_columns_of_a_table_that_are_not_taken_are_told(tmp_path: Path) -> None:
+    lines = ["t,rpm,sonar (m),distance (m),Kurs", *(f"{0.1 * k:.1f},{k},{k},{k},{k}" for k in range(20))]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    said = "not taken: 'distance (m)', 'Kurs'; a mapping file tells what they are (--map)"
+    assert said in str(import_log(tmp_path / "log.csv"))  # the second range, and a word that is not known
 
 
 def test_pulse_lengths_in_a_table_become_commands(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from vtank.errors import InputError
 from vtank.experiment.clearance import check_command
+from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import Control, Sonar, SonarFilter, Tachometer, Turbulence, load_scenario, scenario_names
 from vtank.record.suffix import UNITS, split_unit
 from vtank.record.toml import override
@@ -53,6 +54,15 @@ def test_defaults_are_null_values(tmp_path: Path) -> None:
     assert (scenario.tachometer.noise_rev_s, scenario.tachometer.governor_per_s) == (0.0, 0.0)
     assert scenario.turbulence.acceleration_m_s2 == 0.0
     assert not scenario.effects
+
+
+def test_a_controller_that_is_not_told_a_thrust_takes_that_of_the_truth(tmp_path: Path) -> None:
+    """A vehicle of one's own would else be driven with the Phoenix's, ten times too hard or too softly."""
+    own = plan_run(load_scenario(written(tmp_path, 'truth = "bluerov2"\n' + GOOD)))
+    assert own.thrust_m_per_rev2 == own.truth.beta_m_per_rev2
+    told = plan_run(load_scenario(written(tmp_path, GOOD + "[control]\nthrust_m_per_rev2 = 0.001\n")))
+    assert told.thrust_m_per_rev2 == 0.001
+    assert plan_run(load_scenario("paper-ds1")).thrust_m_per_rev2 == 0.0005
 
 
 def test_filter_takes_feet_or_metres(tmp_path: Path) -> None:
@@ -193,6 +203,6 @@ def test_the_reference_of_all_keys_is_complete_and_current(tmp_path: Path) -> No
     assert (shown.vehicle, shown.walls, shown.waves) == (bare.vehicle, bare.walls, bare.waves)
     assert shown.excitation.axis == bare.excitation.axis
     for kind in (Sonar, Tachometer, Turbulence, Control):
-        assert all(f"\n{field.name} = " in example for field in fields(kind))
+        assert all(f"{field.name} = " in example for field in fields(kind))
     for name in scenario_names():
         assert f"| {name} |" in text or name.startswith("paper-ds")

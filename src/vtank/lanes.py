@@ -3,7 +3,8 @@
 A law written for floats is compiled as it stands for `Lanes`, WIDTH doubles in one vector, and then moves WIDTH
 parameter sets for about the price of one. Within a law
 
-- arithmetic, comparisons, abs, min, max, math.exp, log, sin, cos, tanh and sqrt work on lanes, plain numbers mix in;
+- arithmetic, powers, comparisons, abs, min, max, math.exp, log, sin, cos, tanh, sqrt and copysign work
+  on lanes, plain numbers mix in;
 - `x if c else y` and `if c:` ask whether *any* lane fulfils c. They serve to skip work that would change nothing, as in
   `if f != 0.0: force = force - f * math.tanh(u / w)`, which is nothing where f is null;
 - a choice that differs from lane to lane is written `where(c, x, y)`.
@@ -127,6 +128,11 @@ def _absolute(builder: Any, x: Any) -> Any:
     return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.fabs.v{WIDTH}f64"), [x])
 
 
+def _of_two(builder: Any, name: str, x: Any, y: Any) -> Any:
+    kind = ir.FunctionType(VECTOR, [VECTOR, VECTOR])
+    return builder.call(cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{WIDTH}f64"), [x, y])
+
+
 def _row(builder: Any, pointer: Any, index: Any, constant: bool = True) -> Any:
     value = builder.load(builder.gep(pointer, [index]))
     value.align = 8  # numpy promises no more
@@ -142,6 +148,8 @@ for _sign, _operator in zip(("<", "<=", ">", ">=", "==", "!="), ("lt", "le", "gt
     _register(getattr(operator, _operator), MASK, PAIR, _compare(_sign))
 _register(min, LANES, PAIR, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x))
 _register(max, LANES, PAIR, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x))
+for _function, _name in ((operator.pow, "pow"), (math.pow, "pow"), (math.copysign, "copysign")):
+    _register(_function, LANES, PAIR, lambda b, x, y, name=_name: _of_two(b, name, x, y))
 _register(abs, LANES, (LANES,), _absolute)
 _register(operator.neg, LANES, (LANES,), lambda b, x: b.fneg(x))
 _register(operator.and_, MASK, (MASK, MASK), lambda b, x, y: b.and_(x, y))

@@ -7,14 +7,14 @@ from pathlib import Path
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    """Declare `import LOG --out RUN.csv`."""
+    """Declare `import LOG --out RUN.csv`, and `import LOG... --out FOLDER`."""
     text = (
         "read the log of a vehicle (ArduPilot, PX4, ROS, MCAP, any table) as a run, and say what can be decided from it"
     )
     parser = subparsers.add_parser("import", help=text, description=text)
     parser.add_argument(
         "logs", type=Path, nargs="+", metavar="LOG", help="*.tlog, *.BIN, *.ulg, *.bag, *.mcap, a ROS 2 bag's "
-        "folder, a table in text; several are parts of one recording",
+        "folder, a table in text; several are parts of one recording, or runs of their own in a folder",
     )  # fmt: skip
     parser.add_argument(
         "--map",
@@ -24,7 +24,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )
     parser.add_argument("--vehicle", metavar="VEHICLE", help="vehicle file, for the names of its thrusters")
     where = parser.add_mutually_exclusive_group(required=True)
-    where.add_argument("--out", type=Path, metavar="RUN.csv", help="write the run")
+    where.add_argument("--out", type=Path, metavar="RUN.csv|FOLDER", help="write the run; or a run of each log")
     where.add_argument("--preview", action="store_true", help="say what would be written, and write nothing")
 
 
@@ -32,13 +32,21 @@ def run(args: argparse.Namespace) -> int:
     """Import, write, and print the preview."""
     from ..errors import InputError
     from ..logs import import_log
+    from ..record.files import stem
     from .checks import refuse_unwritable
 
-    refuse_unwritable(args.out)
-    if args.out and any(args.out.resolve() == log.resolve() for log in args.logs):
-        raise InputError(f"{args.out}: is the log itself, which would be overwritten; choose another file")
-    found = import_log(*args.logs, mapping=args.map, vehicle=args.vehicle)
-    if args.out:
-        found.write(args.out)
-    print(found, end="")
+    if args.out and not args.out.suffix:
+        parts, outs = [[log] for log in args.logs], [args.out / f"{stem(log)}.csv" for log in args.logs]
+    else:
+        parts, outs = [args.logs], [args.out]
+    refuse_unwritable(*outs)
+    for out in filter(None, outs):
+        if any(out.resolve() == log.resolve() for log in args.logs):
+            raise InputError(f"{out}: is the log itself, which would be overwritten; choose another file")
+    found = [import_log(*logs, mapping=args.map, vehicle=args.vehicle) for logs in parts]
+    for each, out in zip(found, outs, strict=True):
+        if out:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            each.write(out)
+    print("\n".join(str(each) for each in found), end="")
     return 0

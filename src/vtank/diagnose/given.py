@@ -70,13 +70,13 @@ def vehicle_of(
     runs are of a whole vehicle, or axes are asked about, and no vehicle is named.
     """
     if isinstance(nominal, Vehicle):
-        return nominal
+        return known_vehicle(nominal)
     single = all(set(INPUTS) & run.columns.keys() for run in runs)
     if isinstance(nominal, str | Path) and nominal != FOREIGN:
         path = Path(nominal)
         named = (models_dir() / f"{nominal}.toml").is_file() and (bool(axes) or not single)
         if named or path.suffix == ".toml" and path.is_file() and "body" in open_table(path).entries:
-            return load_vehicle(nominal)
+            return known_vehicle(load_vehicle(nominal))
     if axes or (runs and not single and any(column(name) for run in runs for name in run.columns)):
         telling(runs)
         raise InputError(
@@ -84,6 +84,15 @@ def vehicle_of(
             f'nominal="vehicle.toml"; {"found " + str(nominal) if nominal is not None else "none was given"}'
         )
     return None
+
+
+def known_vehicle(vehicle: Vehicle) -> Vehicle:
+    """With what its file leaves to the MJCF; MuJoCo is loaded only where it does."""
+    if vehicle.complete:
+        return vehicle
+    from ..tank import described
+
+    return described(vehicle)
 
 
 def telling(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:

@@ -12,4 +12,5 @@ EFFECT = Effect(
     source="Fossen (2011), relative velocity in an irrotational current",
     order=3,
     confused_with=("drag_asymmetry", "tachometer_bias", "tether"),
+    in_equation=True,
 )

@@ -16,6 +16,12 @@ CATALOGUE: tuple[Effect, ...] = tuple(
         key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name),
     )
 )
+for _effect in CATALOGUE:
+    if not _effect.does:
+        raise ValueError(
+            f"effect '{_effect.name}' does nothing: expected a law as its force, reads, instant, acts or true_input, "
+            "or its term in plant/surge.py and in_equation=True"
+        )
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
 
 # Every entry of the parameter vector that belongs to an effect, `effect.parameter`, in its order

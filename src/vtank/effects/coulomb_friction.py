@@ -24,4 +24,5 @@ EFFECT = Effect(
     source="Coulomb's law; smooth reversal after Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994)",
     order=2,
     confused_with=("linear_drag", "thrust_deadband"),
+    force=acceleration,
 )

@@ -20,4 +20,5 @@ EFFECT = Effect(
     source="Hoerner, Fluid-Dynamic Drag (1965), bodies with blunt and faired ends",
     order=7,
     confused_with=("ambient_current", "thrust_asymmetry"),
+    in_equation=True,
 )

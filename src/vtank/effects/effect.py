@@ -80,9 +80,9 @@ class Parameter:
 class Effect:
     """A physical law that can be switched on in the tank, in the surge model and in the diagnosis.
 
-    A file of this folder that holds an EFFECT is in the catalogue. The four last attributes are the laws of effects
-    between hull and recording; `*parameters` are all of the effect's, in their order here. From the hull to the
-    recording effects act in the order of the catalogue, on the way back (`instant`, `true_input`) in reverse.
+    A file of this folder that holds an EFFECT is in the catalogue. The five last attributes are what it does, and one
+    of them is enough; `*parameters` are all of the effect's, in their order here. From the hull to the recording
+    effects act in the order of the catalogue, on the way back (`instant`, `true_input`) in reverse.
 
     Attributes:
         name: fixed name that users script on, that of its file.
@@ -98,6 +98,9 @@ class Effect:
         same_as: the effect that is named instead wherever that one can be seen, since the two cannot be told apart.
         needs: what must be recorded for it to be seen: a sonar, a position, a propeller rather than a measured force.
         depends_on: what its law depends on besides speed and input, so that a run is not the same everywhere.
+        in_equation: whether what it does cannot be said by these, and has its term in the equation (plant/surge.py).
+        force: (*symbols, *parameters) -> force on the hull per unit of moving mass [m/s2]; symbols are any of t, x, u,
+            u_r, z, n, n_e, gap as in the equation of motion (plant/surge.py), called so in the law.
         reads: (value, *parameters) -> value: what the sensor reads.
         instant: (stamp, *parameters) -> time at which what the sensor stamps was true [s].
         acts: (time, *parameters) -> stamp of the input that acts at this time [s].
@@ -117,6 +120,8 @@ class Effect:
     same_as: str = ""
     needs: tuple[Need, ...] = ()
     depends_on: tuple[Dependence, ...] = ()
+    in_equation: bool = False
+    force: Law | None = field(default=None, compare=False, repr=False)
     reads: Law | None = field(default=None, compare=False, repr=False)
     instant: Law | None = field(default=None, compare=False, repr=False)
     acts: Law | None = field(default=None, compare=False, repr=False)
@@ -125,6 +130,12 @@ class Effect:
     def slots(self) -> tuple[str, ...]:
         """Names of its entries in the parameter vector, `effect.parameter`."""
         return tuple(f"{self.name}.{parameter.name}" for parameter in self.parameters)
+
+    @property
+    def does(self) -> bool:
+        """Whether anything says what it does."""
+        hooks = (self.force, self.reads, self.instant, self.acts, self.true_input)
+        return self.in_equation or self.outliers or any(hook is not None for hook in hooks)
 
     @property
     def outliers(self) -> bool:

@@ -20,4 +20,5 @@ EFFECT = Effect(
     source="Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), linear damping",
     order=1,
     confused_with=("coulomb_friction", "thrust_loss", "wake_memory"),
+    force=acceleration,
 )

@@ -37,4 +37,5 @@ EFFECT = Effect(
     order=4,
     confused_with=("ambient_current", "tether"),
     depends_on=("time",),
+    in_equation=True,
 )

@@ -24,4 +24,5 @@ EFFECT = Effect(
     confused_with=("clock_skew",),
     needs=("propeller",),
     depends_on=("time",),
+    in_equation=True,
 )

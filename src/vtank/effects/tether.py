@@ -22,4 +22,5 @@ EFFECT = Effect(
     confused_with=("wall_proximity", "seiche"),
     needs=("position",),
     depends_on=("place",),
+    force=acceleration,
 )

@@ -27,4 +27,5 @@ EFFECT = Effect(
     order=2,
     confused_with=("drag_asymmetry", "tachometer_bias"),
     needs=("propeller",),
+    in_equation=True,
 )

@@ -21,4 +21,5 @@ EFFECT = Effect(
     order=1,
     confused_with=("coulomb_friction", "thrust_asymmetry"),
     needs=("propeller",),
+    in_equation=True,
 )

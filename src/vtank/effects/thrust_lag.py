@@ -26,4 +26,5 @@ EFFECT = Effect(
     source="Marco, Martins, Healey, eq. (5) and (15)",
     order=4,
     confused_with=("sonar_latency", "command_delay", "wake_memory"),
+    in_equation=True,
 )

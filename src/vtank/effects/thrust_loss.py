@@ -21,4 +21,5 @@ EFFECT = Effect(
     order=3,
     confused_with=("linear_drag",),
     needs=("propeller",),
+    force=acceleration,
 )

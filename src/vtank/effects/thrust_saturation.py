@@ -33,4 +33,5 @@ EFFECT = Effect(
     order=5,
     confused_with=("thrust_loss", "thrust_lag"),
     needs=("propeller",),
+    in_equation=True,
 )

@@ -35,4 +35,5 @@ EFFECT = Effect(
     source="one-state form of the history force (Sarpkaya, Wave Forces on Offshore Structures, 2010); a guess",
     order=8,
     confused_with=("linear_drag", "thrust_lag"),
+    in_equation=True,
 )

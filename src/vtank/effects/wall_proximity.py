@@ -51,4 +51,5 @@ EFFECT = Effect(
     confused_with=("tether", "drag_asymmetry"),
     needs=("sonar",),
     depends_on=("place",),
+    in_equation=True,
 )

@@ -32,7 +32,7 @@ SETTING: dict[str, Callable[[Plan], float]] = {
     "n_limit_rev_s": lambda plan: plan.n_limit_rev_s,
     "position_gain": lambda plan: plan.scenario.control.position_per_s2,
     "speed_gain": lambda plan: plan.scenario.control.speed_per_s,
-    "thrust_m_per_rev2": lambda plan: plan.scenario.control.thrust_m_per_rev2,
+    "thrust_m_per_rev2": lambda plan: plan.thrust_m_per_rev2,
     "blunt_rev_s": lambda plan: plan.scenario.control.blunt_rev_s,
     "governor_per_s": lambda plan: plan.scenario.tachometer.governor_per_s,
     "filter_q": lambda plan: plan.scenario.filter.q_m2_per_s5,

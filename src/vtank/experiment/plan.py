@@ -39,6 +39,12 @@ class Plan:
         return self.truth.n_limit_rev_s if limit is None else limit
 
     @property
+    def thrust_m_per_rev2(self) -> float:
+        """What the controller takes for beta [m/rev2]."""
+        stated = self.scenario.control.thrust_m_per_rev2
+        return self.truth.beta_m_per_rev2 if stated is None else stated
+
+    @property
     def parameters(self) -> dict[str, float]:
         """The parameter vector by name."""
         return dict(zip(NAMES, self.p.tolist(), strict=True))

@@ -40,6 +40,11 @@ def above_zero(default: float, high: float = GREATEST) -> Any:
     return field(default=default, metadata={"read": lambda table, key: table.positive(key, default, high)})
 
 
+def stated() -> Any:
+    """A field that a file may set above zero, and None where it does not."""
+    return field(default=None, metadata={"read": lambda table, key: table.positive(key) if table.has(key) else None})
+
+
 @dataclass(frozen=True)
 class Sonar:
     """Beam, ping rate and imperfections of the sonar that looks at the wall ahead.
@@ -95,13 +100,14 @@ class Control:
     """Gains of the controllers: all guesses.
 
     Surge: acceleration demand = position gain x error + speed gain x error of speed; propeller speed = the square root
-    of the demand over what the controller takes for beta (`thrust_m_per_rev2`), blunted below `blunt_rev_s`.
+    of the demand over what the controller takes for beta (`thrust_m_per_rev2`, None for the truth's), blunted below
+    `blunt_rev_s`.
     The other axes: natural frequency [rad/s] and damping ratio on the true pose (perfect gyro and depth cell).
     """
 
     position_per_s2: float = within(0.4, 0.0, 100.0)
     speed_per_s: float = within(1.0, 0.0, 100.0)
-    thrust_m_per_rev2: float = above_zero(0.0005)
+    thrust_m_per_rev2: float | None = stated()
     blunt_rev_s: float = within(5.0, 0.0, 20.0)
     hold_rad_s: float = within(0.5, 0.0, 5.0)
     hold_damping: float = within(1.0, 0.0, 10.0)

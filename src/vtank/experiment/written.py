@@ -34,6 +34,8 @@ def as_toml(scenario: Scenario, comment: str = "") -> str:
     tables |= {name: asdict(getattr(scenario, name)) for name in OWN_TABLES}
     if tables["sonar"]["max_range_m"] == float("inf"):
         del tables["sonar"]["max_range_m"]
+    if tables["control"]["thrust_m_per_rev2"] is None:
+        del tables["control"]["thrust_m_per_rev2"]
     for slot, value in scenario.effects.items():
         tables.setdefault(f"effects.{slot.partition('.')[0]}", {})[PARAMETERS[slot].key] = value
     parts = [f"# {comment}\n" if comment else "", _lines(head)]

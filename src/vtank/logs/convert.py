@@ -29,6 +29,7 @@ class Columns:
 
     Attributes:
         samples: column -> times [s] and values [unit in the name], shape (K,) each.
+        taken: message and field of all that became columns.
         origin: column -> message and fields that it was made of.
         remarks: what was left out or taken for granted, in words.
         armed: share of the recording in which motors were allowed to turn; None where nothing tells.
@@ -36,6 +37,7 @@ class Columns:
 
     samples: dict[str, tuple[Array, Array]] = field(default_factory=dict)
     origin: dict[str, str] = field(default_factory=dict)
+    taken: set[tuple[str, str]] = field(default_factory=set)
     remarks: list[str] = field(default_factory=list)
     armed: float | None = None
 
@@ -69,6 +71,7 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
             for column, row in zip(names, values, strict=True):
                 found.samples[column] = time_s, row
                 found.origin[column] = f"{name} {_source(made, stream)}"
+            found.taken |= {(name, each) for each in made.fields}
     for name, names, time_s, values in earthly:
         _turn(found, name, names, time_s, values)
     found.samples = {column: tidy for column, each in found.samples.items() if (tidy := _tidy(*each))[0].size}

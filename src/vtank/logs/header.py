@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from ..record.columns import FIXED, MOTION, column
-from ..record.run import INPUTS, TIME
+from ..record.run import INPUTS, OUTPUTS, TIME
 from ..record.suffix import UNITS as SUFFIXES
 from .log import Log
 from .mapping import Channel, Mapping, Pulses, column_unit
@@ -26,6 +27,10 @@ WORDS = {  # other words for what a column measures
     "ax": "accel_x", "ay": "accel_y", "az": "accel_z", "acc_x": "accel_x", "acc_y": "accel_y", "acc_z": "accel_z",
     "voltage": "battery", "battery_voltage": "battery", "vbat": "battery",
 }  # fmt: skip
+FILLERS = set(
+    "to the of from at in a wall ahead below surface water vehicle hull auv rov boat sensor measured "
+    "reading value angle actual raw filtered".split()
+)  # words of a header that change nothing of it
 STEMS = {  # (what, its unit) -> column
     (name.removesuffix("_" + known.unit.replace("/", "_").replace(" ", "")), known.unit): name
     for name, known in (MOTION | FIXED).items()  # without a unit motion is meant, and no force
@@ -39,6 +44,7 @@ SURFACE = re.compile("rudder|fin|plane|elevator|flap")
 DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 TURN = 7.0  # [rad] more than a turn, which no angle of a vehicle in radians exceeds at first sight; a choice
 PULSE = Pulses(1500.0, 1900.0, False)  # [us] as ArduSub's
+ONLY = {"propeller", "prop", "motor", "thruster", "engine", "shaft", "drive"}  # names of a drive that has no fellow
 SAID = re.compile(r"_?(rpm|rev_s|speed|pwm|command|cmd|throttle|thrust|force|current|angle|setpoint|us)$")
 
 
@@ -65,13 +71,38 @@ def channel(header: str, message: str) -> Channel | None:
     if header == TIME:
         return None
     stem, unit = parse(header)
-    what = WORDS.get(stem, stem)
+    what = _meant(stem)
     for (known, si), name in STEMS.items():
         if what == known and (not unit or factor(unit, si) is not None):
             return _channel(message, header, name, unit)
         if known in (f"{what}_rate", f"{stem}_rate") and unit and factor(unit, si) is not None:
             return _channel(message, header, name, unit)
     return _actuator(message, header, stem, unit)
+
+
+def channels(headers: Sequence[str], message: str, named: bool) -> tuple[Channel, ...]:
+    """The columns that a table's headers mean; `named` where a vehicle file names the thrusters.
+
+    Else one drive that is called no more than a propeller, beside what moves along one axis, is that axis' input.
+    """
+    found = [each for header in headers if (each := channel(header, message))]
+    drives = [each for each in found if (known := column(each.columns[0])) and known.role == "input"]
+    others = {each.columns[0] for each in found if each not in drives}
+    if not named and len(drives) == 1 and others <= {*OUTPUTS, "battery_V"}:
+        for ending, alone in ((end, ALONE.get(si)) for si, end in ASKED.items()):
+            if alone and drives[0].columns[0].removesuffix(ending) in ONLY:
+                found[found.index(drives[0])] = replace(drives[0], columns=(alone,))
+    return tuple(found)
+
+
+def _meant(stem: str) -> str:
+    """What a header's words measure, the fillers among them left out; where they say several things, the words."""
+    known = {name for name, _ in STEMS} | WORDS.keys()
+    if stem in known:
+        return WORDS.get(stem, stem)
+    words = [word for word in stem.split("_") if word not in FILLERS]
+    said = {WORDS.get(word, word) for word in words} if set(words) <= known else {WORDS.get("_".join(words), "")}
+    return said.pop() if len(said) == 1 else stem
 
 
 def settled(mapping: Mapping, log: Log, message: str) -> Mapping:

@@ -18,7 +18,7 @@ from ..record.writer import DECIMALS, write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
 from .convert import Columns, columns
 from .decidable import Decidable, decidable
-from .header import channel, settled
+from .header import channels, settled
 from .log import Log
 from .map_file import read_mapping
 from .mapping import PRESETS, Mapping
@@ -68,7 +68,7 @@ def import_log(
     if not paths:
         raise InputError("no log: nothing can be imported")
     files = [Path(path) for path in paths]
-    chosen = read_mapping(mapping) if mapping is not None else _preset(files[0])
+    chosen = read_mapping(mapping) if mapping is not None else _preset(files[0], vehicle is not None)
     log = Log(chosen.wanted)
     for file in files:
         _reader(file, chosen)(file, log)
@@ -129,11 +129,10 @@ def _reader(path: Path, mapping: Mapping) -> Reader:
     return readers[_kind(path)]
 
 
-def _preset(path: Path) -> Mapping:
-    """The mapping that vtank brings for a kind of log; that of a table is its header."""
+def _preset(path: Path, named: bool) -> Mapping:
+    """The mapping that vtank brings for a kind of log; that of a table is its header. named: whether thrusters are."""
     kind = _kind(path)
     if kind == "table":
-        meant = [channel(name, table.NAME) for name in table.dialect(path).header]
-        return Mapping(PRESETS / "header", tuple(each for each in meant if each), preset=True)
+        return Mapping(PRESETS / "header", channels(table.dialect(path).header, table.NAME, named), preset=True)
     names = {"tlog": "ardusub-tlog", "dataflash": "ardusub-bin", "ulog": "px4"}
     return read_mapping(PRESETS / f"{names.get(kind, 'ros')}.toml")

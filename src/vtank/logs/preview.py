@@ -9,6 +9,7 @@ from .convert import Columns
 from .decidable import Decidable
 from .log import Log
 from .mapping import Mapping
+from .table import NAME
 
 MESSAGES = 12  # of those not used, the most frequent that are named; a choice
 
@@ -49,6 +50,10 @@ def _notes(log: Log, found: Columns) -> list[str]:
     if others:
         named = ", ".join(f"{name} {log.streams[name].rate_hz:.3g} Hz" for name in others[:MESSAGES])
         lines.append(f"not used: {named}{', ...' if len(others) > MESSAGES else ''}")
+    cells = log.streams[NAME].sample if NAME in log.streams else ()
+    left = [repr(each) for each in cells if (NAME, each) not in found.taken]
+    if left:
+        lines.append(f"not taken: {', '.join(left)}; a mapping file tells what they are (--map)")
     if log.undecoded:
         counts = ", ".join(f"{count} of {name}" for name, count in log.undecoded.most_common())
         lines.append(f"{sum(log.undecoded.values())} could not be decoded: {counts}")

@@ -82,7 +82,7 @@ def read(path: Path, log: Log, mapping: Mapping) -> None:
     log.kind = "table in text"
     how = dialect(path, mapping.time)
     stream, wanted = log.stream(NAME), []
-    stream.sample = dict.fromkeys(how.header, 0.0)
+    stream.sample = dict.fromkeys((*how.header[: how.time], *how.header[how.time + 1 :]), 0.0)
     wanted = [(how.header.index(name), values) for name, values in stream.values.items() if name in how.header]
     absent = [values for name, values in stream.values.items() if name not in how.header]
     stamps, short = array("d"), 0

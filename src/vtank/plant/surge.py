@@ -21,39 +21,33 @@ import math
 
 from ..compiled import term
 from ..effects import (
-    coulomb_friction,
     drag_asymmetry,
-    linear_drag,
     seiche,
     supply_sag,
-    tether,
     thrust_asymmetry,
     thrust_deadband,
     thrust_lag,
-    thrust_loss,
     thrust_saturation,
     wake_memory,
     wall_proximity,
 )
 from ..effects.catalogue import CATALOGUE
 from . import law
-from .hooks import chained, shifting
+from .hooks import acting_on, added, chained, shifting
 from .parameters import LAG, NAMES, null_vector, slot
 from .plant import Axis, Parameters, Plant
 
 ALPHA, BETA = slot("alpha"), slot("beta")
 LINEAR_INPUT, FORCE_OFFSET, STANDOFF = slot("linear_input"), slot("force_offset"), slot("standoff")
 LINEAR_DRAG = slot("linear_drag.c")
-FRICTION = slot("coulomb_friction.f")
 CURRENT = slot("ambient_current.U")
 SEICHE_U, SEICHE_W, SEICHE_PHASE = slot("seiche.amplitude"), slot("seiche.frequency"), slot("seiche.phase")
 WALL_DRAG, WALL_MASS = slot("wall_proximity.drag"), slot("wall_proximity.mass")
-TETHER = slot("tether.k")
 DRAG_ASYMMETRY = slot("drag_asymmetry.e")
 WAKE_K, WAKE_T = slot("wake_memory.k"), slot("wake_memory.T")
 DEADBAND, SATURATION = slot("thrust_deadband.n0"), slot("thrust_saturation.n_max")
 THRUST_ASYMMETRY = slot("thrust_asymmetry.e")
-GAMMA, TAU = slot("thrust_loss.gamma"), slot("thrust_lag.tau")
+TAU = slot("thrust_lag.tau")
 SAG = slot("supply_sag.r")
 LAW, FACTORS, MEMORY = slot("law.force"), slot("law.variable1"), slot("law.memory_kind")
 MEMORY_END = slot("law.memory_b") + 1
@@ -111,6 +105,10 @@ def law_product(t, x, u, z, wake, n, gap, acceleration, p):
     return law.product(t, x, u, z, wake, n, gap, acceleration, fresh, p[FACTORS:MEMORY])
 
 
+SYMBOLS = {name: name for name in ("t", "x", "u", "u_r", "z", "n", "gap")} | {"n_e": "effective_speed(n, p)"}
+with_forces = added((*acting_on("thruster"), *acting_on("surge")), SYMBOLS, {"effective_speed": effective_speed})
+
+
 @term
 def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
     """du/dt [m/s2]; z is the thrust that acts now (`thrust_now`), disturbance an acceleration [m/s2].
@@ -128,14 +126,7 @@ def surge_acceleration(t, x, u, z, wake, n, gap, disturbance, p):
     if p[WALL_DRAG] != 0.0:
         drag = drag * wall_proximity.drag_factor(gap, p[WALL_DRAG])
     force = drag + z
-    if p[GAMMA] != 0.0:
-        force = force + thrust_loss.acceleration(u_r, effective_speed(n, p), p[GAMMA])
-    if p[LINEAR_DRAG] != 0.0:
-        force = force + linear_drag.acceleration(u_r, p[LINEAR_DRAG])
-    if p[FRICTION] != 0.0:
-        force = force + coulomb_friction.acceleration(u, p[FRICTION])
-    if p[TETHER] != 0.0:
-        force = force + tether.acceleration(x, p[TETHER])
+    force = with_forces(force, t, x, u, u_r, z, n, gap, p)
     if p[WALL_MASS] != 0.0:
         force = force - wall_proximity.inertia_gradient(gap, p[WALL_MASS]) * u * u
     if p[LAW] != 0.0:

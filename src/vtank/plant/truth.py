@@ -7,6 +7,7 @@ it as in a scenario. A model written by the diagnosis is such a preset, with mor
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, field
 from pathlib import Path
@@ -115,6 +116,9 @@ def _derived(table: Table) -> tuple[Lumped, float]:
     table.check_keys(("vehicle", "density_kg_per_m3", "kt0", "kt1", "tau_s"))
     vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
     count, curve = len(vehicle.propeller_sites), (table.number("kt0"), table.number("kt1"))
+    if math.isnan(vehicle.propeller_diameter_m):
+        raise table.error("vehicle", f"{vehicle.path} has no [propeller] with sites and diameter_m, from which kt0 and "
+                          "kt1 make a force")  # fmt: skip
     forces = propeller_forces(count, vehicle.propeller_diameter_m, *curve, table.positive("density_kg_per_m3"))
     mass_kg = vehicle.moving_mass_kg
     return lump(mass_kg, float(vehicle.quadratic_drag[0]), *forces, table.number("tau_s")), mass_kg

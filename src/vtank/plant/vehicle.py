@@ -6,6 +6,7 @@ added mass, drag, buoyancy and thrusters stand in a TOML file beside it (models/
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -46,16 +47,17 @@ class Vehicle:
         linear_drag: shape (6,) [N/(m/s), N m/(rad/s)].
         buoyancy_N: buoyant force, up [N].
         centre_of_buoyancy_m: shape (3,) in body axes [m].
-        propeller_sites: sites of the propellers that drive surge.
-        propeller_diameter_m: [m].
+        propeller_sites: sites of the propellers that drive surge; where the file names none, the thrusters' that push
+            straight ahead.
+        propeller_diameter_m: [m], NaN where the file has none.
         thrusters: all thrusters of the file, the propellers among them where it lists them.
         sites: places on the body, name of the MJCF's site -> body axes [m].
         fins: control surfaces, and fixed ones.
         sensors: instruments.
         heave_N_per_m: by which a surface craft is held at its waterline, 0 for what dives [N/m].
         path: of the file it was read from.
-        centre_m: centre of gravity, body axes [m].
-        inertia: of the body about its centre of gravity, roll, pitch and yaw [kg m2], where the file gives it.
+        centre_m: centre of gravity, body axes [m], where the file gives it; `tank.described` reads it from the MJCF.
+        inertia: of the body about its centre of gravity, roll, pitch and yaw [kg m2], in the same way.
     """
 
     name: str
@@ -74,13 +76,19 @@ class Vehicle:
     sensors: tuple[Sensor, ...] = ()
     heave_N_per_m: float = 0.0
     path: Path = Path()
-    centre_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    centre_m: tuple[float, float, float] | None = None
     inertia: tuple[float, float, float] | None = None
 
     @property
     def steering(self) -> tuple[Thruster, ...]:
         """The thrusters but those that push straight ahead at a propeller's site: these are the surge equation's."""
         return tuple(t for t in self.thrusters if not (t.site in self.propeller_sites and t.direction == AHEAD))
+
+    @property
+    def complete(self) -> bool:
+        """Whether nothing that the equations of motion need is left to the MJCF."""
+        seated = {t.site for t in self.thrusters} | {fin.site for fin in self.fins}
+        return seated <= self.sites.keys() and self.centre_m is not None and self.inertia is not None
 
     @property
     def moving_mass_kg(self) -> float:
@@ -104,7 +112,7 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
     path = find_file(name_or_path, models_dir(), "vehicle")
     file = open_table(path).check_keys(KEYS)
     body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
-    places = file.table("sites")
+    places, thrusters = file.table("sites"), tuple(read_thruster(table) for table in file.tables("thruster"))
     return Vehicle(
         name=file.text("name"),
         mjcf=Path(file.file("mjcf", ending="")),
@@ -114,17 +122,22 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         linear_drag=_drag(file.table("linear_drag"), LINEAR_DRAG, 0.0),
         buoyancy_N=body.positive("buoyancy_N"),
         centre_of_buoyancy_m=np.array(body.vector("centre_of_buoyancy_m")),
-        propeller_sites=propeller.texts("sites"),
-        propeller_diameter_m=propeller.positive("diameter_m"),
-        thrusters=tuple(read_thruster(table) for table in file.tables("thruster")),
+        propeller_sites=propeller.texts("sites") if propeller.entries else _ahead(thrusters),
+        propeller_diameter_m=propeller.positive("diameter_m") if propeller.entries else math.nan,
+        thrusters=thrusters,
         fins=tuple(read_fin(table) for table in file.tables("fin")),
         sensors=read_sensors(file.table("sensor")),
         heave_N_per_m=body.number("heave_N_per_m", 0.0, 0.0),
         path=path,
-        centre_m=body.vector("centre_of_gravity_m") if body.has("centre_of_gravity_m") else (0.0, 0.0, 0.0),
+        centre_m=body.vector("centre_of_gravity_m") if body.has("centre_of_gravity_m") else None,
         inertia=body.vector("inertia_kg_m2") if body.has("inertia_kg_m2") else None,
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
+
+
+def _ahead(thrusters: tuple[Thruster, ...]) -> tuple[str, ...]:
+    """Sites of those that push straight ahead."""
+    return tuple(thruster.site for thruster in thrusters if thruster.direction == AHEAD)
 
 
 def _added_mass(table: Table) -> np.ndarray:

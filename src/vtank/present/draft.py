@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from ..plant.formula import Factor, Formula
+from ..plant.hooks import DEPENDS_ON
+from ..plant.surge import SYMBOLS
 
 TEMPLATE = '''"""{title}: found in recordings by vtank diagnose; to be finished by hand.
 
 {formula} [{unit}]
 
-To do: its name, sentence and source; what it is confused with; typical sizes and bounds; its term in {term}.
+To do: its name, sentence and source; what it is confused with; typical sizes and bounds{term}.
 """
 
 import math
@@ -32,7 +34,7 @@ EFFECT = Effect(
     parameters=(
 {parameters}
     ),
-    source="found in recordings; to be finished by hand",{needs}
+    source="found in recordings; to be finished by hand",{more}
 )
 '''
 OF = {"speed": "abs(u)", "turning": "abs(n)", "w": "w", "fresh": "fresh"}
@@ -44,7 +46,14 @@ def draft(name: str, formula: Formula, sentence: str) -> str:
     names = [slot.partition(".")[2] for slot in slots]
     used = [v for v in ("t", "x", "u", "z", "n", "gap", "a", "w", "fresh") if v in _variables(formula)]
     code = " * ".join([names[0], *(_code(f, f"{i}") for i, f in enumerate(formula.factors, start=1))])
-    force = formula.acts == "force"
+    force, asked = formula.acts == "force", _variables(formula)
+    whole = force and asked <= SYMBOLS.keys()
+    place = "its term in plant/surge.py, and in_equation=True" if force else "its term in the reading of the range"
+    more = ['needs=("sonar",)'] if asked & {"x", "gap"} else []
+    if whole:
+        depends = [what for what, symbols in DEPENDS_ON.items() if symbols & asked]
+        more += [f"depends_on={tuple(depends)!r}".replace("'", '"')] if depends else []
+        more += ["force=acceleration"]
     parameters = [
         _parameter(n, formula.unit_of(s), values[s], s == slots[0]) for n, s in zip(names, slots, strict=True)
     ]
@@ -52,10 +61,10 @@ def draft(name: str, formula: Formula, sentence: str) -> str:
         code += f"  # w: {formula.memory.text()}, a state of the plant; fresh: what it keeps, less w"
     return TEMPLATE.format(
         title=name.replace("_", " ").capitalize(), formula=formula.text(), unit=formula.unit,
-        term="plant/surge.py" if force else "the reading of the range", function="acceleration" if force else "error",
+        term="" if whole else f"; {place}", function="acceleration" if force else "error",
         variables=", ".join(used) or "u", names=", ".join(names), code=code, name=name, channel=formula.channel,
         returns="Acceleration [m/s2]" if force else "Error of the range [m]", place=formula.place, sentence=sentence,
-        parameters="\n".join(parameters), needs='\n    needs=("sonar",),' if _variables(formula) & {"x", "gap"} else "",
+        parameters="\n".join(parameters), more="".join(f"\n    {line}," for line in more),
     )  # fmt: skip
 
 

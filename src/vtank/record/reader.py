@@ -51,7 +51,8 @@ def _header_and_lines(path: Path, text: str) -> tuple[list[str], list[str]]:
     names = [name.strip() for name in lines[0].split(",")]
     other = next((word for mark, word in SEPARATORS.items() if mark in lines[0]), None)
     if other and len(names) == 1:
-        raise InputError(f"{path}, line {HEADER_LINE}: cells separated by {other}, expected commas, and decimal points")
+        raise InputError(f"{path}, line {HEADER_LINE}: cells separated by {other}, expected commas, and "
+                         "decimal points; vtank import makes a run of any table")  # fmt: skip
     if any(_is_number(name) for name in names):
         raise InputError(f"{path}, line {HEADER_LINE}: expected a header with column names, found '{lines[0][:60]}'")
     return names, lines[1:]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
+from .columns import column
 
 TIME = "time_s"
 INPUTS = ("n_rev_s", "command", "thrust_N")  # propeller speed [rev/s], normalised command -1..1, thrust [N]
@@ -60,7 +61,9 @@ class Run:
         for name in INPUTS:
             if name in self.columns:
                 return name
-        raise InputError(f"run {self.name}: no input column, expected one of {', '.join(INPUTS)}")
+        drives = [name for name in self.columns if (known := column(name)) and known.role == "input"]
+        whole = f"; {drives[0]} is of a whole vehicle, which needs its file: --nominal vehicle.toml" if drives else ""
+        raise InputError(f"run {self.name}: no input column, expected one of {', '.join(INPUTS)}{whole}")
 
     @property
     def outputs(self) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from ..facade import facade
 
 if TYPE_CHECKING:
     from . import render
+    from .described import described
     from .prepare import forces, prepare
     from .tank import Tank
     from .whole import Motion, Whole, load_whole

@@ -74,6 +74,9 @@ def site(model: mujoco.MjModel, name: str) -> np.ndarray:
 
 def propeller_height(model: mujoco.MjModel, vehicle: Vehicle) -> float:
     """Mean z of the propellers' axes, body axes [m]."""
+    if not vehicle.propeller_sites:
+        raise InputError(f"{vehicle.path}: no propeller drives surge alone; expected a thruster that pushes straight "
+                         "ahead, or [propeller] with sites")  # fmt: skip
     return float(np.mean([site(model, name)[2] for name in vehicle.propeller_sites]))
 
 

@@ -18,6 +18,7 @@ from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.recorded import record
+from ..given import known_vehicle
 from .budget import free_errors, spikes_of
 from .model import Model
 
@@ -102,7 +103,7 @@ def slots_of(table: Table, part: str) -> dict[str, float]:
 
 
 def _vehicle(table: Table) -> Vehicle:
-    return load_vehicle(table.text("vehicle"))
+    return known_vehicle(load_vehicle(table.text("vehicle")))
 
 
 def _vector(layout: Layout, table: Table) -> np.ndarray:

@@ -72,8 +72,8 @@ def _left(
     x, control, h, limit = response * amplitude_m, plan.scenario.control, plan.scenario.period_s, plan.n_limit_rev_s
     signals = (x, 1j * rad_s * x, (command + feedback * response) * amplitude_m)
     place, speed, demand = ((signal * TURN).real for signal in signals)
-    blunt = control.thrust_m_per_rev2 * control.blunt_rev_s * control.blunt_rev_s
-    size = control.thrust_m_per_rev2 * (np.abs(demand) + blunt)
+    blunt = plan.thrust_m_per_rev2 * control.blunt_rev_s * control.blunt_rev_s
+    size = plan.thrust_m_per_rev2 * (np.abs(demand) + blunt)
     n = demand / np.sqrt(np.maximum(size, np.finfo(float).tiny))
     thrust, rest = forces(place, speed, np.clip(n, -limit, limit), plan.p)
     hold = (1.0 - np.exp(-1j * rad_s * h)) / (1j * rad_s * h)

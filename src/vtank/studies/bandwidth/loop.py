@@ -30,7 +30,7 @@ class Loop:
     @property
     def ratio(self) -> float:
         """Thrust per moving mass that a demand makes, over the demand: beta/beta_c."""
-        return float(self.plan.p[BETA]) / self.plan.scenario.control.thrust_m_per_rev2
+        return float(self.plan.p[BETA]) / self.plan.thrust_m_per_rev2
 
     def filter_step(self) -> tuple[Array, Array]:
         """(keep, gain) of the range filter in the steady state: s_k = keep s_(k-1) + gain x_k, shapes (3, 3), (3,)."""

@@ -1,0 +1,57 @@
+"""What a vehicle's own file leaves to its MJCF: where things sit, the centre of gravity, the moments of inertia."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from ..plant.vehicle import Vehicle
+from .mjcf import mujoco_says, named, read
+from .model import centre_of_gravity, rigid_mass, vehicle_body
+from .whole import check_files, place
+from .world import set_afloat
+
+SLANT = 0.05  # product of inertia over the least moment above which axes that are taken for principal are not; a choice
+
+
+def described(vehicle: Vehicle) -> Vehicle:
+    """The vehicle with every number that equations of motion need and its file does not state, read from the MJCF.
+
+    InputError where a thruster or fin sits at no site, or the two files differ. Warns of products of inertia, which are
+    left out where the file states no moments.
+    """
+    if vehicle.complete:
+        return vehicle
+    seats = {t.site: f"thruster[{number}]" for number, t in enumerate(vehicle.thrusters)}
+    seats |= {fin.site: f"fin[{number}]" for number, fin in enumerate(vehicle.fins)}
+    with named(vehicle.mjcf):
+        world = set_afloat(read(vehicle.mjcf))
+        with mujoco_says("cannot compile it"):
+            model = world.compile()
+    check_files(vehicle, model)
+    x, y, z = centre_of_gravity(model, vehicle_body(model))
+    sites = dict(vehicle.sites)
+    for name, key in seats.items():
+        if name not in sites:
+            along, across, down = place(vehicle, model, key, name)
+            sites[name] = float(along), float(across), float(down)
+    return replace(
+        vehicle,
+        sites=sites,
+        centre_m=vehicle.centre_m or (float(x), float(y), float(z)),
+        inertia=vehicle.inertia or _moments(vehicle, model, np.array([x, y, z])),
+    )
+
+
+def _moments(vehicle: Vehicle, model: mujoco.MjModel, centre: np.ndarray) -> tuple[float, float, float]:
+    """Moments of inertia about the centre of gravity, body axes [kg m2]."""
+    mass = rigid_mass(model, vehicle_body(model))
+    about = mass[3:, 3:] - mass[0, 0] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    most = np.abs(about - np.diag(np.diag(about))).max()
+    if most > SLANT * np.diag(about).min():
+        warnings.warn(f"{vehicle.mjcf}: products of inertia of up to {most:.3g} kg m2 are left out", stacklevel=2)
+    roll, pitch, yaw = map(float, np.diag(about))
+    return roll, pitch, yaw
