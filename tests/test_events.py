@@ -23,7 +23,7 @@ def test_a_stall_is_found_where_it_is() -> None:
     assert abs(found.lean[0]) > CLEAR
     start, end = found.spans[0]
     assert 69.9 <= start <= 70.4 and 70.5 <= end <= 71.0
-    np.testing.assert_array_equal(found.inside[:, 0] > 0.0, (start <= TIME) & (end >= TIME))
+    np.testing.assert_array_equal(found.functions(TIME)[:, 0] > 0.0, (start <= TIME) & (end >= TIME))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -54,7 +54,7 @@ def test_readings_that_do_not_count_are_passed_over() -> None:
 
 def test_stretches_do_not_overlap_and_last_no_longer_than_asked() -> None:
     found = events(TIME, noise(3), 1.0)
-    assert np.all(found.inside.sum(axis=1) <= 1.0)
+    assert np.all(found.functions(TIME).sum(axis=1) <= 1.0)
     assert all(end - start <= 1.0 for start, end in found.spans)
     assert found.looked > TIME.size
 

@@ -113,6 +113,8 @@ def test_every_kind_of_group_has_the_evidence_of_dense_algebra_also_after_two_ad
         for kind, some in found.items():
             for gain, size, group in sorted(some, key=lambda one: -one[0])[:2]:
                 dense, suits = gains(pursuit.near, pursuit._columns_of(group), *before)
+                if lines := group.piece.lines:  # which of all frequencies it is was paid for
+                    dense += lines.log_share[int(np.argmin(np.abs(lines.rad_s - group.frequency)))]
                 if kind == "event":  # by ranks, if that is less
                     assert gain <= dense + 1e-4 + 1e-5 * abs(dense)
                     continue

@@ -7,7 +7,7 @@ for turbulence and wake, by the likelihood of the innovations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -35,20 +35,23 @@ EVALUATIONS = 80  # of the likelihood in a search for two numbers; twice that fo
 FIRST_STEPS = (-1.0, 0.7, -0.7, 0.5)  # of the search, in powers of e
 
 
-def noise_at(problem: Problem, theta: np.ndarray, exact: bool = False) -> Noise:
-    """Noise level that makes the innovations at theta most likely, without or with a coloured error of the sonar.
+def noise_at(problem: Problem, theta: np.ndarray, usual: float = np.inf, exact: bool = False) -> Noise:
+    """Most probable noise level given the innovations at theta, without or with a coloured error of the sonar.
 
-    exact: search on with the extended Kalman filter itself, for recordings more disturbed than driven. So it is in any
-    case where the simulation runs away, which the filter may well follow.
+    usual: disturbance that is no surprise [m/s2]; inf where none is. exact: search on with the extended Kalman filter
+    itself, for recordings more disturbed than driven. So it is in any case where the simulation runs away, which the
+    filter may well follow.
     """
-    linear = partial(squares_and_logs, linearised(problem, theta))
-    tried = together([_search(linear, problem.noise, time_s, kind) for kind in (False, True) for time_s in STARTS_S])
+    before = partial(log_prior, usual=usual)
+    linear, noise = partial(squares_and_logs, linearised(problem, theta)), problem.noise
+    kinds = [(time_s, coloured) for coloured in (False, True) for time_s in STARTS_S]
+    tried = together([_search(linear, noise, before, *kind) for kind in kinds])
     (plain, cost), (coloured, other) = (min(some, key=lambda f: f[1]) for some in (tried[:2], tried[2:]))
     found = coloured if other < cost - COLOURED else plain
     if not exact and min(cost, other) < HOPELESS:
         return found
-    exactly = _search(partial(_filtered, problem, theta), found, found.correlation_time, found.colour_sigma > 0.0)
-    return together([exactly])[0][0]
+    filtered = partial(_filtered, problem, theta)
+    return together([_search(filtered, found, before, found.correlation_time, found.colour_sigma > 0.0)])[0][0]
 
 
 def _filtered(problem: Problem, theta: np.ndarray, noises: Sequence[Noise]) -> tuple[np.ndarray, np.ndarray, int]:
@@ -64,13 +67,15 @@ def _filtered(problem: Problem, theta: np.ndarray, noises: Sequence[Noise]) -> t
     return squares, logs, int(used.sum())
 
 
-def _search(likelihood: Likelihood, noise: Noise, memory_s: float, coloured: bool) -> tuple[NoiseSearch, Walk]:
-    """The search for the likeliest noise level of one kind."""
+def _search(
+    likelihood: Likelihood, noise: Noise, before: Callable[[Noise], float], memory_s: float, coloured: bool
+) -> tuple[NoiseSearch, Walk]:
+    """The search for the most probable noise level of one kind."""
     start = [max(noise.sigma, 10.0 * LEAST_SIGMA), memory_s]
     if coloured:
         start += [noise.colour_sigma or float(np.sqrt(noise.variance[0])), min(noise.colour_time, 0.5)]
     parts = (DISTURBANCE, COLOUR)[: 1 + coloured]
-    search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S, parts)
+    search = NoiseSearch(likelihood, noise, (LEAST_SIGMA, LARGEST_SIGMA), MEMORY_S, parts, before)
     return search, search.walk(np.log(start), FIRST_STEPS[: len(start)], EVALUATIONS * (1 + coloured), 0.05, 0.3)
 
 
@@ -133,7 +138,7 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
         found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
         if not free.components or turn == ROUNDS - 1:
             break
-        before, noise = noise, noise_at(free.cleared(), fit.optimum.theta)
+        before, noise = noise, noise_at(free.cleared(), fit.optimum.theta, setting.usual)
         if abs(np.log(noise.sigma / before.sigma)) < SETTLED:
             break
     return max(found, key=lambda pair: pair[0])
@@ -141,10 +146,11 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
 
 def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with the noise level it prefers, and that level: fit and level in turns."""
+    usual = np.inf if setting.foreign else setting.usual
     for _ in range(ROUNDS):
-        noise = noise_at(fit.problem, fit.optimum.theta, setting.foreign)
+        noise = noise_at(fit.problem, fit.optimum.theta, usual, setting.foreign)
         change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break
-    return fit.log_evidence + (0.0 if setting.foreign else log_prior(noise, setting.usual)), noise
+    return fit.log_evidence + log_prior(noise, usual), noise

@@ -76,12 +76,12 @@ def long_ranges(run: Observed) -> np.ndarray:
     for kind in np.unique(run.kind[run.placed]):
         chosen = run.kind == kind
         values = run.value[chosen]
-        resolution = _resolution(values)
-        flags[chosen] = _stands_alone(run.time_s[chosen], values, 4.0 * resolution)
+        flags[chosen] = _stands_alone(run.time_s[chosen], values, 4.0 * resolution(values))
     return flags
 
 
-def _resolution(values: np.ndarray) -> float:
+def resolution(values: np.ndarray) -> float:
+    """Least step between readings that differ, 0 where none do [their unit]."""
     steps = np.abs(np.diff(np.unique(values)))
     return float(np.min(steps[steps > 1e-9])) if np.any(steps > 1e-9) else 0.0
 

@@ -14,12 +14,13 @@ from itertools import product
 import numpy as np
 from scipy.linalg import block_diag
 
+from ..effects.catalogue import PARAMETERS
 from ..plant.parameters import slot
 from . import outliers
 from .evidence import Fitted, Setting, Start
 from .hypothesis import starting_values
+from .lines import loudest
 
-SCANNED_RAD_S = np.arange(0.06, 3.0, 0.04)  # frequencies looked at; 120 s resolve about 0.05 rad/s
 PROBE_M_S = 1e-3  # amplitude of the probing wave, small enough to be linear
 TRIES = 2  # frequencies handed to the optimiser
 
@@ -104,18 +105,18 @@ def _shifted(fit: Fitted, starts: Sequence[Start]) -> np.ndarray:
 def scan(near: Linearised, wave: tuple[str, str, str]) -> list[tuple[float, Start]]:
     """Frequencies at which a wave explains most on top of a fit: how much, and its first guesses by slot."""
     _, pace, _ = wave
+    rad_s = loudest(near.fit).within(*PARAMETERS[pace].bounds).rad_s
     rows = np.cumsum([f.innovation.size for f in near.fit.filtered])[:-1]
-    tried = product(SCANNED_RAD_S, (0.0, 0.5 * np.pi))
+    tried = product(rad_s, (0.0, 0.5 * np.pi))
     probes: list[Start] = [dict(zip(wave, (PROBE_M_S, float(w), phase), strict=True)) for w, phase in tried]
-    parts = np.split((_shifted(near.fit, probes) - near.residual[:, None]) / PROBE_M_S, rows)
+    parts = np.split((_shifted(near.fit, probes) - near.residual[:, None]) / PROBE_M_S, rows) if probes else []
     found = []
-    for j, frequency in enumerate(SCANNED_RAD_S):
+    for j, frequency in enumerate(rad_s):
         gain, c = near.explain(block_diag(*(part[:, 2 * j : 2 * j + 2] for part in parts)))
-        found.append((gain, frequency, c.reshape(len(parts), 2)))
+        found.append((gain, float(frequency), c.reshape(len(parts), 2)))
     out: list[tuple[float, Start]] = []
-    for gain, frequency, c in sorted(found, key=lambda f: -f[0]):
-        if all(abs(frequency - other[pace]) > 0.1 for _, other in out) and len(out) < TRIES:
-            amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))
-            phase = np.arctan2(c[:, 1], c[:, 0])
-            out.append((gain, dict(zip(wave, (amplitude, float(frequency), phase), strict=True))))
+    for gain, frequency, c in sorted(found, key=lambda f: -f[0])[:TRIES]:
+        amplitude = float(np.sqrt(np.mean(np.sum(c**2, axis=1))))
+        phase = np.arctan2(c[:, 1], c[:, 0])
+        out.append((gain, dict(zip(wave, (amplitude, frequency, phase), strict=True))))
     return out

@@ -99,7 +99,8 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     effects = candidates(setting.nominal, setting.runs, names)
     say("refit of the nominal's own parameters")
     refit = evaluate(setting, Hypothesis())
-    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta))
+    usual = np.inf if setting.foreign else setting.usual
+    setting = setting.with_noise(noise_at(refit.problem, refit.optimum.theta, usual))
     refit = evaluate(setting, Hypothesis(), [refit.start()])
     setting = replace(setting, usual=still_sigma(refit))
     say(f"{len(effects)} effects, one by one")

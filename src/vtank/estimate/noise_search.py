@@ -32,7 +32,7 @@ class NoiseSearch:
         sizes: least and largest deviation of the disturbance [m/s2] and of the coloured error [m].
         memories: shortest and longest of their memories [s].
         parts: what the noise has beside its white part, as q tells them.
-        usual: memory [s] and its spread [powers of e] beforehand, where something is known.
+        log_prior: log density of a level beforehand, where something is known.
     """
 
     likelihood: Likelihood
@@ -40,10 +40,10 @@ class NoiseSearch:
     sizes: tuple[float, float]
     memories: tuple[float, float]
     parts: tuple[Part, ...] = (DISTURBANCE,)
-    usual: tuple[float, float] = (1.0, np.inf)
+    log_prior: Callable[[Noise], float] = lambda noise: 0.0
 
     def level(self, q: np.ndarray) -> tuple[Noise, float]:
-        """Noise level at q, shape (2 parts,); and its negative log-likelihood.
+        """Noise level at q, shape (2 parts,); and its cost: negative logarithm of likelihood and prior.
 
         Where the innovations are no numbers, `noise` itself, at the cost HOPELESS.
         """
@@ -58,14 +58,14 @@ class NoiseSearch:
     def judged(self, trial: Noise, squares: float, logs: float, count: int) -> tuple[Noise, float]:
         """A trial at its likeliest scale, and its cost; see `level`."""
         scale = squares / count
-        strange = [np.log(getattr(trial, memory) / self.usual[0]) / self.usual[1] for _, memory in self.parts]
-        cost = 0.5 * float(count * np.log(scale) + logs + np.dot(strange, strange))
+        cost = 0.5 * float(count * np.log(scale) + logs)
         if not np.isfinite(cost):
             return self.noise, HOPELESS
         variance = tuple(max(float(v * scale), LEAST) for v in trial.variance)
         root = float(np.sqrt(scale))
         sigma = max(trial.sigma * root, self.sizes[0]) if DISTURBANCE in self.parts else 0.0
-        return replace(trial, variance=variance, sigma=sigma, colour_sigma=trial.colour_sigma * root), cost
+        found = replace(trial, variance=variance, sigma=sigma, colour_sigma=trial.colour_sigma * root)
+        return found, cost - self.log_prior(found)
 
     def walk(self, origin: np.ndarray, steps: Sequence[float], evaluations: int, close: float, even: float) -> Walk:
         """The way of a simplex down from `origin`, see `likeliest`."""

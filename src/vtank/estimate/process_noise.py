@@ -61,7 +61,7 @@ def noise_level(
     problem's own noise.
     """
     noise, likelihood = problem.noise, partial(squares_and_logs, linearised(problem, theta))
-    search = NoiseSearch(likelihood, noise, SIZES, MEMORY_S, parts, (USUAL_MEMORY_S, SPREAD))
+    search = NoiseSearch(likelihood, noise, SIZES, MEMORY_S, parts, partial(_usual, parts))
     first = {DISTURBANCE: 0.1 * typical_acceleration(problem.runs), COLOUR: float(np.sqrt(noise.variance[0]))}
     levels = [(getattr(noise, size) or first[size, memory], getattr(noise, memory)) for size, memory in parts]
     start = np.log(np.array(levels).ravel())
@@ -70,3 +70,9 @@ def noise_level(
     bounds = start[0] - 5.0, start[0] + 2.0
     x = minimize_scalar(lambda x: search.level(np.array([x, start[1]]))[1], bounds=bounds, options={"xatol": 0.2}).x
     return search.level(np.array([x, start[1]]))[0]
+
+
+def _usual(parts: tuple[Part, ...], noise: Noise) -> float:
+    """Log density of the memories of the parts of a noise beforehand."""
+    away = [np.log(getattr(noise, memory) / USUAL_MEMORY_S) / SPREAD for _, memory in parts]
+    return -0.5 * float(np.dot(away, away))

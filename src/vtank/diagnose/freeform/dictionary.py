@@ -15,7 +15,9 @@ import numpy as np
 
 from ...estimate.observed import SPEED
 from ..evidence import Fitted
-from .events import Events, events
+from ..lines import Lines, judging, loudest
+from ..outliers import resolution
+from .events import Events, events, packets, waves
 from .functions import functions_of, products_of
 from .motion import Motion, motions
 
@@ -24,9 +26,8 @@ PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act t
 MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
-SCANNED_RAD_S = np.arange(0.08, 3.2, 0.045)  # frequencies of lines; 120 s resolve about 0.05 rad/s
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
-QUICK = 12  # frequencies above those at which an error of the readings is loudest, that are looked at besides; a choice
+COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 
@@ -43,8 +44,8 @@ class Piece:
         functions: per run, shape (I, K) or (M, K); None where the run has none.
         each: columns of one group, where the piece holds several side by side.
         edges: of the bins of windows [s].
-        frequencies: of lines [rad/s].
-        events: where each column of short events is.
+        lines: their frequencies.
+        events: what each group of columns is, of short events.
     """
 
     kind: str
@@ -54,21 +55,20 @@ class Piece:
     functions: tuple[np.ndarray | None, ...]
     each: int
     edges: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    frequencies: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    lines: Lines | None = None
     events: Events | None = None
 
 
 def pieces(fit: Fitted) -> list[Piece]:
     """All that could be missing from a fitted model."""
     moved = motions(fit)
-    fed, read = [pair[0] for pair in moved], [pair[1] for pair in moved]
+    fed, read, lines = [pair[0] for pair in moved], [pair[1] for pair in moved], loudest(fit)
     return [
         *_forces(fed),
-        *_errors(read),
-        *(piece for k in range(len(moved)) for piece in _windows(k, moved)),
-        *(piece for k in range(len(moved)) for piece in _events(k, fit)),
-        _lines("force", HULL, True, SCANNED_RAD_S, [m.t for m in fed]),
-        _lines("error", SENSOR, False, np.concatenate([SCANNED_RAD_S, _loudest(fit)]), [m.t for m in read]),
+        *_errors(read, max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)),
+        *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
+        _lines("force", HULL, True, lines, [m.t for m in fed]),
+        _lines("error", SENSOR, False, lines, [m.t for m in read]),
     ]
 
 
@@ -93,89 +93,62 @@ def _piece(channel: str, about: str, found: list[np.ndarray]) -> Piece:
     return Piece("function", channel, about, True, tuple(found), found[0].shape[1])
 
 
-def _errors(read: list[Motion]) -> Iterator[Piece]:
-    """Smooth errors of the readings; of speeds ten times those of positions [m/s against m]."""
+def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
+    """Smooth errors of the readings; of speeds ten times those of positions [m/s against m].
+
+    step: of a coarse reading [m or m/s], which is off by a period of its own, and known.
+    """
     names = ("place", "speed", "time", "acceleration")
     single = {name: _functions([m.variables[name] for m in read]) for name in names}
     single["place and speed"] = [products_of(a, b) for a, b in zip(single["place"], single["speed"], strict=True)]
     for name, found in single.items():
         yield Piece("function", SENSOR, name, False, tuple(found), found[0].shape[1])
-    share = _shares([m.x for m in read])
-    waves = tuple(_waves(2.0 * np.pi * np.outer(s, PERIODS)) for s in share)
-    yield Piece("function", SENSOR, "place, periodic", False, waves, 2)
+    share, whole = _shares([m.x for m in read]), np.ptp(np.concatenate([m.x for m in read]))
+    periods = PERIODS[PERIODS * COARSE * step < whole]
+    if periods.size:
+        columns = tuple(waves(2.0 * np.pi * np.outer(s, periods)) for s in share)
+        yield Piece("function", SENSOR, "place, periodic", False, columns, 2)
 
 
-def _windows(k: int, moved: list[tuple[Motion, Motion]]) -> Iterator[Piece]:
-    """Bins of time of one run, in which a force, an own term or a reading is off."""
+def _local(k: int, moved: list[tuple[Motion, Motion]], fit: Fitted) -> Iterator[Piece]:
+    """What is off in one run for a while: in bins of time, in short events, in packets of waves."""
     fed, read = moved[k]
-    length = fed.t[-1] - fed.t[0]
-    edges = np.linspace(fed.t[0], fed.t[-1], int(np.clip(length / SHORTEST_S, 1, BINS)) + 1)
+    width_s = max((fed.t[-1] - fed.t[0]) / BINS, SHORTEST_S)
+    edges = np.linspace(fed.t[0], fed.t[-1], int(max((fed.t[-1] - fed.t[0]) / width_s, 1.0)) + 1)
 
-    def bins(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def bins(t: np.ndarray) -> np.ndarray:
         place = np.clip(np.searchsorted(edges, t, side="right") - 1, 0, edges.size - 2)
-        return np.asarray(values[:, None] * (place[:, None] == np.arange(edges.size - 1)))
+        return np.asarray(place[:, None] == np.arange(edges.size - 1))
 
-    def own(found: np.ndarray) -> tuple[np.ndarray | None, ...]:
-        return tuple(found if i == k else None for i in range(len(moved)))
-
-    forces = {"force": (HULL, np.ones(fed.t.size))}
-    forces |= {term: (HULL if term == "drag" else ACTUATOR, values) for term, values in fed.terms.items()}
-    for about, (channel, values) in forces.items():
-        yield Piece("window", channel, about, True, own(bins(fed.t, values)), 1, edges)
-    for about, values in (("reading", np.ones(read.t.size)), ("latency", read.u)):
-        yield Piece("window", SENSOR, about, False, own(bins(read.t, values)), 1, edges)
-
-
-def _events(k: int, fit: Fitted) -> Iterator[Piece]:
-    """Readings of one run that are off for a moment, shorter than the bins of windows."""
-    run, (judging, off) = fit.problem.runs[k], _judging(fit, k)
-    found = events(run.time_s, np.where(judging & fit.problem.used(k), off, np.nan), SHORTEST_S)
-    if found.spans:
-        own = tuple(found.inside if i == k else None for i in range(len(fit.problem.runs)))
-        yield Piece("event", SENSOR, "reading", False, own, 1, events=found)
+    run, (own, off) = fit.problem.runs[k], judging(fit, k)
+    off = np.where(own & fit.problem.used(k), off, np.nan)
+    short, swinging = events(run.time_s, off, width_s), packets(run.time_s, off)
+    for channel, about, force, values in _terms(fed, read):
+        t = (fed if force else read).t
+        made = [("window", bins(t), 1, None)]
+        if about != "latency":
+            made.append(("event", short.functions(t), 1, short))
+        if about in ("force", "reading"):
+            made.append(("event", swinging.functions(t), 2, swinging))
+        for kind, functions, each, found in made:
+            if functions.size:
+                columns = tuple(values[:, None] * functions if i == k else None for i in range(len(moved)))
+                yield Piece(kind, channel, about, force, columns, each, edges, events=found)
 
 
-def _lines(about: str, channel: str, force: bool, rad_s: np.ndarray, stamps: list[np.ndarray]) -> Piece:
+def _terms(fed: Motion, read: Motion) -> Iterator[tuple[str, str, bool, np.ndarray]]:
+    """What may be off for a while: channel, words, whether it is a force, and its course [m/s2, m or m/s]."""
+    yield HULL, "force", True, np.ones(fed.t.size)
+    for term, values in fed.terms.items():
+        yield HULL if term == "drag" else ACTUATOR, term, True, values
+    yield SENSOR, "reading", False, np.ones(read.t.size)
+    yield SENSOR, "latency", False, read.u
+
+
+def _lines(about: str, channel: str, force: bool, lines: Lines, stamps: list[np.ndarray]) -> Piece:
     """Sines and cosines of time, of a phase of its own in every run."""
-    waves = tuple(_waves(np.outer(t - t[0], rad_s)) for t in stamps)
-    return Piece("line", channel, about, force, waves, 2, frequencies=rad_s)
-
-
-def _waves(phase: np.ndarray) -> np.ndarray:
-    """Sine and cosine of every column of phases, side by side, shape (I, 2 K)."""
-    out = np.empty((*phase.shape, 2))
-    np.sin(phase, out=out[:, :, 0])
-    np.cos(phase, out=out[:, :, 1])
-    return out.reshape(phase.shape[0], -1)
-
-
-def _loudest(fit: Fitted) -> np.ndarray:
-    """Frequencies above the scanned at which all innovations are loudest [rad/s], shape (QUICK,) or less."""
-    runs = []
-    for k, run in enumerate(fit.problem.runs):
-        own, off = _judging(fit, k)
-        runs.append((run.time_s[own], off[own]))
-    step = max(float(np.median(np.diff(t))) for t, _ in runs)
-    longest = max(float(np.ptp(t)) for t, _ in runs)
-    size = 2 * int(2 ** np.ceil(np.log2(max(longest / step, 2.0))))
-    power = np.zeros(size // 2 + 1)
-    for t, e in runs:
-        even = np.interp(np.arange(t[0], t[-1], step), t, e)
-        power += np.abs(np.fft.rfft(even, size)) ** 2
-    rad_s = 2.0 * np.pi * np.fft.rfftfreq(size, step)
-    inner = power[1:-1]
-    peak = (inner >= power[:-2]) & (inner > power[2:]) & (rad_s[1:-1] > SCANNED_RAD_S[-1])
-    peaks = 1 + np.flatnonzero(peak)
-    return rad_s[peaks[np.argsort(-power[peaks])][:QUICK]]
-
-
-def _judging(fit: Fitted, k: int) -> tuple[np.ndarray, np.ndarray]:
-    """By which measurements the readings of a run are judged, range before position before speed; all innovations.
-
-    These over their deviations; shapes (M,).
-    """
-    run, f = fit.problem.runs[k], fit.filtered[k]
-    return run.kind == np.min(run.kind), f.innovation / np.sqrt(f.variance)
+    columns = tuple(waves(np.outer(t - t[0], lines.rad_s)) for t in stamps)
+    return Piece("line", channel, about, force, columns, 2, lines=lines)
 
 
 def _shares(values: list[np.ndarray]) -> list[np.ndarray]:

@@ -34,7 +34,6 @@ BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts 
 MOST = 12  # groups found at most; for the time it takes
 KINDS = ("function", "run", "window", "event", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
-LENGTHS = (1, 2, 3, 4, 6, 8, 12, 16, 24)  # of windows, in bins
 
 
 @dataclass(frozen=True)
@@ -321,8 +320,11 @@ class _Pursuit:
         A, b = self._left(i)
         gains, sizes = evidence(A, b, np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0))
 
+        looked = piece.events.looked if piece.events else gains.size
         if piece.events:
             gains = np.minimum(gains, evidence(*_alone(piece.events.lean))[0])
+        if piece.lines:
+            gains, looked = gains + piece.lines.log_share, 1
 
         def group(j: int) -> _Group:
             pick = np.zeros((piece.each, self._own(i, runs[0]).shape[1]))
@@ -331,11 +333,12 @@ class _Pursuit:
                 return _Group("window", piece, ((runs[0], pick),), (runs[0], *piece.events.spans[j]))
             if piece.kind == "function":
                 return _Group("function", piece, tuple((k, pick) for k in runs))
+            assert piece.lines
             apart = np.eye(len(runs))
             combine = tuple((k, np.kron(apart[n][:, None], pick)) for n, k in enumerate(runs))
-            return _Group("line", piece, combine, frequency=float(piece.frequencies[j]))
+            return _Group("line", piece, combine, frequency=float(piece.lines.rad_s[j]))
 
-        return _Tried(gains, sizes, group, piece.events.looked if piece.events else gains.size)
+        return _Tried(gains, sizes, group, looked)
 
     def _windows(self, i: int) -> _Tried:
         """All windows of a term in one run."""
@@ -350,8 +353,10 @@ class _Pursuit:
         def group(j: int) -> _Group:
             pick = np.zeros((1, b[0].size))
             pick[0, lo[j] : hi[j]] = 1.0
-            window = k, float(piece.edges[lo[j]]), float(piece.edges[hi[j]])
-            return _Group("window", piece, ((k, pick),), window)
+            first, last = int(lo[j]), int(hi[j])
+            if first == 0 and piece.about != "force":  # own parameters take up what is always off: told from its change
+                first, last = last, b[0].size
+            return _Group("window", piece, ((k, pick),), (k, float(piece.edges[first]), float(piece.edges[last])))
 
         return _Tried(gains, sizes, group, gains.size)
 
@@ -480,9 +485,9 @@ def solve(
 
 @cache
 def spans(count: int) -> np.ndarray:
-    """First and last bin of all windows over `count` bins, shape (W, 2)."""
-    found = [(j, j + n) for n in LENGTHS if n < count for j in range(count - n + 1)]
-    return np.array(found, dtype=int).reshape(-1, 2)
+    """First and last bin of all windows over `count` bins but the whole, shape (W, 2)."""
+    found = np.column_stack(np.triu_indices(count + 1, 1))
+    return found[found[:, 1] - found[:, 0] < count]
 
 
 def _inside(products: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:

@@ -121,7 +121,7 @@ def _distinct(ranked: list[tuple[Refitted, Left, float]]) -> list[tuple[Refitted
 def _weighed(setting: Setting, fit: Fitted, tables: Sequence[Table]) -> tuple[Setting, Fitted, list[Refitted]]:
     """The promising formulas fitted, at the noise that is left once a law is known."""
     found = _tried(setting, fit, tables)
-    noise = noise_at(found[0].fit.problem, found[0].fit.optimum.theta)
+    noise = noise_at(found[0].fit.problem, found[0].fit.optimum.theta, setting.usual)
     if noise.sigma < QUIETER * setting.noise.sigma:
         setting = setting.with_noise(noise)
         fit = evaluate(setting, fit.hypothesis, [fit.start()])

@@ -1,0 +1,66 @@
+"""Lines: the frequencies at which the innovations of a fit are loudest, as finely as the recordings tell them apart.
+
+A periodogram of all runs together names candidates, whatever the length of the recordings; the exact evidence is left
+to those who ask. Bretthorst, Bayesian Spectrum Analysis and Parameter Estimation (1988), ch. 2: the periodogram as
+what is enough to know of a single frequency.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .evidence import Fitted
+
+LINES = 24  # frequencies that are looked at; a choice
+FINER = 4  # points of the periodogram to what the longest run resolves, so that no line falls between two
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Frequencies, the loudest first.
+
+    Attributes:
+        rad_s: frequencies [rad/s], shape (L,).
+        log_share: log probability beforehand of each among all that the recordings tell apart, shape (L,): no octave is
+            likelier than another.
+    """
+
+    rad_s: np.ndarray
+    log_share: np.ndarray
+
+    def within(self, low: float, high: float) -> Lines:
+        """Those from low to high [rad/s]."""
+        inside = (self.rad_s >= low) & (self.rad_s <= high)
+        return Lines(self.rad_s[inside], self.log_share[inside])
+
+
+def judging(fit: Fitted, k: int) -> tuple[np.ndarray, np.ndarray]:
+    """By which measurements the readings of run k are judged, range before position before speed; all innovations.
+
+    These over their deviations; shapes (M,).
+    """
+    run, f = fit.problem.runs[k], fit.filtered[k]
+    return run.kind == np.min(run.kind), f.innovation / np.sqrt(f.variance)
+
+
+def loudest(fit: Fitted) -> Lines:
+    """The loudest frequencies of all runs together, each with a phase of its own, from one period to a run upwards."""
+    runs = []
+    for k, run in enumerate(fit.problem.runs):
+        own, off = judging(fit, k)
+        counts = own & fit.problem.used(k)
+        runs.append((run.time_s[counts], off[counts]))
+    runs = [(t, e) for t, e in runs if t.size > 1]
+    step = max((float(np.median(np.diff(t))) for t, _ in runs), default=1.0)
+    size = max((int(np.ptp(t) / step) + 1 for t, _ in runs), default=1)
+    power = np.zeros(FINER * size // 2 + 1)
+    for t, e in runs:
+        power += np.abs(np.fft.rfft(np.interp(np.arange(t[0], t[-1], step), t, e), FINER * size)) ** 2
+    peak = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
+    peak = peak[peak >= FINER]
+    peak = peak[np.argsort(-power[peak])][:LINES]
+    periods = peak / FINER  # in the longest run
+    all_told = np.sum(1.0 / np.arange(1, max(size // 2, 1) + 1))
+    return Lines(2.0 * np.pi * periods / (size * step), -np.log(periods * all_told))
