@@ -125,7 +125,7 @@ def _local(k: int, moved: list[tuple[Motion, Motion]], fit: Fitted) -> Iterator[
     short, swinging = events(run.time_s, off, width_s), packets(run.time_s, off)
     for channel, about, force, values in _terms(fed, read):
         t = (fed if force else read).t
-        made = [("window", bins(t), 1, None)]
+        made: list[tuple[str, np.ndarray, int, Events | None]] = [("window", bins(t), 1, None)]
         if about != "latency":
             made.append(("event", short.functions(t), 1, short))
         if about in ("force", "reading"):

@@ -140,17 +140,18 @@ def spikes_of(model: Model) -> list[NDArray[np.bool_]]:
 
 
 def free_errors(
-    model: Model, spikes: Sequence[NDArray[np.bool_]], found: Sequence[Filtered] | None = None,
+    model: Model, spikes: Sequence[NDArray[np.bool_]] | None = None, found: Sequence[Filtered] | None = None,
     folds: Sequence[NDArray[np.int64]] | None = None, vectors: Sequence[Array] | None = None,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Sums of squared errors of free simulation through stretches, and counts, by stretch and column, (R, C).
 
-    spikes: readings that count for no model. folds: part of every measurement, and the parameters for it; by default
+    spikes: readings that count for no model (default: none). folds: part of every measurement, and the parameters for it; by default
     the model's own for all.
     """
     fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
     found = found or fit.filter(model.vector())
     folds = folds or [np.zeros(run.time_s.size, dtype=np.int64) for run in fit.runs]
+    spikes = spikes or [np.zeros(run.time_s.size, dtype=bool) for run in fit.runs]
     vectors, sums, counts = vectors or [model.vector()], [], []
     for run, f, fold, spike in zip(fit.runs, found, folds, spikes, strict=True):
         stretch = _stretches(run.time_s - run.late)
