@@ -145,8 +145,8 @@ def free_errors(
 ) -> tuple[Array, Array]:  # fmt: skip
     """Sums of squared errors of free simulation through stretches, and counts, by stretch and column, (R, C).
 
-    spikes: readings that count for no model (default: none). folds: part of every measurement, and the parameters for it; by default
-    the model's own for all.
+    spikes: readings that count for no model (default: none). folds: part of every measurement, and the parameters for
+    it; by default the model's own for all.
     """
     fit, columns = model.fit, len(model.fit.runs[0].layout.columns)
     found = found or fit.filter(model.vector())
