@@ -102,8 +102,12 @@ class WholeFindings:
             (name, number(value, 4), number(sd, 2), f"{100.0 * prior / value:.3g}", f"{100.0 * sd / value:.3g}")
             for name, value, prior, sd in self.own
         )
-        header = ("parameter", "file", "bound", "prior %", "bound %")
-        bounds = Table(header, rows, name="bounds", title="Cramer-Rao bounds beside the priors [SI]")
+        bounds = Table(
+            ("parameter", "file", "bound", "prior %", "bound %"),
+            rows,
+            name="bounds",
+            title="Cramer-Rao bounds beside the priors [SI]",
+        )
         lines = tuple(
             (
                 e.name,
