@@ -92,13 +92,9 @@ class Foreseen:
             found[:, j] = np.sqrt(np.maximum(square, 0.0))
         return found
 
-    def bounds(self) -> Array:
-        """Cramer-Rao bounds of own parameters by these flights alone, (U,); infinite where they tell nothing."""
-        inner = self.gram[self.own, self.own]
-        size = np.sqrt(np.diag(inner))
-        values, vectors = np.linalg.eigh(inner / np.maximum(np.outer(size, size), 1e-300))
-        told = np.sum(vectors**2 / np.maximum(values, 1e-12), axis=1)
-        return np.asarray(np.where(size > 0.0, np.sqrt(told) / np.maximum(size, 1e-300), np.inf))
+    def bounds(self, known: Array) -> Array:
+        """Deviations of own parameters, (U,), by Cramer and Rao, beside what is known of them: information, (U, U)."""
+        return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.gram[self.own, self.own] + known))))
 
 
 def _taken(inner: Array, pull: Array, low: Array, high: Array) -> Array:
@@ -174,10 +170,13 @@ def possible(
     return [Hypothesis("parameters", 0.5, {}, (), prior), *effects_at]
 
 
-def own_numbers(vehicle: Vehicle, flights: Sequence[Run]) -> dict[str, float]:
-    """Own parameters by place that are free, in the order of the information about them, with the file's values."""
+def own_numbers(vehicle: Vehicle, flights: Sequence[Run]) -> dict[str, tuple[float, float]]:
+    """Own parameters that are free, with the file's values and what these are trusted to: deviations of the prior.
+
+    In the order of the information about them.
+    """
     layout, seen, _ = record(flights, vehicle)
-    return {unknown.name: float(np.mean(unknown.base)) for unknown in own_unknowns(layout, seen[0].asked)}
+    return {u.name: (float(np.mean(u.base)), u.scale) for u in own_unknowns(layout, seen[0].asked)}
 
 
 def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Iterable[str] | None = None) -> list[Placed]:

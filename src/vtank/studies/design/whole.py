@@ -1,7 +1,8 @@
 """What a plan of experiments with a whole vehicle can tell: own parameters by axis, and effects at places.
 
-The nominal flies the plan; bounds are Cramer-Rao's, of all own parameters together, and effects are set apart as the
-diagnosis does it: own parameters and the rival's numbers adapted within their priors.
+The nominal flies the plan; bounds are Cramer-Rao's, of all own parameters together and beside their priors, without
+which thrust, mass and drag of one axis go together; effects are set apart as the diagnosis does it, own parameters and
+the rival's numbers adapted within their priors.
 """
 
 from __future__ import annotations
@@ -54,11 +55,14 @@ class Seen:
 
 @dataclass(frozen=True)
 class WholeFindings:
-    """What was looked at: the runs, own parameters with the file's value and the bound, and effects."""
+    """What was looked at: the runs, own parameters with the file's value, its prior's deviation and bound, and effects.
+
+    own: name, value, prior, bound, SI.
+    """
 
     vehicle: str
     runs: tuple[Run, ...]
-    own: tuple[tuple[str, float, float], ...]
+    own: tuple[tuple[str, float, float, float], ...]
     effects: tuple[Seen, ...]
 
     @property
@@ -68,8 +72,8 @@ class WholeFindings:
 
     def sentences(self) -> list[str]:
         """Verdicts in plain words."""
-        told = [f"{name} to {100.0 * sd / value:.2g} %" for name, value, sd in self.own if sd < TOLD * value]
-        badly = [name for name, value, sd in self.own if sd >= TOLD * value]
+        told = [f"{name} to {100.0 * sd / value:.2g} %" for name, value, _, sd in self.own if sd < TOLD * value]
+        badly = [name for name, value, _, sd in self.own if sd >= TOLD * value]
         by = {kind: [e.name for e in self.effects if e.standing == kind] for kind in ("too small", "absorbed")}
         tied = [f"{e.name} and {e.rival} ({e.apart:.1f})" for e in self.effects if e.standing == "tied"]
         some = [
@@ -95,9 +99,15 @@ class WholeFindings:
         """Bounds, and effects at places: all of them, or those that are not clearly seen and apart."""
         clear = [] if every else self._clear
         rows = tuple(
-            (name, number(value, 4), number(sd, 2), f"{100.0 * sd / value:.3g}") for name, value, sd in self.own
+            (name, number(value, 4), number(sd, 2), f"{100.0 * prior / value:.3g}", f"{100.0 * sd / value:.3g}")
+            for name, value, prior, sd in self.own
         )
-        bounds = Table(("parameter", "file", "bound", "bound %"), rows, name="bounds", title="Cramer-Rao bounds [SI]")
+        bounds = Table(
+            ("parameter", "file", "bound", "prior %", "bound %"),
+            rows,
+            name="bounds",
+            title="Cramer-Rao bounds beside the priors [SI]",
+        )
         lines = tuple(
             (
                 e.name,
@@ -121,7 +131,7 @@ class WholeFindings:
 
     def document(self) -> dict[str, Any]:
         """As plain data."""
-        own = [{"name": name, "value": value, "bound": sd} for name, value, sd in self.own]
+        own = [{"name": name, "value": value, "prior": prior, "bound": sd} for name, value, prior, sd in self.own]
         known = [vars(e) | {"apart": e.apart if np.isfinite(e.apart) else None} for e in self.effects]
         effects = [said | {"standing": e.standing} for said, e in zip(known, self.effects, strict=True)]
         return {"vehicle": self.vehicle, "runs": [run.name for run in self.runs], "minutes": self.minutes,
@@ -149,7 +159,8 @@ def examine_whole(
     hypotheses = possible(vehicle, runs, share=USUAL)
     both = reduce(add, foreseen(vehicle, runs, hypotheses))
     numbers = own_numbers(vehicle, runs)
-    own = tuple((name, value, float(sd)) for (name, value), sd in zip(numbers.items(), both.bounds(), strict=True))
+    bounds = both.bounds(np.diag([prior**-2.0 for _, prior in numbers.values()]))
+    own = tuple((name, *known, float(sd)) for (name, known), sd in zip(numbers.items(), bounds, strict=True))
     return WholeFindings(vehicle.name, runs, own, tuple(_seen(both, hypotheses)))
 
 
