@@ -21,6 +21,7 @@ from .budget import Budget, budget
 from .foreign import explained
 from .judged import judged
 from .laws.found import Law, laws
+from .likeness import Likeness
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .noise_floor import plausible
@@ -69,6 +70,7 @@ class Diagnosis:
         by_default: whether nobody chose it.
         mass_kg: moving mass of the vehicle, where it is known.
         considered: effects that alone were considered; all of the catalogue where empty.
+        against: how like a simulator the nominal is that was fitted to its runs; None where the nominal was given.
         progress: told in a few words what is being worked out.
     """
 
@@ -83,6 +85,7 @@ class Diagnosis:
     by_default: bool = False
     mass_kg: float | None = None
     considered: tuple[str, ...] = ()
+    against: Likeness | None = None
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -180,6 +183,7 @@ class Diagnosis:
             "considered": list(self.considered),
             "baselines": baselines(self.selection),
             "seed": self.seed,
+            **({"against": self.against.document} if self.against else {}),
         }
 
 

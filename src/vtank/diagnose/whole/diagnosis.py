@@ -59,7 +59,7 @@ class WholeDiagnosis:
     verdict: Verdict
     budget: Budget = field(repr=False)
     notes: tuple[str, ...] = ()
-    against: Plant | None = field(default=None, repr=False)
+    plant: Plant | None = field(default=None, repr=False)
 
     @property
     def probabilities(self) -> dict[str, float]:
@@ -70,6 +70,12 @@ class WholeDiagnosis:
     def where(self) -> dict[str, float]:
         """Probability of each place: an axis, a thruster, an instrument, the vehicle."""
         return places_of(self.selection)
+
+    @property
+    def nominal(self) -> str:
+        """The simulator's name."""
+        like = self.plant and self.plant.likeness
+        return f"{self.vehicle.name} as fitted to {like.folder}" if like else self.vehicle.name
 
     @property
     def document(self) -> dict[str, Any]:
@@ -85,7 +91,7 @@ class WholeDiagnosis:
             "doubt": self.verdict.doubt,
         }  # fmt: skip
         return {
-            "schema": "vtank.diagnosis/2", "nominal": self.vehicle.name, "axes": asked,
+            "schema": "vtank.diagnosis/2", "nominal": self.nominal, "axes": asked,
             "runs": [run.name for run in selection.runs], "verdict": verdict, "probabilities": shown,
             "where": self.where, "effects": [_effect(best, placed) for placed in best.effects],
             "parameters": _own(selection), "budget": [line.document() for line in self.budget.lines],
@@ -96,6 +102,7 @@ class WholeDiagnosis:
             "unexplained": {"share": self.budget.left,
                             "blocks": {block.place: block.gain for block in selection.blocks}},
             "notes": list(self.notes),
+            **({"against": self.plant.likeness.document} if self.plant and self.plant.likeness else {}),
         }  # fmt: skip
 
 
@@ -173,17 +180,20 @@ def _channel(selection: Selection, place: str) -> str | None:
 
 def diagnose(
     runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None = None, effects: Sequence[str] | None = None,
-    progress: Callable[[str], None] | None = None, against: Sequence[Run] = (),
+    progress: Callable[[str], None] | None = None, against: Sequence[Run] | None = None, folder: str = "",
 ) -> WholeDiagnosis:  # fmt: skip
     """Where recordings of a whole vehicle and its simulator part, and which effect at which place causes it.
 
     runs: of the columns of a whole vehicle. vehicle: the nominal. axes: that are asked about (default: all that
     something tells of); the others are known motion where they were measured. effects: names, or names at places, to
-    consider (default: all). against: runs of a simulator that takes the vehicle's place as the nominal (`plant_of`).
-    InputError where nothing drives the vehicle, too little was measured, or no plant is like that simulator.
+    consider (default: all). against: runs of a simulator, in a folder, that takes the vehicle's place as the nominal
+    (`plant_of`). InputError where nothing drives the vehicle, too little was measured, or no plant is like that
+    simulator.
     """
     kept, said = telling(runs)
-    plant = plant_of(against, kept, vehicle, axes, progress or (lambda text: None)) if against else None
+    plant = None
+    if against is not None:
+        plant = plant_of(against, kept, vehicle, axes, folder, progress or (lambda text: None))
     layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
     selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:
