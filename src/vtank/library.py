@@ -145,10 +145,10 @@ def diagnose(
     else:
         plant = plant_of(simulated, seen, nominal, folder, progress)
         compared = plant.nominal
-    found = diagnosis.diagnose(seen, compared.p, seed, effects, progress)
+    found = diagnosis.diagnose(seen, compared.p, seed, effects, progress, plant.likeness if plant else None)
     known = {field.name: getattr(found, field.name) for field in fields(found)}
     named = {"nominal": compared.name, "by_default": nominal is None and plant is None, "mass_kg": compared.mass_kg}
-    return Diagnosis(**known | named | {"against": plant.likeness if plant else None})
+    return Diagnosis(**known | named)
 
 
 def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:

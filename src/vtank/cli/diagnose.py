@@ -25,8 +25,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     )  # fmt: skip
     parser.add_argument(
         "--against", type=Path, metavar="FOLDER",
-        help="runs that your own simulator has flown, of any make, in the same columns: a model is fitted to them and is "
-        "the simulator to be explained; of a whole vehicle --nominal gives its layout and first guesses",
+        help="runs that your own simulator has flown, of any make, in the same columns: a plant is fitted to them and "
+        "stands for it; of a whole vehicle --nominal gives layout and first guesses",
     )  # fmt: skip
     parser.add_argument(
         "--json", type=Path, metavar="OUT", help="write the findings as JSON (schema vtank.diagnosis/2)"

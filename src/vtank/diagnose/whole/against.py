@@ -50,7 +50,6 @@ class Plant:
         inputs: column of each thruster's input, whose curve, lag and delay were found.
         sigma: disturbance that stands for what the plant misses of each axis [m/s2, rad/s2], (6,).
         mimicry: log evidence that effects find in the simulator's own runs, by EFFECT@PLACE or unknown@PLACE.
-        likeness: of the plant to the simulator.
     """
 
     vehicle: Vehicle
@@ -60,7 +59,6 @@ class Plant:
     inputs: Mapping[str, str]
     sigma: Array
     mimicry: Mapping[str, float] = field(default_factory=dict)
-    likeness: Likeness | None = None
 
     def record(self, runs: Sequence[Run]) -> tuple[Layout, tuple[Recorded, ...], tuple[str, ...]]:
         """Layout and runs with the plant as their nominal; as `rigid.record`."""
@@ -84,8 +82,8 @@ def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[La
 def plant_of(
     simulated: Sequence[Run], recorded: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None, folder: str,
     say: Callable[[str], None],
-) -> Plant:  # fmt: skip
-    """The plant of a simulator's runs, to diagnose recordings against; InputError where it is too unlike them.
+) -> tuple[Plant, Likeness]:  # fmt: skip
+    """The plant of a simulator's runs, and how like it is; InputError where that is not enough to say anything.
 
     vehicle: layout and first guesses. axes: as of `diagnose`; by default those of which both tell. folder: of the runs.
     """
@@ -105,7 +103,7 @@ def plant_of(
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
     found = {name.replace(SIMULATED, ""): gain for name, gain in mimicry(own, fit).items()}
-    return replace(plant, mimicry=found, likeness=like.checked())
+    return replace(plant, mimicry=found), like.checked()
 
 
 def _fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple[Model, list[Bend]]:

@@ -13,8 +13,9 @@ from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.layout import AXES
 from ...rigid.places import Placed
-from ...rigid.recorded import record
+from ...rigid.recorded import channel, record
 from ..given import telling
+from ..likeness import Likeness, doubted
 from .against import Plant, plant_of
 from .budget import REPEATS, Budget, budget
 from .model import Model
@@ -59,6 +60,7 @@ class WholeDiagnosis:
     verdict: Verdict
     budget: Budget = field(repr=False)
     notes: tuple[str, ...] = ()
+    against: Likeness | None = field(default=None, repr=False)
     plant: Plant | None = field(default=None, repr=False)
 
     @property
@@ -74,8 +76,7 @@ class WholeDiagnosis:
     @property
     def nominal(self) -> str:
         """The simulator's name."""
-        like = self.plant and self.plant.likeness
-        return f"{self.vehicle.name} as fitted to {like.folder}" if like else self.vehicle.name
+        return self.vehicle.name + (f" as fitted to {self.against.folder}" if self.against else "")
 
     @property
     def document(self) -> dict[str, Any]:
@@ -102,7 +103,7 @@ class WholeDiagnosis:
             "unexplained": {"share": self.budget.left,
                             "blocks": {block.place: block.gain for block in selection.blocks}},
             "notes": list(self.notes),
-            **({"against": self.plant.likeness.document} if self.plant and self.plant.likeness else {}),
+            **({"against": self.against.document} if self.against else {}),
         }  # fmt: skip
 
 
@@ -191,13 +192,17 @@ def diagnose(
     simulator.
     """
     kept, said = telling(runs)
-    plant = None
+    plant, like = None, None
     if against is not None:
-        plant = plant_of(against, kept, vehicle, axes, folder, progress or (lambda text: None))
+        plant, like = plant_of(against, kept, vehicle, axes, folder, progress or (lambda text: None))
     layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
     selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:
         progress("the gap budget")
     spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said, plant)
+    verdict = verdict_of(selection, spent)
+    if like:
+        like = like.beside({channel(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
+        verdict = doubted(verdict, like)
+    return WholeDiagnosis(vehicle, selection, verdict, spent, notes + said, like, plant)
