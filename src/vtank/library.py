@@ -109,6 +109,7 @@ def diagnose(
     effects: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
     axes: Sequence[str] | None = None,
+    against: Path | str | Iterable[Run] | None = None,
 ) -> Diagnosis | WholeDiagnosis:
     """Where runs and a nominal simulator part, which effect causes it, and how far the gap shrinks once it is added.
 
@@ -118,24 +119,35 @@ def diagnose(
     effects: to consider (default: the whole catalogue); of a whole vehicle by name, or by name and place.
     axes: of a whole vehicle, that are asked about (default: all that something tells of).
     seed: of the simulated new data. progress: told in a few words what is being done.
-    InputError where runs do not go together, hold too little, or tell no parameters apart.
+    against: runs that a simulator of any make has flown, or their folder: a plant that is fitted to them is the
+    nominal; of a whole vehicle, whose file gives layout and first guesses, or of one axis, with no other nominal.
+    InputError where runs do not go together, hold too little, or tell no parameters apart, and where the plant is too
+    unlike the simulator.
     """
     from .diagnose import diagnosis
+    from .diagnose.against import plant_of
     from .diagnose.given import nominal_of, observed, vehicle_of
     from .diagnosed import Diagnosis, WholeDiagnosis
 
-    runs = tuple(runs)
+    runs, folder = tuple(runs), str(against) if isinstance(against, str | Path) else "the runs given"
+    simulated = None if against is None else load(against) if isinstance(against, str | Path) else tuple(against)
+    if simulated == ():
+        raise InputError("against: no runs of a simulator; expected at least one")
     vehicle = vehicle_of(nominal, runs, axes)
     if vehicle is not None:
         from .diagnose.whole import diagnose as diagnose_whole
 
-        whole = diagnose_whole(runs, vehicle, axes, effects, progress)
+        whole = diagnose_whole(runs, vehicle, axes, effects, progress, simulated, folder)
         return WholeDiagnosis(**{field.name: getattr(whole, field.name) for field in fields(whole)})
-    seen = observed(runs)
-    against = nominal_of(NOMINAL if nominal is None else nominal, seen[0])
-    found = diagnosis.diagnose(seen, against.p, seed, effects, progress)
+    seen, plant = observed(runs), None
+    if simulated is None:
+        compared = nominal_of(NOMINAL if nominal is None else nominal, seen[0])
+    else:
+        plant = plant_of(simulated, seen, nominal, folder, progress)
+        compared = plant.nominal
+    found = diagnosis.diagnose(seen, compared.p, seed, effects, progress, plant.likeness if plant else None)
     known = {field.name: getattr(found, field.name) for field in fields(found)}
-    named = {"nominal": against.name, "by_default": nominal is None, "mass_kg": against.mass_kg}
+    named = {"nominal": compared.name, "by_default": nominal is None and plant is None, "mass_kg": compared.mass_kg}
     return Diagnosis(**known | named)
 
 

@@ -24,6 +24,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "the others enter as known motion where they were measured",
     )  # fmt: skip
     parser.add_argument(
+        "--against", type=Path, metavar="FOLDER",
+        help="runs that your own simulator has flown, of any make, in the same columns: a plant is fitted to them and "
+        "stands for it; of a whole vehicle --nominal gives layout and first guesses",
+    )  # fmt: skip
+    parser.add_argument(
         "--json", type=Path, metavar="OUT", help="write the findings as JSON (schema vtank.diagnosis/2)"
     )
     parser.add_argument("--report", type=Path, metavar="OUT.html", help="write the report, one HTML file")
@@ -45,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args.json, args.report, args.model)
     runs = load(args.dataset)
     with progress() as say:
-        found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes)
+        found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)
         text = str(found)
         found.write(args.json, args.model, args.report, args.law)
     print(text, end="")

@@ -21,6 +21,7 @@ from .budget import Budget, budget
 from .foreign import explained
 from .judged import judged
 from .laws.found import Law, laws
+from .likeness import Likeness, doubted
 from .localise.where import WhereData, locate
 from .next_experiment import next_experiment
 from .noise_floor import plausible
@@ -69,6 +70,7 @@ class Diagnosis:
         by_default: whether nobody chose it.
         mass_kg: moving mass of the vehicle, where it is known.
         considered: effects that alone were considered; all of the catalogue where empty.
+        against: how like a simulator the nominal is that was fitted to its runs; None where the nominal was given.
         progress: told in a few words what is being worked out.
     """
 
@@ -83,6 +85,7 @@ class Diagnosis:
     by_default: bool = False
     mass_kg: float | None = None
     considered: tuple[str, ...] = ()
+    against: Likeness | None = None
 
     def __repr__(self) -> str:
         """The verdict, its probability and the runs."""
@@ -180,6 +183,7 @@ class Diagnosis:
             "considered": list(self.considered),
             "baselines": baselines(self.selection),
             "seed": self.seed,
+            **({"against": self.against.document} if self.against else {}),
         }
 
 
@@ -189,11 +193,13 @@ def diagnose(
     seed: int = 0,
     names: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
+    against: Likeness | None = None,
 ) -> Diagnosis:
     """Diagnose the gap between runs and a nominal parameter vector, shape (P,).
 
     nominal: None for foreign vehicles, whose nominal is the recording's own refit of Model I.
-    names: effects to consider, by default the whole catalogue. InputError where the runs tell no parameters apart.
+    names: effects to consider, by default the whole catalogue. against: how like a simulator the nominal is that was
+    fitted to its runs. InputError where the runs tell no parameters apart.
     """
     say = progress or (lambda text: None)
     with told_apart(runs, "simulator's"):
@@ -210,9 +216,14 @@ def diagnose(
         parts = left_out(selection, verdict)
         shares = budget(selection, verdict, seed, parts)
         verdict = judged(verdict, shares, selection.setting)
+        if against:
+            noise = float(np.sqrt(max(shares.share("noise"), 0.0)))
+            against = against.beside(dict.fromkeys(against.columns, (shares.nominal, noise * shares.nominal)))
+            verdict = doubted(verdict, against)
         name = "none" if nominal is None else Diagnosis.nominal
         chosen = tuple(names or ())
-        found = Diagnosis(selection, chances, verdict, parts, shares, seed, progress, name, considered=chosen)
+        found = Diagnosis(selection, chances, verdict, parts, shares, seed, progress, name, considered=chosen,
+                          against=against)  # fmt: skip
     for text in found.failures():
         warnings.warn(text, stacklevel=2)
     return found

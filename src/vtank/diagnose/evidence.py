@@ -179,11 +179,11 @@ def _effect_prior(
         top = largest_input(problem.runs)
         return 0.7 * top, 0.3 * top
     off, on, moderate = theta.copy(), theta.copy(), typical(parameter, problem.runs)
-    off[i] = parameter.null
-    if abs(theta[i] - parameter.null) < abs(moderate - parameter.null):
-        on[i] = moderate
-    change = _simulated_change(problem, off, on) / abs(on[i] - parameter.null)
-    return parameter.null, max(setting.gap / max(change, 1e-12), 1e-9)
+    mean = off[i] = float(setting.nominal[slot(problem.free[i])])  # the null, but of an effect that the nominal has
+    if abs(theta[i] - mean) < abs(moderate - parameter.null):
+        on[i] = mean + moderate - parameter.null
+    change = _simulated_change(problem, off, on) / abs(on[i] - mean)
+    return mean, max(setting.gap / max(change, 1e-12), 1e-9)
 
 
 def _simulated_change(problem: Problem, a: np.ndarray, b: np.ndarray) -> float:

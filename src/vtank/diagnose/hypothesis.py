@@ -65,8 +65,8 @@ def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
 def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[str] | None = None) -> list[Effect]:
     """Effects of the catalogue that could matter here and can be seen at all.
 
-    Left out are effects the nominal already has, those absorbed by refitted parameters, the second of two that are the
-    same, and those that need something that was not recorded.
+    Left out are effects that are among the nominal's own parameters, those absorbed by these, the second of two that
+    are the same, and those that need something that was not recorded. What else the nominal has may be of another size.
     """
     there: dict[Need, bool] = {
         "sonar": any(np.any(run.kind == RANGE) for run in runs),
@@ -74,7 +74,7 @@ def candidates(nominal: np.ndarray, runs: Sequence[Observed], names: Sequence[st
         "propeller": runs[0].input_name != "thrust_N",
     }
     seen = {e.name for e in CATALOGUE if e.standing != "absorbed" and all(there[need] for need in e.needs)}
-    able = seen - {effect.name for effect in switched_on(nominal)}
+    able = seen - {effect.name for effect in switched_on(nominal) if {*nuisance(nominal)} & {*effect.slots()}}
     chosen = CATALOGUE if names is None else [BY_NAME[name] for name in names]
     return [effect for effect in chosen if effect.name in able and effect.same_as not in seen]
 

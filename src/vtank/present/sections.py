@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..diagnose.localise.where import WhereData
-from . import pictures, pictures_budget, pictures_where, words, words_budget
+from . import likeness, pictures, pictures_budget, pictures_where, words, words_budget
 from .blocks import Bars, Block, Drawing, Heading, Paragraph, Table, Terms
 from .words import WORDS, Document
 
@@ -17,7 +17,7 @@ def sections(document: Document, data: WhereData) -> Iterator[Block]:
     """The whole report."""
     for section in (opening, budget, how_far, runs, where, over_time, over_frequency, over_motion):
         yield from section(document, data)
-    for rest in (which, estimates, laws, what_next):
+    for rest in (which, estimates, laws, simulator, what_next):
         yield from rest(document)
 
 
@@ -186,6 +186,13 @@ def laws(document: Document) -> Iterator[Block]:
     if told := [*words_budget.laws(document)]:
         yield Heading("The missing law")
         yield from map(Paragraph, told)
+
+
+def simulator(document: Document) -> Iterator[Block]:
+    """The plant that stands for another's simulator."""
+    if "against" in document:
+        yield Heading("The simulator")
+        yield from likeness.tables(document)
 
 
 def what_next(document: Document) -> Iterator[Block]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from . import words, words_budget
+from . import likeness, words, words_budget
 from .blocks import Bars, Heading, Paragraph, Table, Terms
 from .document import plain
 from .words import Document
@@ -18,6 +18,7 @@ def terminal_text(document: Document, width: int = 100) -> str:
     verdict = plain(Heading(words.headline(document), 1), Paragraph(" ".join(words.explanation(document))), width=width)
     place = f"{words.channel(document)} {words.runs(document)} {words.time(document)}"
     told = Terms((
+        *([("Likeness", paragraphs(likeness.sentence(document)))] if "against" in document else []),
         *([("Budget", paragraphs(*shares))] if (shares := words_budget.budget(document)) else []),
         ("Where", paragraphs(place, words.frequency(document), words.region(document))),
         ("Which", (leading(document), *paragraphs(*sizes(document), *own(document)))),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from . import likeness
 from .blocks import Bars, Block, Details, Drawing, Heading, Paragraph, Table, Terms
 from .document import html, plain
 from .numbers import number, percent
@@ -16,7 +17,8 @@ if TYPE_CHECKING:
 Document = dict[str, Any]
 MOST = 6  # probabilities that are shown
 DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better",
-          "disturbance": "the disturbance that is left is too large for turbulence"}  # fmt: skip
+          "disturbance": "the disturbance that is left is too large for turbulence",
+          "likeness": "the fitted plant misses more of the simulator than the simulator of the recordings"}  # fmt: skip
 
 
 def terminal_text(document: Document, width: int) -> str:
@@ -43,6 +45,8 @@ def facts(document: Document) -> list[Block]:
                                 f"{', '.join(document['axes'])}"),)),
         ("Verdict", (Paragraph(sentence(document)),)),
     ]  # fmt: skip
+    if "against" in document:
+        items.insert(1, ("Likeness", (Paragraph(likeness.sentence(document)),)))
     if document["effects"]:
         items.append(("Sizes", (Table(("effect", "number", "value", "sd", "unit"), _sizes(document), left=2),)))
     chances = list(document["probabilities"].items())[:MOST]
@@ -106,7 +110,8 @@ def details(document: Document) -> list[Block]:
         for name, c in document["channels"].items()
     )
     return [
-        Table(("own parameter", "vehicle file", "found", "sd"), own, title="Own parameters"),
+        *(likeness.tables(document)[1:] if "against" in document else ()),
+        Table(("own parameter", "nominal", "found", "sd"), own, title="Own parameters"),
         Table(("column", "nominal", "refit", "diagnosed", "sensor noise"), columns,
               title="Root mean square error of simulation, each column in its unit"),
     ]  # fmt: skip

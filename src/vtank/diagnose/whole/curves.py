@@ -25,7 +25,7 @@ BEYOND = 3.0  # times the largest input up to which a curve is drawn; its correc
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """A correction of 1 N at the input `at` of thrusters of these names, which share a curve: as a curve, (FINE,)."""
+    """A correction of 1 N at the input `at` of the thrusters of these names, which share a curve; shapes (FINE,)."""
 
     names: tuple[str, ...]
     at: float

@@ -13,8 +13,9 @@ from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.layout import AXES
 from ...rigid.places import Placed
-from ...rigid.recorded import record
+from ...rigid.recorded import channel, record
 from ..given import telling
+from ..likeness import Likeness, doubted
 from .against import Plant, plant_of
 from .budget import Budget, budget
 from .model import Model
@@ -60,7 +61,8 @@ class WholeDiagnosis:
     verdict: Verdict
     budget: Budget = field(repr=False)
     notes: tuple[str, ...] = ()
-    against: Plant | None = field(default=None, repr=False)
+    against: Likeness | None = field(default=None, repr=False)
+    plant: Plant | None = field(default=None, repr=False)
 
     @property
     def probabilities(self) -> dict[str, float]:
@@ -71,6 +73,11 @@ class WholeDiagnosis:
     def where(self) -> dict[str, float]:
         """Probability of each place: an axis, a thruster, an instrument, the vehicle."""
         return places_of(self.selection)
+
+    @property
+    def nominal(self) -> str:
+        """The simulator's name."""
+        return self.vehicle.name + (f" as fitted to {self.against.folder}" if self.against else "")
 
     @property
     def document(self) -> dict[str, Any]:
@@ -86,7 +93,7 @@ class WholeDiagnosis:
             "doubt": self.verdict.doubt,
         }  # fmt: skip
         return {
-            "schema": "vtank.diagnosis/2", "nominal": self.vehicle.name, "axes": asked,
+            "schema": "vtank.diagnosis/2", "nominal": self.nominal, "axes": asked,
             "runs": [run.name for run in selection.runs], "verdict": verdict, "probabilities": shown,
             "where": self.where, "effects": [_effect(best, placed) for placed in best.effects],
             "parameters": _own(selection), "budget": [line.document() for line in self.budget.lines],
@@ -99,6 +106,7 @@ class WholeDiagnosis:
                             "goes_with": {block.place: list(block.goes_with) for block in selection.blocks
                                           if block.repeats}},
             "notes": list(self.notes),
+            **({"against": self.against.document} if self.against else {}),
         }  # fmt: skip
 
 
@@ -176,17 +184,20 @@ def _channel(selection: Selection, place: str) -> str | None:
 
 def diagnose(
     runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None = None, effects: Sequence[str] | None = None,
-    progress: Callable[[str], None] | None = None, against: Sequence[Run] = (),
+    progress: Callable[[str], None] | None = None, against: Sequence[Run] | None = None, folder: str = "",
 ) -> WholeDiagnosis:  # fmt: skip
     """Where recordings of a whole vehicle and its simulator part, and which effect at which place causes it.
 
     runs: of the columns of a whole vehicle. vehicle: the nominal. axes: that are asked about (default: all that
     something tells of); the others are known motion where they were measured. effects: names, or names at places, to
-    consider (default: all). against: runs of a simulator that takes the vehicle's place as the nominal (`plant_of`).
-    InputError where nothing drives the vehicle, too little was measured, or no plant is like that simulator.
+    consider (default: all). against: runs of a simulator, in a folder, that takes the vehicle's place as the nominal
+    (`plant_of`). InputError where nothing drives the vehicle, too little was measured, or no plant is like that
+    simulator.
     """
     kept, said = telling(runs)
-    plant = plant_of(against, kept, vehicle, axes, progress or (lambda text: None)) if against else None
+    plant, like = None, None
+    if against is not None:
+        plant, like = plant_of(against, kept, vehicle, axes, folder, progress or (lambda text: None))
     layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
     selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:
@@ -199,4 +210,8 @@ def diagnose(
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    return WholeDiagnosis(vehicle, selection, verdict_of(selection, spent), spent, notes + said, plant)
+    verdict = verdict_of(selection, spent)
+    if like:
+        like = like.beside({channel(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
+        verdict = doubted(verdict, like)
+    return WholeDiagnosis(vehicle, selection, verdict, spent, notes + said, like, plant)

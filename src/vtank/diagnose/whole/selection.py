@@ -63,7 +63,7 @@ def select(
 ) -> Selection:  # fmt: skip
     """Forward selection, with the noise level found anew beside every effect that is taken in.
 
-    mimicry: log evidence by EFFECT@PLACE, or unknown@PLACE, that is taken off what these find.
+    mimicry: log evidence by EFFECT@PLACE, or unknown@PLACE, which is taken off what is found there.
     """
     say = progress or (lambda text: None)
     say("noise of the recordings")
