@@ -6,8 +6,8 @@
 Forty open blind cases of all kinds (seed 24, drawn and flown anew, so that the generator is held as well), the paper's
 experiments and their identification, and, where the folder of recordings is given, the catamaran and the drive.
 Verdicts and data sets must be the same, probabilities and the log evidences of all that is not hopeless within 1e-3,
-estimates and errors within 1e-6 of their value, or, since an optimum is found to no more than that, 1e-3 of their standard
-deviation. Some minutes.
+estimates and errors within 1e-6 of their value, or, since an optimum is found to no more than that, 1e-3 of their
+standard deviation. Some minutes.
 """
 
 from __future__ import annotations
