@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ..facade import facade
 
 if TYPE_CHECKING:
-    from . import canvas, document, sections, svg, vehicle_picture, whole, words, words_budget
+    from . import canvas, document, pictures_budget, sections, svg, vehicle_picture, whole, words, words_budget
     from .blocks import Bars, Block, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
     from .identification import FEET, NAMES, UNITS, plain_names
     from .numbers import fixed, number

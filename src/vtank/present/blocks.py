@@ -43,10 +43,11 @@ class Table:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture by its path relative to the page, or as a data: address."""
+    """A picture by its path relative to the page, or as a data: address; a plot is never shown too small to be read."""
 
     path: str
     caption: str
+    plot: bool = True
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ def _markdown(block: Block) -> str:
             return f"**{literal(lead)}** {literal(text)}" if lead else OPENING.sub(r"\1\\", literal(text))
         case Film(path, caption):
             return f"[{literal(caption)}]({address(path)})"
-        case Picture(path, caption):
+        case Picture(path, caption, _):
             return f"![{literal(caption)}]({address(path)})\n\n*{literal(caption)}*"
         case Drawing(_, caption):
             return f"*{literal(caption)}*"

@@ -22,14 +22,14 @@ LEFT = 66.0  # [px] for the labels of the vertical axis
 TRACE, ERROR, PITCH = 120.0, 60.0, 262.0  # [px] height of a run's trace and of its error, and from run to run
 
 
-def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document) -> str:
+def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document, width: float = WIDTH) -> str:
     """A waterfall: the shares that own parameters, effects and the rest take off the gap, with their intervals."""
     ends = 100.0 * (1.0 - np.array([0.0, *accumulate(line["share"] for line in lines)]))
     spans = [[start - 100.0 * v for v in line["interval90"]] for start, line in zip(ends, lines, strict=False)]
     inside = [min(max(v, -20.0), 120.0) for span in spans for v in span]  # no interval squeezes the rest
     low, high = min(0.0, *ends, *inside), max(100.0, *ends, *inside)
     height = 62.0 + ROW * len(lines)
-    panel = Panel(Scale(low, high, NAMES, WIDTH - NUMBERS), Scale(len(lines), 0.0, height - 48.0, 10.0))
+    panel = Panel(Scale(low, high, NAMES, width - NUMBERS), Scale(len(lines), 0.0, height - 48.0, 10.0))
     panel.frame("share of the gap left [%]", x_ticks=8, y_ticks=0)
     said = []
     for k, line in enumerate(lines):
@@ -42,9 +42,9 @@ def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document) ->
         for end in span:
             panel.line(np.array([end, end]), np.array([y - 0.12, y + 0.12]), "ink")
         panel.text(NAMES - 12.0, panel.y(y) + 4.5, shortened(name, 26), "end")
-        panel.text(WIDTH - NUMBERS + 12.0, panel.y(y) + 4.5, size, "small")
+        panel.text(width - NUMBERS + 12.0, panel.y(y) + 4.5, size, "small")
         said.append(f"{name} {size}")
-    return picture("budget", WIDTH, height, [panel], f"What the gap is made of: {'; '.join(said)}.")
+    return picture("budget", width, height, [panel], f"What the gap is made of: {'; '.join(said)}.")
 
 
 def runs_picture(gaps: Sequence[RunGap], before: str) -> str:

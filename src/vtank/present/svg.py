@@ -9,6 +9,7 @@ from html import escape
 
 import numpy as np
 
+NARROWEST, WIDEST = 0.7, 1.3  # of a picture's own width, between which its letters can be read; choices
 MOST_POINTS = 500  # points of a line; denser ones are drawn as the envelope of their extremes
 
 
@@ -142,8 +143,13 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def picture(name: str, width: float, height: float, panels: Sequence[Panel], alt: str) -> str:
     """An SVG element with an alternative text; `name` is its unique id in the page."""
-    marks = "\n".join(mark for panel in panels for mark in panel.marks)
-    label = f'role="img" aria-labelledby="{name}-alt"'
+    return drawn(name, width, height, "\n".join(mark for panel in panels for mark in panel.marks), alt)
+
+
+def drawn(name: str, width: float, height: float, marks: str, alt: str) -> str:
+    """As `picture`, from its elements; never so narrow or so wide on a page that its letters cannot be read."""
+    size = f'style="min-width:{NARROWEST * width:g}px;max-width:{WIDEST * width:g}px"'
+    label = f'role="img" aria-labelledby="{name}-alt" {size}'
     return (
         f'<svg id="{name}" viewBox="0 0 {width:g} {height:g}" {label} xmlns="http://www.w3.org/2000/svg">'
         f'<title id="{name}-alt">{escape(alt)}</title>\n{marks}\n</svg>'

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .numbers import percent
+from .svg import drawn
 
 if TYPE_CHECKING:
     from ..plant.vehicle import Vehicle
 
-WIDTH, LARGEST = 600.0, (190.0, 120.0)  # [px] of the picture, and half the hull's length and width at most
-ROOM, RIM = 45.0, 14.0  # [px] above and below the hull, and from the outermost place to its side
+WIDTH, LARGEST = 500.0, (145.0, 110.0)  # [px] of the picture, and half the hull's length and width at most
+ROOM, RIM = 58.0, 14.0  # [px] above and below the hull, and from the outermost place to its side
 CHIPS = ("surge", "sway", "heave", "roll", "pitch", "yaw", "vehicle")  # places that are nowhere on the hull
 CHIP = 26.0  # [px] height of one
 LETTER, LINE = 7.0, 16.0  # [px] width and height of a letter, about
@@ -51,10 +52,8 @@ def vehicle_picture(vehicle: Vehicle, lit: Mapping[str, float]) -> str:
         arrows.append(f'<path class="axis" d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}"/>')
     chips = "".join(_chip(k, height - CHIP, name, lit.get(name, 0.0)) for k, name in enumerate(CHIPS))
     said = ", ".join(f"{name} {percent(p)}" for name, p in lit.items()) or "none"
-    return (
-        f'<svg class="plan" viewBox="0 0 {WIDTH:g} {height:.0f}" role="img" aria-label="The vehicle from above; places '
-        f'and their probabilities: {escape(said)}">{hull}{"".join(arrows)}{_marks(marks, lit)}{chips}</svg>'
-    )
+    drawing = "\n".join((hull, *arrows, _marks(marks, lit), chips))
+    return drawn("vehicle", WIDTH, height, drawing, f"The vehicle from above; places and their probability: {said}.")
 
 
 def _chip(k: int, y: float, name: str, filled: float) -> str:

@@ -69,9 +69,9 @@ def flight(act: Act, run: vt.Run) -> Step:
     )
     text = (
         f"{vehicle.mass_kg:.1f} kg, {len(vehicle.thrusters)} thrusters; {run.duration_s:.0f} s of surge, heave and yaw "
-        f"at once, {len(run.columns)} columns. One thruster lacks part of its force: sealed. {film.text}"
+        f"at once, {len(run.columns)} channels. One thruster lacks part of its force: which is sealed. {film.text}"
     )
-    return Step("A whole vehicle: the BlueROV2 in open water", text, film.blocks)
+    return Step("A whole vehicle: the BlueROV2 in open water", text.strip(), film.blocks)
 
 
 def place(found: Any) -> Step:
@@ -90,7 +90,7 @@ def place(found: Any) -> Step:
     places = words.listed([place.replace("_", " ") for place in verdict["places"]])
     card = (
         "BlueROV2",
-        f"{names} at {places}" if places else names,
+        f"{names} at {places}".capitalize() if places else names.capitalize(),
         f"probability {words.percent(verdict['probability'])}",
     )
     return Step("Where on the vehicle the gap lies", whole.sentence(document), (picture, Bars(shown)), card)
@@ -103,7 +103,7 @@ def corrected(columns: dict[str, dict[str, float]]) -> Step:
         sizes = (factor * columns[name][key] for key in ("nominal", "diagnosed", "noise"))
         rows.append((meaning, *(words.length(size, unit) for size in sizes)))
     told = "; ".join(f"{meaning} {before} to {after} (noise {noise})" for meaning, before, after, noise in rows)
-    table = Table(("error of", "simulator as it is", "corrected", "sensor noise"), tuple(rows))
+    table = Table(("error of", "as it is", "corrected", "noise"), tuple(rows))
     text = f"Errors on {Path(UNSEEN).name}, a flight it has never seen, before and after: {told}."
     return Step("The corrected BlueROV2 and a second flight", text, (table,))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...present import Block, Heading, Links, Paragraph, Table, Terms, document
+from ...present import Block, Heading, Links, Paragraph, Terms, document
 from ...record import write_text
 from .step import Step
 
@@ -41,6 +41,6 @@ def write_page(folder: Path, steps: Sequence[Step], complete: bool) -> None:
         Heading("Look closer"),
         Links(tuple((path, text) for path, text in FILES if (folder / path).exists())),
         Heading("Go on"),
-        Table(("command", "for"), COMMANDS, left=2),
+        *(Paragraph(text, command) for command, text in COMMANDS),
     ]
     write_text(folder / "index.html", document.html("vtank demo", page))

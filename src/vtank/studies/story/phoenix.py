@@ -12,10 +12,10 @@ import vtank as vt
 
 from ...effects import Effect
 from ...plant import slot
-from ...present import Bars, Drawing, Picture, Table, sections, words, words_budget
+from ...present import Bars, Drawing, Picture, Table, pictures_budget, sections, words, words_budget
 from ...record import write_text
 from ...tank import load_model, render
-from .pictures import filmed, overlay
+from .pictures import WIDTH, filmed, overlay
 from .step import Act, Step
 from .withheld import candidates, draw, toml
 
@@ -25,7 +25,11 @@ EXPERIMENTS, UNSEEN = (
     "paper-ds2",
 )  # in closed loop: no cause drives into a wall
 SETTINGS = ("duration_s=60",)
-UNITS = {"alpha": ("1/m", 1.0), "beta": ("mm/rev²", 1e3), "thrust_lag.tau": ("s", 1.0)}  # as shown, and factor
+OWN = {  # parameter -> in words, unit as shown, and factor
+    "alpha": ("drag", "1/m", 1.0),
+    "beta": ("thrust", "mm/rev²", 1e3),
+    "thrust_lag.tau": ("lag", "s", 1.0),
+}
 OFF = 3.0  # deviations beyond which an identified parameter has missed the truth; a choice
 LIKELIEST = 5  # hypotheses shown
 
@@ -45,7 +49,7 @@ def phoenix(act: Act) -> Iterator[Step]:
     with act.stages() as say:
         found = vt.diagnose(runs, NOMINAL, progress=say)
         document = found.document
-    yield gap(document, found)
+    yield gap(document)
     yield cause(document)
     yield Step("The next experiment", words.next_experiment(document))
     found.write(json=act.folder / "gap.json", model=act.folder / "gap.toml", report=act.folder / "gap.html")
@@ -74,7 +78,7 @@ def tank(act: Act) -> Step:
         f"{vehicle.mass_kg:.0f} kg, two stern propellers, a sonar that looks at the wall ten feet ahead. Its "
         f"simulator, {NOMINAL}, knows drag, thrust and the lag of thrust."
     )
-    picture = Picture("tank.png", f"The Phoenix in the virtual tank, with the beam of its sonar, {how}.")
+    picture = Picture("tank.png", f"The Phoenix in the virtual tank, with the beam of its sonar, {how}.", plot=False)
     return Step("The Phoenix in its tank", text, (picture,))
 
 
@@ -94,10 +98,10 @@ def beside(folder: Path) -> Step:
     seen = vt.view(folder / "recording" / f"{name}.csv")
     svg, apart_m = overlay("before", seen, {"nominal": seen.flown})
     film = filmed(seen, folder, "film.mp4", "The simulator, and the recording as a ghost in blue")
-    text = f"Given the propeller speeds of {name}, it is up to {words.length(apart_m, 'm')} from where the vehicle was."
+    text = f"Given the propeller speeds of {name}, it is up to {words.length(apart_m, 'm')} from where the vehicle was"
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"))
     picture = Drawing(svg, f"{name}: way ahead, and by how much the simulator misses it.", legend)
-    return Step("Its simulator beside it", f"{text} {film.text}", (picture, *film.blocks))
+    return Step("Its simulator beside it", f"{text}. {film.text}".strip(), (picture, *film.blocks))
 
 
 def identified(fit: Any, nominal: vt.Truth, truth: vt.Truth) -> Step:
@@ -106,27 +110,27 @@ def identified(fit: Any, nominal: vt.Truth, truth: vt.Truth) -> Step:
     for name, value in fit.values.items():
         true, sd = truth.vector()[slot(name)], fit.sd[name]
         off += abs(value - true) > OFF * sd
-        unit, factor = UNITS[name]
-        found = f"{words.number(factor * value, 4)} ± {words.number(factor * sd, 2)} {unit}"
-        rows.append((words.WORDS["own"][name], own(name, nominal.vector()[slot(name)]), found, own(name, true)))
-        values.append(f"{words.WORDS['own'][name]} {found} (true {words.number(factor * true, 4)})")
+        meaning, unit, factor = OWN[name]
+        before, now, then = (words.number(factor * v, 4) for v in (nominal.vector()[slot(name)], value, true))
+        found = f"{now} ± {words.number(factor * sd, 2)}"
+        rows.append((f"{meaning} [{unit}]", before, found, then))
+        values.append(f"{meaning} {found} {unit} (true {then})")
+    text = "; ".join(values)
     bent = "They bend to hide what is missing." if off else "They are right: something else is wrong."
     table = Table(("of the vehicle", "simulator", "identified", "true"), tuple(rows))
-    return Step("Identified as if nothing were missing", f"{'; '.join(values).capitalize()}. {bent}", (table,))
+    return Step("Identified as if nothing were missing", f"{text.capitalize()}. {bent}", (table,))
 
 
-def own(name: str, value: float) -> str:
-    """An own parameter with its unit."""
-    unit, factor = UNITS[name]
-    return f"{words.number(factor * value, 4)} {unit}"
-
-
-def gap(document: dict[str, Any], found: Any) -> Step:
+def gap(document: dict[str, Any]) -> Step:
     """How large it is and what it is made of."""
     size, noise = (words.length(document["shrink"][key], document["shrink"]["unit"]) for key in ("nominal", "floor"))
-    blocks = [block for block in sections.budget(document, found.where) if isinstance(block, Drawing)]
+    svg = pictures_budget.budget_picture(document["budget"], document, WIDTH)
+    caption = (
+        "What it is made of, from above to below. Nine times out of ten other data would put an end within its line."
+    )
+    picture = Drawing(svg, caption)
     text = f"The simulator misses the recording by {size}, noise makes {noise}. {words_budget.shared_out(document)}"
-    return Step("The gap and its budget", text, tuple(blocks), ("The gap", size, f"sensor noise makes {noise}"))
+    return Step("The gap and its budget", text, (picture,), ("The gap", size, f"sensor noise makes {noise}"))
 
 
 def cause(document: dict[str, Any]) -> Step:
@@ -163,12 +167,14 @@ def told(document: dict[str, Any], effect: Effect, truth: vt.Truth) -> Step:
         size = words.number(found[parameter.name]["value"]) if parameter.name in found else "-"
         rows.append((f"{name}: {parameter.meaning} [{parameter.unit}]", size, words.number(value)))
     for key, values in document["parameters"].items():
-        if key in UNITS:
-            rows.append((words.WORDS["own"][key], own(key, values["diagnosed"]), own(key, truth.vector()[slot(key)])))
+        if key in OWN:
+            meaning, unit, factor = OWN[key]
+            size, true = (words.number(factor * v, 4) for v in (values["diagnosed"], truth.vector()[slot(key)]))
+            rows.append((f"{meaning} [{unit}]", size, true))
     verdict = document["verdict"]
     said = judged(effect.name, verdict["effects"], verdict["class"])
     table = Table(("with the cause", "found", "true"), tuple(rows))
-    return Step("What was withheld", f"It was {name}. {said}", (table,), ("What was withheld", name, said))
+    return Step("What was withheld", f"It was {name}. {said}", (table,), ("What was withheld", name.capitalize(), said))
 
 
 def judged(name: str, effects: Sequence[str], rivals: Sequence[str]) -> str:

@@ -14,10 +14,10 @@ import vtank as vt
 from ...present import Film
 from ...present.svg import Panel, Scale, around, picture
 
-WIDTH, LEFT, RIGHT = 920.0, 66.0, 906.0  # [px] of the picture, and of its axes
-TRACE, ERROR, TOP, BETWEEN = 170.0, 80.0, 12.0, 16.0  # [px] heights of both panels, above them and between them
-DOTS = 150  # measurements shown
-SIZE, LONGEST_S = (640, 432), 5.0  # [px], [s] of a film: rendered in a few seconds without a graphics card; choices
+WIDTH, LEFT, RIGHT = 500.0, 62.0, 490.0  # [px] of the picture, which a telephone shows whole, and of its axes
+TRACE, ERROR, TOP, BETWEEN = 150.0, 80.0, 12.0, 16.0  # [px] heights of both panels, above them and between them
+DOTS = 120  # measurements shown
+SIZE, LONGEST_S = (720, 480), 4.0  # [px], [s] of a film: rendered in a few seconds without a graphics card; choices
 
 
 def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, float]:
@@ -32,7 +32,7 @@ def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, f
     trace = Panel(x, Scale(*around(np.concatenate([measured, *ways.values()])), TOP + TRACE, TOP))
     trace.frame("", "way ahead [m]", "", 0, 4)
     error = Panel(x, Scale(*around(np.concatenate([*errors.values()])), below + ERROR, below))
-    error.frame("time [s]", "error [m]", "", 12, 3)
+    error.frame("time [s]", "error [m]", "", 6, 3)
     error.horizontal(0.0, "zero")
     for k in range(0, time_s.size, max(1, time_s.size // DOTS)):
         trace.dot(time_s[k], measured[k], "ink", radius=2.6)
@@ -47,7 +47,7 @@ def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, f
 
 @dataclass(frozen=True)
 class Filmed:
-    """What became of a film: a sentence, and the film where there is one."""
+    """What became of a film: the film, or a sentence that says why there is none."""
 
     text: str
     blocks: tuple[Film, ...] = ()
@@ -59,4 +59,4 @@ def filmed(seen: Any, folder: Path, name: str, caption: str) -> Filmed:
         how = seen.film(folder / name, SIZE, LONGEST_S)
     except vt.InputError as reason:
         return Filmed(f"No film: {reason}.")
-    return Filmed(f"Film: {name}.", (Film(name, f"{caption}; {how}."),))
+    return Filmed("", (Film(name, f"{caption}; {how}."),))
