@@ -1,4 +1,4 @@
-"""The blocks of code in the documents, and what runs them: nothing is passed over that is not said to be run elsewhere."""
+"""The blocks of code in the documents, and what runs them: nothing is passed over unless it is run elsewhere."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ ELSEWHERE = {  # command that takes minutes, or needs what is not always here ->
     "vtank bandwidth mine-sway.toml --out bandwidth": 'test_bandwidth_station.py: main(["bandwidth"',
     "vtank reproduce --out paper": 'test_reproduce.py: main(["reproduce"',
     "vtank view data/paper-ds1.csv --film gap.mp4": 'test_view.py: main(["view"',
-    "vtank identifiability --seeds 400 --design --out page --write-plan plan": 'test_identifiability_plan.py: "--design"',
+    "vtank identifiability --seeds 400 --design --out page --write-plan plan": 'test_identifiability_plan.py: "plan"',
 }
 
 

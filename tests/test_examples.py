@@ -34,7 +34,7 @@ CELL = re.compile(r"^# %%(?: \[markdown\])?(.*)$", re.MULTILINE)
 
 
 def test_the_last_line_of_each_cell_shows_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Cells as a notebook runs them: what stands alone in a cell's last line is a result, and has a picture or table."""
+    """Cells as a notebook runs them: a name alone in a cell's last line is a result, with a picture or a table."""
     monkeypatch.chdir(tmp_path)
     cells = CELL.split((EXAMPLES / "first_hour.py").read_text(encoding="utf-8"))[2::2]
     space, shown = {"__name__": "__main__"}, []
