@@ -36,7 +36,7 @@ from vtank.plant.truth import load_truth
 from vtank.studies.campaign import Campaign, Threads, fly_campaign, load_campaign
 from vtank.tank import load_model
 
-README = Path(__file__).parents[1] / "README.md"
+README = Path(__file__).parent / "README.md"
 MARKS = ("<!-- campaign-benchmark -->", "<!-- /campaign-benchmark -->")
 DURATION_S, STEP_S = 120.0, 0.01
 STEPS = round(DURATION_S / STEP_S)

@@ -242,6 +242,21 @@ def model(folder: Path) -> Files:
     return {"model.toml": text + '[verdict]\nkind = "effect"\neffects = ["linear_drag"]\nprobability = 0.9\n'}
 
 
+LOGS = {"tlog": "dive.tlog", "BIN": "dive.BIN", "ulg": "dive.ulg", "bag": "dive.bag", "bag 2": "dive", "mcap": "dive"}
+
+
+def log_of(kind: str, folder: Path) -> Files:
+    """The start of a small log of a kind, or a folder of one."""
+    import logfiles
+
+    writers: dict[str, Callable[[Path], object]] = {
+        "tlog": logfiles.tlog, "BIN": logfiles.dataflash, "ulg": logfiles.ulog, "bag": logfiles.bag,
+        "bag 2": logfiles.bag2, "mcap": lambda path: logfiles.bag2(path, mcap=True),
+    }  # fmt: skip
+    writers[kind](folder / LOGS[kind])
+    return taken(folder)
+
+
 CAMPAIGN = """
 model = "surge"
 seed = 11
@@ -264,7 +279,10 @@ def files_of(kind: str, folder: Path) -> Files:
     made = {"data set": data_set, "whole run": whole_run, "trials": trials, "model": model}
     if kind in made:
         return made[kind](folder)
+    if kind in LOGS:
+        return log_of(kind, folder)
     return {
+        "table": lambda: {"dive.csv": data_set(folder)["run_1.csv"].replace("range_m", "Distance to wall (m)")},
         "run": lambda: taken(folder, "run_1.csv") if data_set(folder) else {},
         "scenario": lambda: scenario,
         "whole scenario": lambda: taken(scenarios / "whole", "bluerov2-multisine.toml"),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from campaigns import campaign_of, digests
@@ -26,7 +28,14 @@ class Machines:
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.file = folder, folder / "scheduler.json"
-        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard")
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            self.port = str(free.getsockname()[1])
+        self.begin()
+
+    def begin(self) -> None:
+        """Start all of them, at the same address every time."""
+        self.scheduler = self.start("scheduler", "--host", "127.0.0.1", "--port", self.port, "--no-dashboard")
         self.workers = [self.start("worker", "--nthreads", "1", "--no-nanny", "--no-dashboard") for _ in range(2)]
 
     def start(self, kind: str, *options: str) -> subprocess.Popen[bytes]:
@@ -85,7 +94,29 @@ def test_a_worker_killed_in_flight_costs_no_run(tmp_path: Path, machines: Machin
     assert digests(tmp_path / "cluster") == digests(tmp_path / "threads")
 
 
-def test_a_campaign_whose_scheduler_goes_can_go_on_elsewhere(tmp_path: Path, machines: Machines) -> None:
+@pytest.mark.slow
+def test_a_scheduler_that_is_started_again_costs_no_run(tmp_path: Path, machines: Machines) -> None:
+    """It and its workers are killed after the first chunks, and started again at the same address."""
+    campaign, started = campaign_of(tmp_path), []
+    fly_campaign(campaign, tmp_path / "threads", Threads(1))
+
+    def start_again(tally: Tally) -> None:
+        if tally.flown and not started:
+            machines.stop()
+            machines.file.unlink(missing_ok=True)
+            machines.begin()
+            started.append(tally.flown)
+
+    with machines.connect() as cluster:
+        tally = fly_campaign(campaign, tmp_path / "cluster", cluster, "csv", start_again, chunk=2)
+    assert started and started[0] < tally.flown == 18
+    assert digests(tmp_path / "cluster") == digests(tmp_path / "threads")
+
+
+def test_a_campaign_whose_scheduler_goes_can_go_on_elsewhere(
+    tmp_path: Path, machines: Machines, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vtank.studies.campaign.executors.RESTART_S", 0.5)
     campaign, out = campaign_of(tmp_path), tmp_path / "cluster"
     fly_campaign(campaign, tmp_path / "threads", Threads(1))
 
@@ -107,6 +138,40 @@ def test_a_local_cluster_gives_the_same_bytes(tmp_path: Path) -> None:
     with LocalCluster(2) as cluster:
         fly_campaign(campaign, tmp_path / "cluster", cluster)
     assert digests(tmp_path / "cluster") == digests(tmp_path / "threads")
+
+
+def fill() -> None:
+    """On a worker: what it writes from now on does not fit, and it writes before it computes."""
+    import resource
+
+    from vtank.studies.campaign import chunk
+
+    sound = chunk.fly_chunk
+
+    def written(*arguments: Any) -> Any:
+        spilled = Path(f"/tmp/spilled-{os.getpid()}")
+        try:
+            spilled.write_bytes(b"spilled")
+        finally:
+            spilled.unlink(missing_ok=True)
+        return sound(*arguments)
+
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, resource.RLIM_INFINITY))
+    chunk.fly_chunk = written
+
+
+@pytest.mark.slow
+def test_a_full_disk_on_one_worker_costs_no_run_and_on_all_is_told(tmp_path: Path) -> None:
+    campaign = campaign_of(tmp_path)
+    fly_campaign(campaign, tmp_path / "threads", Threads(1))
+    with LocalCluster(2) as cluster:
+        first, second = cluster.client.nthreads()
+        cluster.client.run(fill, workers=[first])
+        tally = fly_campaign(campaign, tmp_path / "cluster", cluster, chunk=2)
+        assert tally.flown == 18 and digests(tmp_path / "cluster") == digests(tmp_path / "threads")
+        cluster.client.run(fill, workers=[second])
+        with pytest.raises(InputError, match="no worker is left that can work: tcp.*: .*File too large"):
+            fly_campaign(campaign, tmp_path / "again", cluster, chunk=2)
 
 
 def test_an_address_where_nobody_is(monkeypatch: pytest.MonkeyPatch) -> None:

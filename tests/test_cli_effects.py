@@ -1,4 +1,4 @@
-"""The catalogue on the command line, and in the README."""
+"""The catalogue on the command line, and in the document of the scenarios."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vtank.cli import main
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.present.catalogue import catalogue_table
 
-README = Path(__file__).parents[1] / "README.md"
+README = Path(__file__).parents[1] / "scenarios" / "README.md"
 
 
 def test_all_effects_are_told_with_law_unit_source_and_rivals(capsys: pytest.CaptureFixture[str]) -> None:
@@ -51,10 +51,10 @@ def test_an_unknown_effect_lists_those_there_are(capsys: pytest.CaptureFixture[s
     assert error.count("\n") == 1
 
 
-def test_the_table_of_the_readme_is_current() -> None:
+def test_the_table_of_the_document_is_current() -> None:
     text = README.read_text(encoding="utf-8")
     table = text.split("<!-- effects -->\n")[1].split("<!-- end of effects")[0]
-    assert table == catalogue_table(), "run: vtank effects --markdown, and put the table into README.md"
+    assert table == catalogue_table(), "run: vtank effects --markdown, and put the table into scenarios/README.md"
 
 
 def test_every_row_of_the_table_has_the_same_number_of_cells() -> None:

@@ -9,7 +9,9 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 DOCUMENTS = [
-    path for folder in (".", "models", "scenarios", "scenarios/campaigns") for path in (ROOT / folder).glob("*.md")
+    path
+    for folder in (".", "models", "scenarios", "scenarios/campaigns", "benchmarks")
+    for path in (ROOT / folder).glob("*.md")
 ]
 PLACE = re.compile(r"`((?:\w+/)*\w+\.(?:py|md|xml|toml)|src/[\w/]*|\w+(?:/\w+)*/|(?:diagnose|estimate|models)/\w+)`")
 LINK = re.compile(r"\]\(([^):#]+)\)")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+import re
 import runpy
 import sys
 from pathlib import Path
@@ -11,6 +13,7 @@ import pytest
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 SAID = {  # example -> words of its output, files it leaves
+    "first_hour": (("The gap is caused by linear drag.", "a second recording"), ("gap.html", "gap.toml")),
     "fly_and_identify": (("thrust_lag.tau", "truth 0.7074"), ("data/truth.json",)),
     "diagnose_and_correct": (("The gap is caused by linear drag.", "a run never seen"), ("gap.html", "gap.toml")),
     "own_log": (("thrust_lag.tau",), ("log.csv",)),
@@ -24,7 +27,26 @@ SAID = {  # example -> words of its output, files it leaves
 def test_all_examples_are_here_and_short() -> None:
     paths = sorted(EXAMPLES.glob("*.py"))
     assert {path.stem for path in paths} == set(SAID)
-    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 40 for path in paths)
+    assert all(len(path.read_text(encoding="utf-8").splitlines()) < 60 for path in paths)
+
+
+CELL = re.compile(r"^# %%(?: \[markdown\])?(.*)$", re.MULTILINE)
+
+
+def test_the_last_line_of_each_cell_shows_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Cells as a notebook runs them: a name alone in a cell's last line is a result, with a picture or a table."""
+    monkeypatch.chdir(tmp_path)
+    cells = CELL.split((EXAMPLES / "first_hour.py").read_text(encoding="utf-8"))[2::2]
+    space, shown = {"__name__": "__main__"}, []
+    for cell in cells:
+        body = ast.parse(cell).body
+        last = body.pop() if body and isinstance(body[-1], ast.Expr) and isinstance(body[-1].value, ast.Name) else None
+        exec(compile(ast.Module(body, []), "first_hour.py", "exec"), space)
+        if last:
+            result = eval(compile(ast.Expression(last.value), "first_hour.py", "eval"), space)
+            shown.append(result._repr_html_())
+    assert len(cells) >= 6 and len(shown) >= 4
+    assert "<polyline" in shown[0] and "<table>" in shown[1] and "linear drag" in shown[2]
 
 
 @pytest.mark.parametrize("name", SAID)

@@ -6,10 +6,13 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import shutil
+import tomllib
 from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +20,7 @@ import numpy as np
 import pytest
 from fuzz import (
     HABITS,
+    LOGS,
     LONGEST,
     SPOILING,
     WORDS,
@@ -40,9 +44,15 @@ from vtank.estimate.observed import stretches
 from vtank.experiment import load_scenario, plan_run
 from vtank.experiment.whole_scenario import load_whole_scenario
 from vtank.library import load
+from vtank.logs import import_log
 from vtank.plant import load_truth, load_vehicle
+from vtank.plant.formula import ACTS, KEPT, formula_of, law_lines, read_formula
+from vtank.plant.law import KINDS, OPERATIONS, VARIABLES
+from vtank.plant.parameters import null_vector, vector
+from vtank.plant.surge import surge_acceleration
 from vtank.present.identified import known_truth
 from vtank.record import DataSetWarning, read_dataset, read_run
+from vtank.record.table import Table, open_table
 from vtank.studies.blind.answer import check_data
 from vtank.studies.blind.seal import read_index
 from vtank.studies.blind.verify import open_all
@@ -89,6 +99,12 @@ def cases(folder: Path) -> None:
         check_data(folder / "cases", entry)
 
 
+def imported(folder: Path, name: str) -> None:
+    """A log, told in words."""
+    found = import_log(folder / name)
+    assert found.run.time_s.size and len(str(found)) < 1e5
+
+
 # Kind -> how it is read, and cases of a test
 READERS: dict[str, tuple[Callable[[Path], object], int]] = {
     "run": (observed, 400),
@@ -104,6 +120,8 @@ READERS: dict[str, tuple[Callable[[Path], object], int]] = {
     "trials": (lambda folder: open_all(folder / "cases", folder / "truth", folder / "answers.json"), 100),
     "cases": (cases, 50),
     "MJCF": (lambda folder: load_world(load_vehicle(folder / "bluerov2.toml"), folder / "basin.xml"), 100),
+    "table": (lambda folder: import_log(folder / "dive.csv"), 150),
+    **{kind: (partial(imported, name=name), 60) for kind, name in LOGS.items()},
     "fins": (lambda folder: load_whole(load_vehicle(folder / "remus100.toml")), 60),
 }
 
@@ -149,6 +167,72 @@ def test_a_spoilt_file_is_read_or_refused_in_one_message(
 
     case()
     assert not list(tmp_path.glob("MUJOCO_LOG*"))
+
+
+# --- laws ------------------------------------------------------------------------------------------------------------
+NUMBERS = st.sampled_from(
+    [*(f"{k / 4}" for k in range(-40, 41)), "1e300", "-1e300", "nan", "inf", "1e-320", "0x1", "", "1,5"]
+)
+STRANGE = [*WORDS, "eval", "u;import os", "u.__class__", "(u)", "u**2", "power(u)", "lambda"]
+
+
+def word(known: tuple[str, ...]) -> st.SearchStrategy[str]:
+    """A word of the grammar, one time in ten or so another."""
+    return st.sampled_from([*known * (10 * len(STRANGE) // len(known)), *STRANGE])
+
+
+def phrase(*choices: tuple[str, ...], numbers: int) -> st.SearchStrategy[str]:
+    """Words of these choices, then numbers."""
+    return st.tuples(*map(word, choices), *[NUMBERS] * numbers).map(" ".join)
+
+
+LAWS = st.fixed_dictionaries(
+    {
+        "acts": word(tuple(ACTS)),
+        "factors": st.lists(phrase(VARIABLES[1:], OPERATIONS, numbers=2), min_size=1, max_size=4),
+        "size": NUMBERS,
+    },
+    optional={
+        "memory": phrase(KINDS[1:], KEPT, ("power", "signed"), numbers=3),
+        "input": word(("n_rev_s", "command", "thrust_N")),
+    },
+)
+
+
+def test_a_law_is_read_and_obeyed_or_refused_and_never_run(
+    sound: Callable[[str], Files], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Phrases of the grammar of laws: what is read is written again as it was, and moves a hull."""
+    head, _, rest = sound("model")["model.toml"].partition("[law]")
+    tail, read = "[nominal]" + rest.partition("[nominal]")[2], [0]
+    folder = tmp_path / "files"
+    monkeypatch.chdir(tmp_path)
+    surge_acceleration(0.0, 0.0, 0.0, 0.03, 0.0, 0.0, 3.0, 0.0, null_vector())  # compiled before the clock runs
+
+    @examples(400)
+    @given(LAWS)
+    def case(law: dict[str, Any]) -> None:
+        lines = [f"{key} = {value if key == 'size' else json.dumps(value)}" for key, value in law.items()]
+        text = "\n".join(lines).encode("utf-8", "replace").decode("latin-1")
+        put(folder, {"model.toml": f"{head}[law]\n{text}\n{tail}"})
+        with bounded():
+            try:
+                formula = read_formula(open_table(folder / "model.toml"))
+            except InputError as reason:
+                check_message(str(reason), folder)
+                return
+            assert formula is not None and formula.text() and formula.unit
+            again = tomllib.loads("\n".join(law_lines(formula)))["law"]
+            copy = read_formula(Table(folder / "model.toml", "", {"law": again}))
+            assert copy is not None and law_lines(copy) == law_lines(formula)  # to the twelve digits that are written
+            assert not formula.size or formula_of(formula.values(), formula.fed) == formula
+            p = vector({"alpha": -2.5, "beta": 5e-4, **formula.values()})
+            for t, x, u, n in ((0.0, 0.0, 0.0, 0.0), (3.0, 0.4, -0.25, 9.0), (1e3, -2.0, 3.0, -20.0)):
+                surge_acceleration(t, x, u, 0.03, 0.0, n, 3.0 - x, 0.0, p)
+        read[0] += 1
+
+    case()
+    assert read[0] > 20 * MORE and list(tmp_path.iterdir()) == [folder]
 
 
 # --- mistakes that people make ---------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from documents import blocks
 
 from vtank.cli import main
 from vtank.errors import InputError
@@ -145,9 +146,9 @@ def test_the_how_to_is_current(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The vehicle of HOWTO.md flies as it stands there, and its sway is identified: held rigid, since it would roll."""
-    text = (MODELS / "HOWTO.md").read_text(encoding="utf-8")
-    for name, content in re.findall(r"`(mine[-a-z]*\.\w+)`, .*?```\w+\n(.*?)```", text, flags=re.DOTALL):
-        (tmp_path / name).write_text(content, encoding="utf-8")
+    for block in blocks(MODELS / "HOWTO.md"):
+        if block.file.startswith("mine"):
+            (tmp_path / block.file).write_text(block.text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert main(["run", "mine-sway.toml", "--out", "free"]) == 0
     assert main(["run", "mine-sway.toml", "--out", "sway", "--set", "hold=rigid"]) == 0

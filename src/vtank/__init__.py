@@ -1,10 +1,11 @@
-"""A virtual tank for identifying the surge dynamics of an underwater vehicle.
+"""A virtual tank for underwater vehicles, which explains the gap between a simulator and a recording.
 
     import vtank as vt
 
     runs = vt.load("data")                       # or vt.run("paper-ds1", "paper-ds4", seed=1)
     fit = vt.identify(runs, model="II")          # fit.values, fit.sd
-    d = vt.diagnose(runs, nominal="paper-ii")    # print(d), d.report("gap.html"), d.save("gap.toml")
+    d = vt.diagnose(runs, nominal="paper-ii")    # print(d)
+    d.report("gap.html"), d.save("gap.toml")
     vt.predict("gap.toml", runs[0])
     vt.import_log("dive.BIN").write("dive.csv")  # ArduPilot, PX4, ROS, MCAP, any table
 

@@ -1,7 +1,7 @@
 """The catalogue of unmodelled effects: one file per effect, which says all that is to be known about it.
 
-A new effect is a file here, its term in a plant's equation or a sensor's reading, and its row in the README's table
-(`vtank effects --markdown`). Everything else asks the catalogue.
+A new effect is a file here that says what it does, and its row in the table of scenarios/README.md
+(`vtank effects --markdown`). Everything else asks the catalogue; models/HOWTO.md goes through it step by step.
 """
 
 from __future__ import annotations

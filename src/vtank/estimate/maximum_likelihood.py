@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from html import escape
 
 import numpy as np
 
 from ..errors import InputError
-from ..plant.parameters import LAG, LOSS, LUMPED, vector
+from ..plant.parameters import LAG, LOSS, LUMPED, unit_of, vector
 from ..plant.surge import LINEAR_INPUT, thrust_target
+from ..record.shown import html_table
 from .first_guess import first_guesses, typical_acceleration
 from .heavy_tails import heavy, information, reweighted, standardised
 from .noise_search import COLOUR, DISTURBANCE, Part
@@ -71,6 +73,18 @@ class Estimate:
         found = ", ".join(f"{name} = {value:.4g} +- {self.sd[name]:.2g}" for name, value in self.values.items())
         runs = ", ".join(run.name for run in self.problem.runs)
         return f"Estimate({found}; {runs}{'' if self.converged else '; not converged'})"
+
+    def _repr_html_(self) -> str:
+        """The same as a table, for a notebook, with what the data cannot separate."""
+        rows = []
+        for name, value in self.values.items():
+            low, high = self.interval95(name)
+            unit = unit_of(name, self.problem.runs[0].input_name)
+            rows.append((name, f"{value:.5g}", f"{self.sd[name]:.2g}", f"{low:.5g} to {high:.5g}", unit))
+        warned = "" if self.converged else "not converged. "
+        return html_table(("parameter", "value", "sd", "95 % interval", "unit"), rows) + (
+            f"<p>{escape(warned + ' '.join(self.warnings))}</p>"
+        )
 
     @property
     def values(self) -> dict[str, float]:

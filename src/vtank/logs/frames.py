@@ -29,8 +29,8 @@ def angles(quaternion: Array, frame: str) -> Array:
     NaN where a quaternion is not of length 1.
     """
     earth, body = ATTITUDE[frame]
-    length = np.linalg.norm(quaternion, axis=0)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        length = np.linalg.norm(quaternion, axis=0)
         w, x, y, z = np.where(np.abs(length - 1.0) <= LENGTH_OFF, quaternion / length, np.nan)
     turn = np.array(
         [

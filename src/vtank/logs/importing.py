@@ -14,6 +14,7 @@ from ..plant.recorded import check_recorded
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record.contradictions import contradictions
 from ..record.run import Run
+from ..record.shown import preformatted
 from ..record.writer import DECIMALS, write_run
 from . import dataflash, mcap, rosbag1, rosbag2, table, tlog, ulog
 from .convert import Columns, columns
@@ -49,6 +50,10 @@ class Imported:
     def __str__(self) -> str:
         """The preview."""
         return preview(self.run, self.log, self.columns, self.decidable, self.mapping)
+
+    def _repr_html_(self) -> str:
+        """The preview, for a notebook."""
+        return preformatted(str(self))
 
     def write(self, path: Path | str) -> None:
         """Write the run as CSV, as `vtank.load` reads it. InputError where it breaks the rules of a run."""

@@ -1,5 +1,7 @@
 """Mapping files: which field of which message becomes which column, in what unit, sign and frame.
 
+    preset = "ros"                   # what else vtank finds by itself in such logs
+
     [[channel]]
     message = "/thrusters/port"      # message or topic; * stands for anything
     field = "data"                   # rpm[2], twist.twist.linear.x
@@ -12,8 +14,6 @@
     fields = ["pose.pose.position.x", "pose.pose.position.y", "pose.pose.position.z"]
     columns = ["north_m", "east_m", "depth_m"]
     frame = "ENU"
-
-    preset = "ros"                   # at the top of the file: what else vtank finds by itself in such logs
 
 Three fields with a frame are a vector; four are a quaternion w, x, y, z that becomes three angles; two in the frame
 "WGS84" are latitude and longitude in degrees. Earth velocities in body columns are turned by the log's own attitude.

@@ -9,6 +9,7 @@ from math import isfinite, nan
 from typing import Any
 
 from ..record.table import Table
+from ..record.toml import shown
 from .law import FACTORS, KINDS, OPERATIONS, SLOTS, VARIABLES
 
 UNITS: dict[str, dict[str, float]] = {
@@ -251,14 +252,14 @@ def _words(table: Table, key: str, text: str, choices: tuple[tuple[str, ...], ..
     """Words of the given choices, then numbers, out of a text; InputError says which was expected."""
     words = text.split()
     if len(words) != len(choices) + count:
-        raise table.error(key, f"expected {len(choices)} words and {count} numbers, found {text!r}")
+        raise table.error(key, f"expected {len(choices)} words and {count} numbers, found {shown(text)}")
     for word, known in zip(words, choices, strict=False):
         if word not in known:
-            raise table.error(key, f"expected one of {', '.join(known)}, found {word!r} in {text!r}")
+            raise table.error(key, f"expected one of {', '.join(known)}, found {shown(word)} in {shown(text)}")
     try:
         numbers = [float(word) for word in words[len(choices) :]]
     except ValueError:
         numbers = [nan]
     if not all(map(isfinite, numbers)):
-        raise table.error(key, f"expected {count} numbers at its end, found {text!r}")
+        raise table.error(key, f"expected {count} numbers at its end, found {shown(text)}")
     return (*words[: len(choices)], *numbers)

@@ -1,4 +1,4 @@
-"""The catalogue of effects as text, as the README's table and as plain data."""
+"""The catalogue of effects as text, as a table in Markdown and as plain data."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STANDINGS = {
 
 
 def catalogue_table(effects: Sequence[Effect] | None = None) -> str:
-    """The README's table of effects as Markdown; default: the whole catalogue."""
+    """A table of effects as Markdown, as in scenarios/README.md; default: the whole catalogue."""
     lines = ["| effect | channel | law | parameters | confused with |", "|---|---|---|---|---|"]
     for effect in CATALOGUE if effects is None else effects:
         parameters = ", ".join(f"`{q.key}`" for q in effect.parameters)

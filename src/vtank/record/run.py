@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from html import escape
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
 from .columns import column
+from .shown import curve, html_table
 
 TIME = "time_s"
 INPUTS = ("n_rev_s", "command", "thrust_N")  # propeller speed [rev/s], normalised command -1..1, thrust [N]
+CHANNEL = ("channel", "samples", "least", "greatest", "")  # of a run in a notebook
 OUTPUTS = ("range_m", "position_m", "surge_m_s")  # distance to the wall ahead, distance made good ahead, surge speed
 
 FloatArray = NDArray[np.float64]
@@ -44,6 +47,15 @@ class Run:
         """Name, rows, span and columns."""
         span = f"{self.time_s[0]:g} to {self.time_s[-1]:g} s" if self.time_s.size else "empty"
         return f"Run({self.name!r}, {self.time_s.size} rows, {span}: {', '.join(self.columns)})"
+
+    def _repr_html_(self) -> str:
+        """Each channel with its range and its curve, for a notebook."""
+        rows = []
+        for name in self.columns:
+            time_s, values = self.samples(name)
+            least, most = (f"{values.min():.4g}", f"{values.max():.4g}") if values.size else ("", "")
+            rows.append((name, str(time_s.size), least, most, curve(time_s, values)))
+        return f"<p>{escape(self.name)}, {self.duration_s:g} s</p>" + html_table(CHANNEL, rows, pictures=1)
 
     @classmethod
     def from_channels(cls, name: str, channels: Mapping[str, tuple[ArrayLike, ArrayLike]]) -> Run:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
+from ...record.shown import preformatted
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES
 from ...rigid.noise import first_noise
@@ -43,6 +44,10 @@ class WholeEstimate:
         """As plain data, schema vtank.identified/1."""
         names = ("vehicle", "nominal", "values", "sd", "disturbance", "noise", "notes")
         return {"schema": "vtank.identified/1", **{name: getattr(self, name) for name in names}}
+
+    def _repr_html_(self) -> str:
+        """The table, for a notebook."""
+        return preformatted(str(self))
 
     def __str__(self) -> str:
         """A table."""

@@ -9,10 +9,14 @@ from __future__ import annotations
 import os
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ThreadPoolExecutor, wait
 from concurrent.futures import Executor as Pool
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic, sleep
 from typing import Any, Self, TypeVar
 
 from ...errors import InputError
@@ -22,6 +26,7 @@ T = TypeVar("T")
 R = TypeVar("R")
 CRASHES = 3  # in a row, without one chunk done, before giving up; as Dask's allowed-failures
 PATIENCE_S = 10.0  # [s] for a scheduler to answer; a choice
+RESTART_S = 60.0  # [s] for one that went to come back, with a worker; a choice
 
 
 class Executor(ABC):
@@ -106,18 +111,72 @@ class Cluster(Executor):
         self.workers = max(1, sum(self.client.nthreads().values()))
 
     def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
-        """See `Executor`. Dask itself gives the chunks of a dead worker to another."""
-        try:
-            yield from flow(self.client.get_executor(pure=False), work, deque(chunks), 2 * self.workers)
-        except CancelledError:
-            raise InputError(f"{self.address}: the scheduler is gone; the same command goes on from here") from None
-        except Exception as error:
-            what = " ".join(f"{type(error).__name__}: {error}".split())
-            raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
+        """See `Executor`. Dask itself gives the chunks of a dead worker to another.
+
+        A scheduler that is started again at its address is given what is left; a worker whose system refuses something,
+        such as a full disk, gets no more. InputError where neither scheduler nor workers remain.
+        """
+        left, unable = deque(chunks), dict[str, str]()
+        while left:
+            try:
+                with closing(flow(self._pool(unable), partial(_attempted, work), left, 2 * self.workers)) as attempts:
+                    for result in attempts:
+                        if isinstance(result, Unable):
+                            unable[result.worker] = result.reason
+                            left.append(result.chunk)
+                            break
+                        yield result
+            except CancelledError:
+                self._find_again()
+            except InputError:
+                raise
+            except Exception as error:
+                what = " ".join(f"{type(error).__name__}: {error}".split())
+                raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
+
+    def _pool(self, unable: Mapping[str, str]) -> Pool:
+        """The cluster without some of its workers; InputError where these are all."""
+        if not unable:
+            return self.client.get_executor(pure=False)
+        able = [worker for worker in self.client.nthreads() if worker not in unable]
+        if not able:
+            said = "; ".join(f"{worker}: {reason}" for worker, reason in unable.items())
+            raise InputError(f"{self.address}: no worker is left that can work: {said}")
+        return self.client.get_executor(pure=False, workers=able)
+
+    def _find_again(self) -> None:
+        """Connect anew to the scheduler, which was started again; InputError where it is not."""
+        self.client.close()
+        end = monotonic() + RESTART_S
+        while (left_s := end - monotonic()) > 0.0:
+            try:
+                self.client = _distributed().Client(self.address, timeout=min(left_s, PATIENCE_S))
+                self.client.wait_for_workers(1, timeout=max(end - monotonic(), 1.0))
+                return
+            except (OSError, ValueError):  # nobody yet, or nobody but the scheduler
+                sleep(0.2)
+        raise InputError(f"{self.address}: the scheduler is gone; the same command goes on from here") from None
 
     def __exit__(self, *error: object) -> None:
         """Leave the cluster, which goes on."""
         self.client.close()
+
+
+@dataclass(frozen=True)
+class Unable:
+    """A chunk that the system of a worker refused, and why."""
+
+    chunk: Any
+    worker: str
+    reason: str
+
+
+def _attempted(work: Callable[[T], R], chunk: T) -> R | Unable:
+    """The result of a chunk, on a worker."""
+    try:
+        return work(chunk)
+    except OSError as error:
+        return Unable(chunk, _distributed().get_worker().address, str(error))
 
 
 class LocalCluster(Cluster):
