@@ -15,12 +15,13 @@ import numpy as np
 
 from .evidence import Fitted
 from .freeform import Freeform
-from .holdout import Model, Prediction, Target, targets_of
+from .holdout import Model, Overlaid, Prediction, targets_of
+from .new_data import NewData
+from .renewed import renewed
 from .selection import Selection
 from .shrink import LeftOut, Parts, left_out
 from .verdict import Verdict
 
-DRAWS = 400  # resampled sets of blocks behind an interval
 REST = (
     ("repeatable, unnamed", "repeatable"),
     ("disturbance", "disturbance"),
@@ -29,7 +30,6 @@ REST = (
     ("the verdict", "verdict"),
 )
 BY_RUN = ("own parameters of each run", "parameters")  # what their differences from run to run account for
-BLOCKS = 4  # blocks of a part, which are drawn together; errors of a simulation stay alike for long
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Line:
             "disturbance" or "sensor noise".
         kind: parameters, effect, repeatable, disturbance or noise.
         share: of the nominal's mean-square error on data left out [-]; below zero where a step made it worse.
-        interval90: over what else the blocks left out might have been.
+        interval90: where the share lies that such recordings would have in the long run, see `renewed.py`.
     """
 
     name: str
@@ -85,19 +85,20 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     An effect that is in the verdict's fit but not named there is part of what repeats without a name.
     """
     found = found or left_out(selection, verdict)
-    parts, targets = found.parts, targets_of(found.parts.setting)
-    varying = verdict.kind == "varying"
+    parts, varying = found.parts, verdict.kind == "varying"
     chain = found.chain if verdict.effects or varying else found.chain[:2]
     free = next((f for f in selection.free if f.fit is (chain[-1] if varying else verdict.fit)), None)
-    beside = [_beside(free, parts, targets[k], k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
-    errors = [(*fold.chain[: len(chain)], last) for fold, last in zip(found.folds, beside, strict=True)]
-    steps = np.hstack([[_blocks(e**2) for e in steps] for steps in errors])
-    noise = np.hstack([_blocks((target.variance + target.coloured)[target.scored]) for target in targets])
-    if np.sum(steps[-1]) > np.sum(steps[-2]):
-        steps[-1] = steps[-2]  # what does not come again in data it has not seen is not repeatable
-    drawn = np.random.default_rng(seed).integers(noise.size, size=(DRAWS, noise.size))
-    shares = _shares(steps.sum(axis=1), noise.sum())
-    low, high = np.quantile(_shares(steps[:, drawn].sum(axis=2), noise[drawn].sum(axis=1)), (0.05, 0.95), axis=1)
+    steps = [[*map(Overlaid, fold.chain[: len(chain)])] for fold in found.folds]
+    beside = [_beside(free, parts, k, fold.chain[-1]) for k, fold in enumerate(found.folds)]
+    squares = np.array([_squares(some) for some in (*zip(*steps, strict=True), beside)])
+    targets = targets_of(parts.setting)
+    noise = float(sum(np.sum((target.variance + target.coloured)[target.scored]) for target in targets))
+    again = bool(squares[-1] < squares[-2])  # what does not come again in data it has not seen is not repeatable
+    if again:
+        steps = [[*some, last] for some, last in zip(steps, beside, strict=True)]
+    renewals = renewed(NewData(selection, verdict), parts, steps, seed)
+    shares, stated, true = (_shares(sums, noise, again) for sums in (squares[: len(chain) + again], *renewals))
+    low, high = shares - np.quantile(stated - true, (0.95, 0.05), axis=1)
     added = [BY_RUN] if varying else [(name, "effect") for name in _added(chain)]
     names = [("own parameters", "parameters"), *added, *REST]
     lines = [
@@ -105,9 +106,9 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
         for name, share, a, b in zip(names, shares, low, high, strict=True)
     ]
     unit = "m" if any(run.has_position for run in parts.setting.runs) else "m/s"
-    nominal = float(np.sqrt(steps[0].sum() / sum(e[0].size for e in errors)))
-    pairs = zip(parts.setting.runs, found.folds, strict=True)
-    worse = tuple(part.name for part, f in pairs if np.mean(f.chain[-1] ** 2) > np.mean(f.chain[1] ** 2))
+    nominal = float(np.sqrt(squares[0] / sum(np.sum(target.scored) for target in targets)))
+    ends = zip(parts.setting.runs, *([some[i] for some in steps] for i in (1, len(chain) - 1)), strict=True)
+    worse = tuple(part.name for part, refit, last in ends if _squares([last]) > _squares([refit]))
     *shared, unexplained, named = lines
     return Budget(tuple(shared), unexplained, named, unit, nominal, worse)
 
@@ -118,32 +119,29 @@ def _added(chain: Sequence[Fitted]) -> list[str]:
     return ["+".join(n for n in b if n not in a) for a, b in zip(sets, sets[1:], strict=False)]
 
 
-def _beside(free: Freeform | None, parts: Parts, target: Target, k: int, alone: np.ndarray) -> np.ndarray:
-    """Errors on part k of a model with what it lacks and what comes again beside it; alone: its own errors."""
+def _beside(free: Freeform | None, parts: Parts, k: int, alone: Prediction) -> Overlaid:
+    """A model entering part k with what it lacks and what comes again beside it; alone: the model itself."""
     free = free.without(~parts.rows[k]) if free else None
     if not free or not free.components:
-        return alone
-    fit, run = free.fit, parts.parent[k]
-    problem, whole = fit.problem, fit.problem.runs[run]
-    model = Model(problem.model(fit.optimum.theta + free.shift, run)[0], problem.per_run)
-    fed = np.isin(whole.input_time_s, target.run.input_time_s)
-    first = sum(r.time_s.size for r in problem.runs[:run])
-    here = parts.rows[k][first : first + whole.time_s.size]
-    force, error = free.forces()[run][fed], free.errors()[run][here]
-    return Prediction(model, target).errors(target.run.value - error, forcing=force)
+        return Overlaid(alone)
+    run, (fed, here), problem = parts.parent[k], parts.inside(k), free.fit.problem
+    model = Model(problem.model(free.fit.optimum.theta + free.shift, run)[0], problem.per_run)
+    return Overlaid(Prediction(model, alone.target), free.forces()[run][fed], free.errors()[run][here])
 
 
-def _blocks(squares: np.ndarray) -> np.ndarray:
-    """Sums over the blocks of a part, shape (B,)."""
-    return np.asarray(np.add.reduceat(squares, np.unique(np.linspace(0, squares.size, BLOCKS + 1).astype(int)[:-1])))
+def _squares(steps: Sequence[Overlaid]) -> float:
+    """Sum of squares of the errors of some predictions [m2 or m2/s2]."""
+    return float(sum(np.sum(step.errors() ** 2) for step in steps))
 
 
-def _shares(steps: np.ndarray, noise: np.ndarray) -> np.ndarray:
-    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise, shape (S + 3, ...).
+def _shares(steps: np.ndarray, noise: float, again: bool) -> np.ndarray:
+    """Shares from the sums of squares after each step, shape (S, ...), and of sensor noise; shape (L, ...).
 
-    Last, what is unexplained, and what the verdict accounts for: all after the refit, or the refit where that is all.
+    again: whether the last step is what has no name and comes again; else that has no share. Last, what is unexplained,
+    and what the verdict accounts for: all after the refit, or the refit where that is all.
     """
-    left, named, noise = steps[-1], steps[-2], np.minimum(noise, steps[-1])
+    steps = steps if again else np.concatenate([steps, steps[-1:]])
+    left, named, sensor = steps[-1], steps[-2], np.minimum(noise, steps[-1])
     before = steps[min(1, len(steps) - 3)]
-    found = [*-np.diff(steps, axis=0), left - noise, noise, named - noise, before - named]
+    found = [*-np.diff(steps, axis=0), left - sensor, sensor, named - sensor, before - named]
     return np.array(found) / steps[0]

@@ -8,7 +8,7 @@ and the prediction is made at its mean: where the window does not tell the phase
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 
@@ -228,6 +228,27 @@ class Prediction:
         S, _ = target.filter(p, np.where(late, REMOTE, target.variance))
         noise = (target.variance + target.coloured)[target.scored]
         return noise, np.maximum(S - REMOTE - target.coloured, 0.0)[target.scored]
+
+
+@dataclass(frozen=True)
+class Overlaid:
+    """A prediction with what its model lacks laid over it.
+
+    Attributes:
+        prediction: of the model alone.
+        force: acceleration at the input's stamps [m/s2], shape (I,), or None.
+        error: of the readings [m or m/s], shape (M,) or ().
+    """
+
+    prediction: Prediction
+    force: np.ndarray | None = None
+    error: np.ndarray = field(default_factory=lambda: np.zeros(()))
+
+    def errors(self, value: np.ndarray | None = None, models: Sequence[Model] | None = None) -> np.ndarray:
+        """Simulation errors, see `Prediction.errors`."""
+        value = self.prediction.target.run.value if value is None else value
+        error = self.error if value.ndim == 1 else np.reshape(self.error, (-1, 1))
+        return self.prediction.errors(value - error, models, self.force)
 
 
 def held(values: np.ndarray) -> np.ndarray:

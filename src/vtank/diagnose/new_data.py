@@ -7,7 +7,7 @@ runs, and so does the cause itself, which knows everything but the turbulence to
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +16,7 @@ import numpy as np
 from ..estimate.innovations import no_gain
 from .evidence import Fitted
 from .freeform import Freeform
-from .holdout import Model, Prediction, Target, model_of, rms, targets_of
+from .holdout import Model, Overlaid, Prediction, Target, model_of, rms, targets_of
 from .selection import Selection
 from .smoothing import first_order
 from .verdict import Verdict, probabilities
@@ -33,30 +33,43 @@ class Cause:
     Attributes:
         fit: the hypothesis, fitted.
         theta: its unknowns, shifted to make room for the discrepancy, shape (size,).
-        force: per run, an acceleration without a name [m/s2], shape (I,), or None.
-        error: per run, an error of the sensor without a name [m or m/s], shape (M,) or ().
-        entered: the cause entering every run.
+        free: the discrepancy, which has no name, or None.
+        targets: the recorded runs.
     """
 
     fit: Fitted
     theta: np.ndarray
-    force: tuple[np.ndarray | None, ...]
-    error: tuple[np.ndarray, ...]
-    entered: tuple[Prediction, ...]
+    free: Freeform | None
+    targets: Sequence[Target]
+
+    @cached_property
+    def entered(self) -> tuple[Overlaid, ...]:
+        """The cause entering every run."""
+        return tuple(
+            self.entering(target, k, slice(None), slice(None), self.free) for k, target in enumerate(self.targets)
+        )
+
+    def entering(
+        self, target: Target, k: int, fed: np.ndarray | slice, here: np.ndarray | slice, free: Freeform | None
+    ) -> Overlaid:
+        """The cause entering a part of run k; fed, here: which of the run's inputs and measurements that is.
+
+        free: the discrepancy, or as much of it as counts.
+        """
+        prediction = Prediction(model_of(self.fit, k), target)
+        return Overlaid(prediction, free.forces()[k][fed], free.errors()[k][here]) if free else Overlaid(prediction)
 
     def gap(self) -> float:
         """Its error on the recorded runs [m or m/s]."""
-        fit, parts = self.fit, []
-        for k, prediction in enumerate(self.entered):
-            model = Model(fit.problem.model(self.theta, k)[0], fit.problem.per_run)
-            parts.append(prediction.errors(prediction.target.run.value - self.error[k], [model], self.force[k]))
-        return rms(parts)
+        fit = self.fit
+        models = [Model(fit.problem.model(self.theta, k)[0], fit.problem.per_run) for k in range(len(self.targets))]
+        return rms([own.errors(models=[model]) for own, model in zip(self.entered, models, strict=True)])
 
     def new_runs(
         self, thetas: Sequence[np.ndarray], k: int, rngs: Sequence[np.random.Generator]
     ) -> tuple[list[Model], np.ndarray]:
         """The cause at each theta, and what it would let run k read with new turbulence and noise, shape (M, L)."""
-        target, truths, draws = self.entered[k].target, [], []
+        target, truths, draws = self.targets[k], [], []
         for theta, rng in zip(thetas, rngs, strict=True):
             p, start = self.fit.problem.model(theta, k)
             truths.append(Model(p, self.fit.problem.per_run))
@@ -64,10 +77,10 @@ class Cause:
             p = truths[-1].grid[int(rng.integers(len(truths[-1].grid)))]
             draws.append((p, start, push, noise(target, rng)))
         p, start, push, white = (np.column_stack(part) for part in zip(*draws, strict=True))
-        if (force := self.force[k]) is not None:
-            push += force[:, None]
+        if self.free:
+            push, white = push + self.free.forces()[k][:, None], white + self.free.errors()[k][:, None]
         quiet = target.errors(p, no_gain(target.run), np.zeros(target.run.time_s.size), push, start)
-        return truths, np.reshape(self.error[k], (-1, 1)) - quiet + white
+        return truths, white - quiet
 
     def draw(self, rng: np.random.Generator) -> np.ndarray:
         """Unknowns that the data leave possible, shape (size,)."""
@@ -78,14 +91,8 @@ class Cause:
 
 def cause_of(fit: Fitted, targets: Sequence[Target], free: Freeform | None = None) -> Cause:
     """A fitted hypothesis, with what it lacks laid over it where that is given."""
-    theta = fit.optimum.theta
-    force: tuple[np.ndarray | None, ...] = (None,) * len(targets)
-    error: tuple[np.ndarray, ...] = (np.zeros(()),) * len(targets)
-    if free:
-        theta = np.clip(theta + free.shift, fit.prior.low, fit.prior.high)
-        force, error = free.forces(), free.errors()
-    model = model_of(fit)
-    return Cause(fit, theta, force, error, tuple(Prediction(model, t) for t in targets))
+    theta = fit.optimum.theta if free is None else fit.optimum.theta + free.shift
+    return Cause(fit, np.clip(theta, fit.prior.low, fit.prior.high), free, targets)
 
 
 @dataclass(frozen=True)
@@ -125,18 +132,23 @@ class NewData:
         That of the most probable cause, but no more than noise and turbulence can account for.
         """
         cause = self.causes[0][1]
-        parts = [prediction.floor_squares() for prediction in cause.entered]
+        parts = [own.prediction.floor_squares() for own in cause.entered]
         noise, turbulence = (np.mean(np.concatenate([part[i] for part in parts])) for i in range(2))
         return min(cause.gap(), float(np.sqrt(noise + CHANCE * turbulence)))
 
-    def new_sets(self, seeds: Sequence[tuple[int, int]]) -> list[Gaps]:
-        """Gaps of refit, diagnosed model and cause when every run is repeated once, for each seed."""
+    def drawn(self, seeds: Sequence[tuple[int, int]]) -> Iterator[tuple[np.ndarray, Cause, list[np.random.Generator]]]:
+        """Causes drawn by their probability, one for each seed: which of the seeds are its own, and their numbers."""
         rngs, weight = [np.random.default_rng(seed) for seed in seeds], [chance for chance, _ in self.causes]
         chosen = np.array([int(rng.choice(len(weight), p=weight)) for rng in rngs])
-        gaps = np.empty((len(seeds), 3))
         for which in np.unique(chosen):
             own = np.flatnonzero(chosen == which)
-            gaps[own] = self._repeated(self.causes[which][1], [rngs[i] for i in own])
+            yield own, self.causes[which][1], [rngs[i] for i in own]
+
+    def new_sets(self, seeds: Sequence[tuple[int, int]]) -> list[Gaps]:
+        """Gaps of refit, diagnosed model and cause when every run is repeated once, for each seed."""
+        gaps = np.empty((len(seeds), 3))
+        for own, cause, rngs in self.drawn(seeds):
+            gaps[own] = self._repeated(cause, rngs)
         return [(refit, diagnosed, cause) for refit, diagnosed, cause in gaps.tolist()]
 
     def _repeated(self, cause: Cause, rngs: Sequence[np.random.Generator]) -> np.ndarray:
@@ -147,8 +159,7 @@ class NewData:
             truths, value = cause.new_runs(thetas, k, rngs)
             for i, model in enumerate(self.models):
                 errors[i].append(model[k].errors(value))
-            seen = value - np.reshape(cause.error[k], (-1, 1))
-            errors[2].append(cause.entered[k].errors(seen, truths, cause.force[k]))
+            errors[2].append(cause.entered[k].errors(value, truths))
         return np.column_stack([np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0)) for parts in errors])
 
 

@@ -82,15 +82,20 @@ class Parts:
         """Whether the parts are the runs."""
         return len(set(self.parent)) == len(self.parent)
 
+    def inside(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """Which inputs and which measurements of its run a part is, shapes (I,) and (M,) of bool."""
+        parent, runs = self.parent[k], self.source.runs
+        first = sum(run.time_s.size for run in runs[:parent])
+        fed = np.isin(runs[parent].input_time_s, self.setting.runs[k].input_time_s)
+        return fed, self.rows[k][first : first + runs[parent].time_s.size]
+
     def without(self, k: int) -> Setting:
         """What is left to fit: all other runs, or all measurements but those of a block, whose run goes on without."""
         parent, source = self.parent[k], self.source
         if self.whole:
             return without(source, parent)
-        first = sum(run.time_s.size for run in source.runs[:parent])
         weight = list(source.weight)
-        inside = self.rows[k][first : first + weight[parent].size]
-        weight[parent] = np.where(inside, FLAGGED, weight[parent])
+        weight[parent] = np.where(self.inside(k)[1], FLAGGED, weight[parent])
         return replace(source, weight=tuple(weight))
 
 
@@ -134,12 +139,12 @@ class Fold:
     Attributes:
         errors: of nominal, refit and chosen model, shapes (K,) [m or m/s].
         chosen: name of what was chosen without the part.
-        chain: errors of the models that lead from the nominal to the verdict's, shapes (K,).
+        chain: the models that lead from the nominal to the verdict's, entering the part.
     """
 
     errors: tuple[np.ndarray, ...]
     chosen: str
-    chain: tuple[np.ndarray, ...] = ()
+    chain: tuple[Prediction, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -191,9 +196,9 @@ def leave_out(selection: Selection, parts: Parts, k: int, chain: Sequence[Fitted
     fitted |= {f.hypothesis.name: again(setting, f, parts, k) for f in chain if f.hypothesis.name not in fitted}
     wanted = {f.hypothesis.name: fitted[f.hypothesis.name] for f in (nominal, refit, best, *chain)}
     run = 0 if parts.whole else parts.parent[k]
-    errors = {name: Prediction(model_of(f, run), target).errors() for name, f in wanted.items()}
-    three, steps = (tuple(errors[f.hypothesis.name] for f in some) for some in ((nominal, refit, best), chain))
-    return Fold(three, best.hypothesis.name, steps)
+    entered = {name: Prediction(model_of(f, run), target) for name, f in wanted.items()}
+    three = tuple(entered[f.hypothesis.name].errors() for f in (nominal, refit, best))
+    return Fold(three, best.hypothesis.name, tuple(entered[f.hypothesis.name] for f in chain))
 
 
 def without(setting: Setting, k: int) -> Setting:

@@ -177,8 +177,12 @@ class Freeform:
         """
         shift, parts = solve(self.near, self.components, rows)
         found = zip(self.components, parts, strict=True)
-        kept = [replace(c, coefficients=mean, sd=sd) for c, (mean, sd) in found if c.repeats]
-        return replace(self, components=tuple(kept), shift=shift)
+        kept = tuple(replace(c, coefficients=mean, sd=sd) for c, (mean, sd) in found)
+        return replace(self, components=kept, shift=shift).repeating()
+
+    def repeating(self) -> Freeform:
+        """Only what would come again in another run."""
+        return replace(self, components=tuple(c for c in self.components if c.repeats))
 
     def problem(self) -> Problem:
         """The fit's problem with the missing force added and the error taken off the readings."""

@@ -21,6 +21,7 @@ from .refit import Fit, Recording, own_parameters, parameters, refit
 from .replay import Replay
 from .rivals import best_pair
 from .seal import TRUTH_SCHEMA
+from .shares import shares
 from .whitening import whitener
 
 Array = NDArray[np.float64]
@@ -51,28 +52,9 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
     held = [HeldOut.of(case, result) for result in results[count:]]
     known = [_masked(case, r) for r in noisy]
     refitted = refit(known, case.truth.vector())
-    document["budget"] = _budget(case, results[:count], known, refitted)
+    document["budget"] = shares(case, results[:count], known, refitted)
     document["held_out"] = _held_out(case, known, refitted, held)
     return document, held
-
-
-def _budget(case: Case, results: Sequence[Result], known: Sequence[Recording], refitted: Fit) -> dict[str, float]:
-    """Shares of the nominal's mean-square simulation error on the given runs, each from its best initial states.
-
-    What the refit takes off, what the cause leaves to it, what the water did to the hull, and the sensors' noise.
-    """
-    before = refit(known, case.nominal.vector(), free=())
-    squares: list[tuple[float, ...]] = []
-    for k, (recording, result) in enumerate(zip(known, results, strict=True)):
-        replay = Replay(result.plan)
-        clean = replay.pushed(case.causes, result.true["n_rev_s"])[1]
-        pushed = result.true["position_m"] - replay.motion[0, : clean.size]
-        models = [recording.replay.model(fit.p[k], recording.n_read, fit.start[k]) for fit in (before, refitted)]
-        errors = [recording.range_m - foretold for foretold in (*models, clean)]
-        squares.append(tuple(float(np.nansum(e**2)) for e in (*errors, pushed[np.isfinite(recording.range_m)])))
-    nominal, own, true, water = np.sum(squares, axis=0)
-    shares = {"parameters": nominal - own, "cause": own - true, "disturbance": water, "noise": true - water}
-    return {name: float(share / nominal) for name, share in shares.items()}
 
 
 def _cause(case: Case, cause: Cause) -> dict[str, Any]:
