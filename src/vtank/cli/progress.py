@@ -67,7 +67,8 @@ class progress:
             self.stream.write(f"{note} ...\n")
         elif self.done == self.total or now >= self.next_line:
             text = f"{self.label} {self.done}/{self.total} {note}".rstrip()
-            self.stream.write(f"{text} ({now - self.start:.0f} s)\n")
+            left = (now - self.start) / self.done * (self.total - self.done)
+            self.stream.write(f"{text} ({now - self.start:.0f} s, {left:.0f} s left)\n")
             self.next_line = now + INTERVAL_S
         self.stream.flush()
 

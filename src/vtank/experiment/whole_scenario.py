@@ -16,6 +16,7 @@ bandwidth_rad_s = 0.5
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -112,6 +113,14 @@ def load_whole_scenario(
     )
     table.close()
     return scenario
+
+
+def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
+    """The scenario of a TOML text, under a name; as `load_whole_scenario`."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.toml"
+        path.write_text(text, encoding="utf-8")
+        return load_whole_scenario(path, seed=seed)
 
 
 def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from ...experiment.allocation import able
-from ...experiment.whole_scenario import WholeScenario, load_whole_scenario
+from ...experiment.whole_scenario import WholeScenario, scenario_of
 from ...plant import Vehicle
 from ...plant.vehicle import AXES
 from ...resources import models_dir
@@ -35,10 +33,7 @@ class Candidate:
 
     def scenario(self, seed: int) -> WholeScenario:
         """The scenario with another seed; InputError where the vehicle cannot fly it."""
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "planned.toml"
-            path.write_text(self.text, encoding="utf-8")
-            return load_whole_scenario(path, seed=seed)
+        return scenario_of(self.text, "planned", seed)
 
 
 def candidates(vehicle: Vehicle, depth_m: float | None = None, walls: str = "") -> list[Candidate]:

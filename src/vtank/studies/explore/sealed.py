@@ -5,7 +5,6 @@ Whoever plans and diagnoses sees the name of the vehicle file and the recordings
 
 from __future__ import annotations
 
-import tempfile
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from ...errors import InputError
-from ...experiment.whole_scenario import fly_whole, load_whole_scenario
+from ...experiment.whole_scenario import fly_whole, scenario_of
 from ...plant import Vehicle, load_vehicle
 from ...record import Run, parse_json, read_text
 from ..blind.whole import caused, true_name
@@ -30,7 +29,11 @@ class SealedTank:
     def __init__(self, path: Path | str) -> None:
         """InputError where the file is not the truth of a case of a whole vehicle."""
         self.path, self._pool = Path(path), pool(1)
-        self.vehicle: Vehicle = load_vehicle(self._ask(_vehicle, self.path))
+        try:
+            self.vehicle: Vehicle = load_vehicle(self._ask(_vehicle, self.path))
+        except InputError:
+            self._pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
     def fly(self, text: str, seed: int) -> Run:
         """What is recorded of a scenario; InputError where the vehicle cannot fly it, or strikes a wall."""
@@ -73,10 +76,7 @@ def _cause(path: Path) -> str:
 
 def _fly(path: Path, text: str, seed: int) -> Run:
     vehicle, effects = caused(_truth(path))
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"run_{seed}.toml"
-        file.write_text(text, encoding="utf-8")
-        scenario = load_whole_scenario(file, seed=seed)
+    scenario = scenario_of(text, f"run_{seed}", seed)
     flown = fly_whole(replace(scenario, effects=effects), vehicle)
     if flown.ended:
         raise InputError(f"{scenario.name}: {flown.ended}")

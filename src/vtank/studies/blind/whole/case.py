@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from ....errors import InputError
 from ....experiment.allocation import able
 from ....experiment.readings import WRAPPED
-from ....experiment.whole_scenario import WholeScenario, fly_whole, load_whole_scenario
+from ....experiment.whole_scenario import WholeScenario, fly_whole, scenario_of
 from ....plant.vehicle import AXES, Vehicle, load_vehicle
 from ....record import Run
 from ....record.table import Table
@@ -58,7 +57,7 @@ def draw_whole(seed: int, number: int, attempt: int) -> WholeCase | None:
     nominal = load_vehicle(name)
     given = int(random.integers(GIVEN[0], GIVEN[1] + 1))
     texts = [draw_scenario(random, nominal, str(random.choice(FAMILIES))) for _ in range(given + HELD)]
-    scenarios = [_scenario(text, f"run_{k}") for k, text in enumerate(texts, 1)]
+    scenarios = [scenario_of(text, f"run_{k}") for k, text in enumerate(texts, 1)]
     flown = nominal if kind == "none" else other_numbers(random, nominal)
     drawn = _draw_effect(random, nominal) if kind == "single" else None
     axis, strange = str(random.choice(able(nominal))), int(random.integers(2**31))
@@ -148,13 +147,6 @@ def _effects(drawn: tuple[Any, str, int], vehicle: Vehicle, size: float) -> tupl
     effect, place, seed = drawn
     told = {f"{effect.name}@{place}": entries(np.random.default_rng(seed), effect, place, vehicle, size)}
     return read_placed(Table(Path("trial"), "effects", dict(told)), vehicle), told
-
-
-def _scenario(text: str, name: str) -> WholeScenario:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name}.toml"
-        path.write_text(text, encoding="utf-8")
-        return load_whole_scenario(path)
 
 
 def _run(scenario: WholeScenario, vehicle: Vehicle, effects: tuple[Placed, ...]) -> Run:
