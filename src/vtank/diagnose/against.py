@@ -17,6 +17,7 @@ import numpy as np
 from ..effects.catalogue import CATALOGUE
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
+from ..plant.surge import LINEAR_INPUT
 from ..record import Run
 from ..rigid.recorded import scatter
 from .evidence import Fitted
@@ -60,7 +61,10 @@ def plant_of(
     steady = [e.name for e in CATALOGUE if not e.outliers and not any(q.per_run for q in e.parameters)]
     selection = explained(_noisy(simulated, recorded), steady)
     likeness = _likeness(selection.best, [target_of(run, selection.setting.noise) for run in simulated], folder)
-    return Plant(Nominal(f"a plant fitted to {folder}", selection.best.vector()), likeness.checked())
+    p = selection.best.vector()
+    if first.input_name != "thrust_N":  # a share of 1 means a measured force
+        p[LINEAR_INPUT] = min(p[LINEAR_INPUT], np.nextafter(1.0, 0.0))
+    return Plant(Nominal(f"a plant fitted to {folder}", p), likeness.checked())
 
 
 def _likeness(fit: Fitted, targets: Sequence[Target], folder: str) -> Likeness:

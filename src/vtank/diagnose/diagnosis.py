@@ -208,7 +208,7 @@ def diagnose(
             selection = explained(runs, names, say)
         else:
             runs = thinned(runs)
-            nominal = vector({"linear_input": float(runs[0].input_name == "thrust_N")}, nominal)
+            nominal = vector({"linear_input": 1.0} if runs[0].input_name == "thrust_N" else {}, nominal)
             selection = select(prepare(runs, nominal), names, say)
         chances = probabilities(selection)
         verdict = decide(selection, chances)
