@@ -67,6 +67,7 @@ def test_it_is_told_in_numbered_steps_that_end_with_what_was_withheld(told: tupl
     assert [int(n) for n in re.findall(r"^ ?(\d+)  [A-Z]", said, re.MULTILINE)] == list(range(1, 14))
     assert said.count(f"{out / 'index.html'} is the page to start at") == 2 and "vtank reproduce" in said
     effect, _ = draw(1996, NOMINAL)
+    said = " ".join(said.split())
     assert said.index("Its cause.") < said.index(f"It was {effect.name.replace('_', ' ')}. The diagnosis named it.")
     assert "It was thruster 4" in said and "The diagnosis named it, with 49" in said
 
@@ -157,14 +158,12 @@ def test_the_first_act_is_there_before_the_second_and_stays_when_that_is_interru
 # --- the page and its pictures -------------------------------------------------------------------------------------
 def test_names_cannot_become_markup_in_a_browser(browser: str, tmp_path: Path) -> None:
     blocks = (Heading(EVIL), Table((EVIL,), ((EVIL,),)), Links(((EVIL, EVIL),)))
-    poses = Poses(np.arange(3.0), np.zeros((3, 3)), np.zeros((3, 3)))
     view = SimpleNamespace(film=refused)
     step = Step(EVIL, pictures.filmed(view, tmp_path, "a.mp4", EVIL).text, blocks, (EVIL, EVIL, EVIL))
     write_page(tmp_path, [step], complete=True)
     printed, console = open_page(browser, tmp_path / "profile", tmp_path / "index.html", "--dump-dom")
     assert console == [] and printed.count("<script>") == 1  # that of the theme
     assert printed.count("&lt;script&gt;alert(1)&lt;/script&gt;") > 8
-    assert poses.time_s.size == 3
 
 
 def refused(*args: object) -> str:
