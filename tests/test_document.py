@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtank.present.blocks import Bars, Block, Details, Drawing, Heading, Links, Paragraph, Picture, Table, Terms
+from vtank.present.blocks import Bars, Block, Details, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
 from vtank.present.document import csv_text, html, literal, markdown, plain
 from vtank.present.numbers import fixed, number, percent
 from vtank.record import jsonable
@@ -32,6 +32,7 @@ def page(text: str) -> list[Block]:
         Paragraph(text),
         table,
         Picture("p.png", text),
+        Film("f.mp4", text),
         Drawing('<svg viewBox="0 0 9 9"></svg>', text, (("refit", text),)),
         Bars(((text, 0.95, True), (text, 0.001, False))),
         Terms(((text, (Paragraph(text, text), table)),)),
@@ -66,11 +67,12 @@ def test_every_kind_of_block_is_in_every_outlet() -> None:
         "| said | 1.0 |",
         "## said",
         "![said](p.png)",
+        "[said](f.mp4)",
         "- [a/index.html](a/index.html): said",
     ):
         assert piece in marked
     shown = Shown(code)
-    for tag in ("h1", "h2", "table", "img", "svg", "dl", "details", "a", "figcaption", "footer"):
+    for tag in ("h1", "h2", "table", "img", "video", "svg", "dl", "details", "a", "figcaption", "footer"):
         assert tag in shown.tags
     assert "<td>1.0</td>" in code and '<a href="a/index.html">' in code and '<img src="p.png"' in code
 

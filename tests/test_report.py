@@ -22,6 +22,7 @@ from vtank.diagnose.shrink import left_out
 from vtank.diagnose.verdict import Verdict, probabilities
 from vtank.present.page import report_html
 
+EVIL = "<script>alert(1)</script>"
 VOID = {"meta", "link", "br", "path", "circle", "rect", "polyline"}
 SHRINK = {"unit": "m", "nominal": 0.08, "refit": 0.03, "diagnosed": 0.008, "floor": 0.007, "fraction_closed": 0.957,
           "interval90": [0.91, 0.99]}  # fmt: skip
@@ -128,15 +129,25 @@ def test_every_picture_says_what_it_shows(page: str) -> None:
     assert all(len(text) > 40 for _, text in titles)
 
 
-def test_names_of_runs_cannot_become_markup(friction: tuple[Diagnosis, dict[str, Any]]) -> None:
+@pytest.fixture
+def evil(friction: tuple[Diagnosis, dict[str, Any]]) -> str:
+    """The report of a run with a name that would run if it became markup."""
     diagnosis, document = friction
     setting = diagnosis.selection.setting
-    evil = "<script>alert(1)</script>"
-    runs = (replace(setting.runs[0], name=evil), *setting.runs[1:])
+    runs = (replace(setting.runs[0], name=EVIL), *setting.runs[1:])
     renamed = replace(diagnosis, selection=replace(diagnosis.selection, setting=replace(setting, runs=runs)))
-    text = report_html(renamed, document)
-    assert evil not in text and "&lt;script&gt;" in text
-    Reader(text)
+    return report_html(renamed, document)
+
+
+def test_names_of_runs_cannot_become_markup(evil: str) -> None:
+    assert EVIL not in evil and "&lt;script&gt;" in evil
+    Reader(evil)
+
+
+def test_a_browser_shows_a_name_that_looks_like_markup_as_it_is(browser: str, evil: str, tmp_path: Path) -> None:
+    (tmp_path / "evil.html").write_text(evil, encoding="utf-8")
+    printed, console = open_page(browser, tmp_path / "profile", tmp_path / "evil.html", "--dump-dom")
+    assert console == [] and printed.count("<script>") == 1 and "&lt;script&gt;alert(1)" in printed
 
 
 def test_what_was_not_worked_out_is_said(friction: tuple[Diagnosis, dict[str, Any]]) -> None:

@@ -1,4 +1,4 @@
-"""`vtank reproduce` and `vtank demo` end to end on little effort: tables, figures, findings, folders."""
+"""`vtank reproduce` end to end on little effort: tables, figures, findings, folders."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ import zlib
 import numpy as np
 import pytest
 
-from vtank.cli import demo as demo_command
 from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import plan_all, simulate_surge
@@ -83,6 +82,8 @@ def test_study_has_its_pictures_tables_and_page(written):
     assert len(re.findall(r"supported(: at T = [^*]* s| at (every|any) T)?\.\*\*", findings)) == 18
     assert "not supported" in findings and "judged together" in findings
     assert " nan " not in findings and "inf " not in findings
+    page = (written / "index.html").read_text()
+    assert "Identified and true (feet, as in the paper)" in page and "maximum likelihood, all four" in page
 
 
 @pytest.mark.slow
@@ -126,20 +127,6 @@ def test_folder_keeps_what_was_there_after_a_failure(tmp_path):
     (tmp_path / "r" / "mine.txt").write_text("x")
     with pytest.raises(InputError, match="holds mine.txt"), results_folder(tmp_path / "r", REPRODUCTION):
         pass
-
-
-@pytest.mark.slow
-def test_demo_takes_its_steps_and_says_where_to_look(tmp_path, capsys, monkeypatch, fits):
-    monkeypatch.setattr(reproduction, "BRIEF", LITTLE)
-    monkeypatch.setattr(reproduction, "plan", lambda campaign: {})  # the figures are drawn above
-    monkeypatch.setattr(reproduction, "STUDY_PICTURES", {})
-    monkeypatch.setattr(demo_command, "TRUTHS", ("paper-ii",))
-    assert main(["demo", "--out", str(tmp_path / "out"), "--seed", "4"]) == 0
-    said = capsys.readouterr().out
-    for file in ("index.html", "index.md", "tank.png", "data/paper-ii/manifest.json", "reproduction/index.html"):
-        assert (tmp_path / "out" / file).exists()
-    assert "maximum likelihood, all four" in said and "index.html" in said and "Made in" in said
-    assert (tmp_path / "out" / "tank.png").stat().st_size > 10_000 and fits(tmp_path / "out" / "index.html")
 
 
 # --- tables --------------------------------------------------------------------------------------------------------

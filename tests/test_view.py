@@ -15,7 +15,6 @@ from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run, write_run
 from vtank.tank.film import Stage, film, show
 from vtank.tank.poses import Poses, set_pose
-from vtank.tank.render import RenderUnavailable
 from vtank.tank.whole import load_whole
 from vtank.tank.world import load_model
 from vtank.viewed import _watched, of_run, view
@@ -97,8 +96,8 @@ def test_a_film_is_written_whole(tmp_path: Path) -> None:
     model = load_whole(load_vehicle("kingfisher")).model
     ahead = Poses(T, np.outer(T, [0.5, 0.0, 0.0]), np.zeros((T.size, 3)))
     try:
-        said = film(tmp_path / "out.mp4", model, ahead, poses((0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), 160, 112)
-    except RenderUnavailable as reason:
+        said = film(tmp_path / "out.mp4", model, ahead, poses((0.0, 0.5, 0.0), (0.0, 0.0, 0.3)), (160, 112))
+    except InputError as reason:
         pytest.skip(str(reason))
     assert "1 times the true speed" in said
     import imageio_ffmpeg
@@ -108,6 +107,42 @@ def test_a_film_is_written_whole(tmp_path: Path) -> None:
     pictures = [np.frombuffer(frame, np.uint8) for frame in frames]
     assert about["size"] == (160, 112) and len(pictures) == pytest.approx(1.9 * 25, abs=3)
     assert pictures[0].std() > 5.0 and not np.array_equal(pictures[0], pictures[-1])
+
+
+def test_the_corrected_simulator_may_stand_beside_a_run(tmp_path: Path) -> None:
+    t = np.arange(0.0, 20.0, 0.1)
+    write_run(tmp_path / "run.csv", Run("run", t, {"n_rev_s": 8.0 + 0.0 * t, "range_m": 9.0 - 0.1 * t}))
+    slow, fast = (view(tmp_path / "run.csv", truth=truth).flown.place_m[-1, 0] for truth in ("paper-ii", "physical"))
+    assert fast > 1.5 * slow  # a twenty-eighth of the drag
+    with pytest.raises(InputError, match="truth paper-ii: goes with experiments of one axis"):
+        view("whole/zigzag", truth="paper-ii")
+
+
+def test_a_folder_is_told_from_a_run_and_from_a_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "dives").mkdir()
+    write_run(tmp_path / "dives" / "a.csv", Run("a", T, {"n_rev_s": T, "range_m": T}))
+    with pytest.raises(InputError, match="dives: is a folder; expected one run of it, such as a.csv"):
+        view(tmp_path / "dives")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "paper-ds1").mkdir()  # of the user's, with the name of a scenario
+    assert view("paper-ds1", settings=["duration_s=2"]).flown.time_s[-1] == pytest.approx(2.0)
+
+
+def test_what_cannot_be_filmed_is_refused_before_anything_is_simulated(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("vtank.viewed.view", None)  # would fail
+    assert main(["view", "paper-ds1", "--film", str(tmp_path / "out.avi")]) == 2
+    assert "out.avi: films are MP4, expected a name that ends in .mp4" in capsys.readouterr().err
+
+
+def test_without_opengl_there_is_no_film_and_it_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("imageio_ffmpeg")
+    monkeypatch.setattr("vtank.tank.film.BACKENDS", ("no-such-library",))
+    still = poses((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match="no film, no OpenGL library works here .no-such-library: "):
+        film(tmp_path / "out.mp4", load_model(), still)
+    assert not list(tmp_path.iterdir())
 
 
 def test_without_a_display_or_the_library_it_says_so(

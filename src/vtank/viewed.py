@@ -13,6 +13,7 @@ from .errors import InputError
 from .plant.sensor import Sensor
 from .plant.vehicle import Vehicle, load_vehicle
 from .record import TIME, Run, read_run
+from .resources import scenarios_dir
 from .tank.poses import Poses
 
 NOMINAL = "paper-ii"  # that drives the Phoenix beside a recording along one axis
@@ -64,6 +65,9 @@ def view(
     truth: preset, or path of one or of a diagnosed model, along one axis (default: the scenario's; of a run paper-ii).
     InputError for bad input, and where a recording tells nothing of a place.
     """
+    if Path(flight).is_dir() and not (scenarios_dir() / f"{flight}.toml").is_file():
+        runs = ", ".join(sorted(path.name for path in Path(flight).glob("*.csv"))[:3]) or "a CSV file"
+        raise InputError(f"{flight}: is a folder; expected one run of it, such as {runs}")
     recording = read_run(ghost) if isinstance(ghost, str | Path) else ghost
     if str(flight).endswith(".csv"):
         return _of_run(read_run(flight), vehicle, truth)

@@ -26,13 +26,21 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Simulate, then show or film."""
+    from ..tank.film import refuse_film, refuse_window
     from ..viewed import view
     from .checks import refuse_unwritable
+    from .progress import progress
 
     refuse_unwritable(args.film)
-    seen = view(args.flight, args.ghost, args.vehicle, args.set, args.truth)
-    if args.film is None:
-        seen.show()
-    else:
-        print(f"{args.film}: {seen.film(args.film)}")
+    refuse_film(args.film) if args.film else refuse_window()
+    with progress() as say:
+        say(f"simulating {args.flight}")
+        seen = view(args.flight, args.ghost, args.vehicle, args.set, args.truth)
+        if args.film is None:
+            say("until the window is closed")
+            seen.show()
+            return 0
+        say(f"rendering {args.film}")
+        how = seen.film(args.film)
+    print(f"{args.film}: {how}")
     return 0

@@ -10,6 +10,7 @@ import os
 import sys
 import tempfile
 import time
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -46,12 +47,7 @@ def film(
     """
     from ..record import write_bytes
 
-    try:
-        import imageio_ffmpeg  # noqa: F401
-    except ImportError:
-        raise InputError(
-            "a film is written with imageio-ffmpeg, which is not here; pip install 'vtank[film]'"
-        ) from None
+    refuse_film(path)
     speed = max(1.0, float(np.ptp(flown.time_s)) / longest_s)
     answers = []
     with tempfile.TemporaryDirectory() as name:
@@ -70,10 +66,23 @@ def film(
     raise InputError(f"{path}: no film, no OpenGL library works here ({'; '.join(answers)})")
 
 
-def show(model: mujoco.MjModel, flown: Poses, ghost: Poses | None = None) -> None:
-    """Play a flight over and over in MuJoCo's viewer until it is closed; InputError where there is no window."""
+def refuse_film(path: str | Path) -> None:
+    """InputError for a file that is no MP4 by its name, and without imageio-ffmpeg."""
+    if Path(path).suffix.lower() != ".mp4":
+        raise InputError(f"{path}: films are MP4, expected a name that ends in .mp4")
+    if not find_spec("imageio_ffmpeg"):
+        raise InputError(f"{path}: a film is written with imageio-ffmpeg, which is not here; pip install 'vtank[film]'")
+
+
+def refuse_window() -> None:
+    """InputError where no window can be opened."""
     if sys.platform == "linux" and not {"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys():
         raise InputError("no window can be opened here, expected a display; --film OUT.mp4 needs none")
+
+
+def show(model: mujoco.MjModel, flown: Poses, ghost: Poses | None = None) -> None:
+    """Play a flight over and over in MuJoCo's viewer until it is closed; InputError where there is no window."""
+    refuse_window()
     import mujoco.viewer
 
     stage = Stage(model, flown, ghost)

@@ -41,6 +41,6 @@ def write_page(folder: Path, steps: Sequence[Step], complete: bool) -> None:
         Heading("Look closer"),
         Links(tuple((path, text) for path, text in FILES if (folder / path).exists())),
         Heading("Go on"),
-        *(Paragraph(text, command) for command, text in COMMANDS),
+        *(Paragraph(text, f"{command}:") for command, text in COMMANDS),
     ]
     write_text(folder / "index.html", document.html("vtank demo", page))
