@@ -10,7 +10,7 @@ NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
             $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: venv check format test quick fuzz demo bench wheel clean
+.PHONY: venv check format test quick fuzz soak demo bench wheel wheel-test test-deps clean
 
 venv: $(STAMP)
 
@@ -37,6 +37,9 @@ quick: $(STAMP)
 
 fuzz: $(STAMP)  # ten times the cases of make test: more than 20,000 spoilt files and 200 kills
 	VTANK_FUZZ=10 $(BIN)/pytest -n 2 tests/test_fuzz.py tests/test_kills.py
+
+soak: $(STAMP)  # twenty times the length of make test: a million seconds on the surge model, 50,000 in the tank
+	VTANK_SOAK=20 $(BIN)/pytest -s tests/test_soak.py
 
 demo: $(STAMP)
 	$(BIN)/vtank demo --out $(OUT)
