@@ -11,7 +11,7 @@ NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
             $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: venv check format test quick fuzz demo reproduce bench wheel clean
+.PHONY: venv check format test quick fuzz soak demo reproduce bench wheel wheel-test test-deps test-oldest test-newest clean
 
 venv: $(STAMP)
 
@@ -39,6 +39,9 @@ quick: $(STAMP)
 fuzz: $(STAMP)  # ten times the cases of make test: more than 20,000 spoilt files and 200 kills
 	VTANK_FUZZ=10 $(BIN)/pytest -n 2 tests/test_fuzz.py tests/test_kills.py
 
+soak: $(STAMP)  # twenty times the length of make test: a million seconds on the surge model, 50,000 in the tank
+	VTANK_SOAK=20 $(BIN)/pytest -s tests/test_soak.py
+
 demo: $(STAMP)
 	$(BIN)/vtank demo --out $(OUT)
 
@@ -48,9 +51,25 @@ reproduce: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/pytest benchmarks
 
+# The quick tests with the oldest versions that pyproject.toml allows and with the newest, each in an environment of its
+# own; with another Python: make PYTHON=python3.13 test-newest
+test-deps: test-oldest test-newest
+
+test-oldest test-newest: test-%:
+	$(PYTHON) -m venv --clear .venv-$*
+	$(PYTHON) tests/bounds.py $* > .venv-$*/constraints.txt
+	.venv-$*/bin/python -m pip install --quiet --disable-pip-version-check --constraint .venv-$*/constraints.txt \
+	  --editable '.[test,cluster,film,gym,h5,logs]'
+	.venv-$*/bin/pytest -n 2 --dist loadfile -m "not slow"
+
+wheel-test: $(STAMP)  # wheel and source package, each in an empty environment, outside of the checkout, without a network
+	rm -rf dist
+	$(BIN)/hatchling build -d dist
+	$(BIN)/python tests/installed.py dist/*
+
 wheel: $(STAMP)
 	$(BIN)/python -m pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 
 clean:
-	rm -rf $(VENV) $(OUT) $(REPRODUCTION) build dist .pytest_cache .ruff_cache .mypy_cache .benchmarks .hypothesis
+	rm -rf $(VENV) $(VENV)-* $(OUT) $(REPRODUCTION) build dist .pytest_cache .ruff_cache .mypy_cache .benchmarks .hypothesis
 	find src tests -name __pycache__ -type d -prune -exec rm -rf {} +
