@@ -22,7 +22,7 @@ from vtank.studies.blind.case import tied
 from vtank.studies.blind.closed import Closed, closed
 from vtank.studies.blind.make import Order, make
 from vtank.studies.blind.questions import measures
-from vtank.studies.blind.rows import Row
+from vtank.studies.blind.rows import Row, visible
 from vtank.studies.blind.score import _row, grouped, score, write_score
 from vtank.studies.blind.seal import EPOCH_S, canonical, commitment, digest, fixed_csv, json_bytes, read_index
 from vtank.studies.blind.tables import tables
@@ -465,7 +465,7 @@ def made_up(label: str, d: float, chances: dict[str, float], said: str = "effect
     named = max(chances, key=lambda k: chances[k])
     verdict = {"kind": said, "class": [named], "effects": named.split("+"), "probability": max(chances.values())} | more
     closed = Closed(0.2, 0.1, 0.01, 0.019, (0.8, 1.0), 0.9)
-    return Row("case", label, truth, {"verdict": verdict} | apart, d, chances, "", closed)
+    return Row("case", label, d, truth, {"verdict": verdict} | apart, chances, "", closed)
 
 
 def asked(*rows: Row) -> dict[str, tuple[float, int]]:
@@ -527,6 +527,19 @@ def test_varying_budget_and_stated_set_by_hand() -> None:
     found = asked(made_up("tether", 20.0, SURE, budget=lines, true=true, cause_set=["tether", "none"]))
     assert found["budget interval, effect"] == (1.0, 1) and found["budget interval, noise"] == (0.0, 1)
     assert found["stated set holds the truth"] == (1.0, 1)
+
+
+def test_what_is_too_faint_to_see_counts_as_not_there() -> None:
+    causes = [{"name": name} for name in ("linear_drag", "sonar_latency", "drag_asymmetry")]
+
+    def seen(*d_each: float) -> tuple[str, float]:
+        truth = {"label": "drag_asymmetry+linear_drag+sonar_latency", "causes": causes, "d_parameters": 50.0}
+        return visible(truth | {"d_each": d_each})
+
+    assert seen(32.0, 6.0, 0.8) == ("linear_drag+sonar_latency", 6.0)
+    assert seen(2.0, 12.0, 0.8) == ("sonar_latency", 12.0)
+    assert seen(2.0, 1.0, 0.8) == ("parameters", 50.0)
+    assert not made_up("unknown", 6.0, SURE).fair and made_up("tether", 6.0, SURE).fair
 
 
 def test_no_rows_make_no_score() -> None:

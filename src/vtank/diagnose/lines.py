@@ -61,6 +61,8 @@ def loudest(fit: Fitted) -> Lines:
     peak = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
     peak = peak[peak >= FINER]
     peak = peak[np.argsort(-power[peak])][:LINES]
-    periods = peak / FINER  # in the longest run
+    left, top, right = (np.log(power[peak + i]) for i in (-1, 0, 1))
+    bend = np.maximum(2.0 * top - left - right, 1e-12)
+    periods = (peak + 0.5 * (right - left) / bend) / FINER  # in the longest run, at the top of a parabola
     all_told = np.sum(1.0 / np.arange(1, max(size // 2, 1) + 1))
     return Lines(2.0 * np.pi * periods / (size * step), -np.log(periods * all_told))

@@ -19,7 +19,7 @@ class Calibration:
         tempering: exponent on the evidence of what has a name.
         prior: probability of each kind before the data.
         doubt: probability that the comparison itself went wrong and says nothing beyond the prior.
-        mimicry: odds that a cause without a name passes for the best explanation and leaves nothing over.
+        mimicry: odds that a cause without a name passes for own parameters that are off and leaves nothing over.
         widening: stretch of the interval of the fraction closed.
         conformal: probability that a set of causes must reach to hold the true one in 95 % of all cases.
     """

@@ -7,6 +7,7 @@ usual in the run: heavy tails alone, an error that is somewhat coloured, or a li
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,8 +15,7 @@ from scipy.special import ndtri
 
 from ..outliers import spread
 
-LENGTHS = (3, 4, 6, 8, 11, 16, 22, 32, 45, 64, 90, 128)  # [readings] of events, two to the octave; choices
-LEAST_WAVE = 16  # [readings] of a packet; a choice
+LEAST, LEAST_WAVE = 3, 16  # [readings] of an event and of a packet; choices
 MOST = 4  # events of a run that are looked at; a choice
 Found = list[tuple[float, int, int, float]]  # lean, first reading, number of readings, frequency [rad/s]
 
@@ -52,7 +52,7 @@ def events(time: np.ndarray, innovation: np.ndarray, longest_s: float) -> Events
     there, scores = _scores(innovation)
     total = np.concatenate([[0.0], np.cumsum(scores)])
     found, looked = Found(), 0
-    for length in (n for n in LENGTHS if n < there.size // 4):
+    for length in _lengths(LEAST, there.size):
         lean = (total[length:] - total[:-length]) / np.sqrt(length)
         lean /= max(spread(lean), 1.0)
         brief = time[there[length - 1 :]] - time[there[: lean.size]] < longest_s
@@ -66,7 +66,7 @@ def packets(time: np.ndarray, innovation: np.ndarray) -> Events:
     """Packets of waves among the same: where a frequency is far louder than it usually is in this run."""
     there, scores = _scores(innovation)
     found, looked, step = Found(), 0, float(np.median(np.diff(time[there]))) if there.size > 1 else 1.0
-    for length in (n for n in LENGTHS if LEAST_WAVE <= n < there.size // 4):
+    for length in _lengths(LEAST_WAVE, there.size):
         every, taper = length // 4, np.hanning(length)
         frames = np.lib.stride_tricks.sliding_window_view(scores, length)[::every] * taper
         power = np.abs(np.fft.rfft(frames, 2 * length)) ** 2 / np.sum(taper**2)
@@ -79,6 +79,14 @@ def packets(time: np.ndarray, innovation: np.ndarray) -> Events:
                 (float(np.sqrt(2.0 * power[j, i])), int(j) * every, length, float(np.pi * i / (length * step)))
             )
     return _apart(found, time[there], looked)
+
+
+def _lengths(least: int, size: int) -> Iterator[int]:
+    """Lengths of stretches [readings], two to the octave, up to a quarter of all."""
+    k = 0
+    while (length := round(least * 2.0 ** (0.5 * k))) < size // 4:
+        yield length
+        k += 1
 
 
 def _scores(innovation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -325,8 +325,10 @@ class _Pursuit:
         gains, sizes = evidence(A, b, np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0))
 
         looked = piece.events.looked if piece.events else gains.size
-        if piece.events:
-            gains = np.minimum(gains, evidence(*_alone(piece.events.lean))[0])
+        if piece.events:  # an outlier is none: what ranks do not show counts for no more than they say
+            by_ranks = evidence(*_alone(piece.events.lean))[0]
+            shown = by_ranks > np.log(len(KINDS) * looked) + WORTHWHILE
+            gains = np.where(shown, gains, np.minimum(gains, by_ranks))
         if piece.lines:
             gains, looked = gains + piece.lines.log_share, 1
 

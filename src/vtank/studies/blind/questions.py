@@ -86,7 +86,7 @@ def varying(r: Row) -> bool | None:
 def in_set(r: Row) -> bool | None:
     """The truth in the stated set of causes."""
     stated = r.document.get("cause_set")
-    return None if stated is None else r.label in {canonical_name(str(name)) for name in stated}
+    return None if stated is None or not r.fair else r.label in {canonical_name(str(name)) for name in stated}
 
 
 def budget(line: str) -> Callable[[Row], bool | None]:

@@ -22,10 +22,10 @@ class Row:
 
     Attributes:
         case, label: its name and right answer.
-        truth, document: as sealed and as answered.
         d: signal-to-noise ratio by which it is counted: post-refit, of the weakest of several effects, of what the best
             two known effects leave where the right answer is "unknown", of the parameters' change where only those
             are wrong.
+        truth, document: as sealed and as answered.
         chances: stated probabilities, summing to one, under the names that are scored.
         refused: the message, or nothing.
         closed: held-out gaps.
@@ -33,9 +33,9 @@ class Row:
 
     case: str
     label: str
+    d: float
     truth: Mapping[str, Any]
     document: Mapping[str, Any]
-    d: float
     chances: dict[str, float]
     refused: str
     closed: Closed
@@ -98,10 +98,14 @@ class Row:
         return self.label in self.named
 
     @property
+    def fair(self) -> bool:
+        """Whether an answer can be held right or wrong: not where all is too faint, or as good as known effects."""
+        return self.label == "none" or self.d >= (VISIBLE if self.label == "unknown" else FAINT)
+
+    @property
     def wrong(self) -> bool:
-        """Whether something was said that is not so; what is too faint, or as good as known effects, is not held so."""
-        fair = self.label == "none" or self.d >= (VISIBLE if self.label == "unknown" else FAINT)
-        return fair and self.said != "undecided" and not self.class_right
+        """Whether something was said that is not so."""
+        return self.fair and self.said != "undecided" and not self.class_right
 
     def windows_found(self) -> tuple[float, float] | None:
         """Share of the true windows' time that is named, and of the time named that is true; None without windows."""
@@ -141,14 +145,17 @@ def row(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], closed: 
     """The row of one case."""
     document = answer["document"]
     chances, refused = chances_of(document["probabilities"]), str(answer.get("refused", ""))
-    return Row(case, truth["label"], truth, document, _difficulty(truth), chances, refused, closed)
+    return Row(case, *visible(truth), truth, document, chances, refused, closed)
 
 
-def _difficulty(truth: Mapping[str, Any]) -> float:
-    if truth["label"] == "none":
-        return 0.0
-    if truth["label"] == "parameters":
-        return float(truth["d_parameters"])
-    if truth["label"] == "unknown":
-        return float(truth["pair"]["d"] if "pair" in truth else truth["d"])
-    return float(min(truth["d_each"]))
+def visible(truth: Mapping[str, Any]) -> tuple[str, float]:
+    """The right answer as far as it can be seen, and d: an effect fainter than FAINT counts as not there."""
+    label = str(truth["label"])
+    if label == "unknown":
+        return label, float(truth["pair"]["d"] if "pair" in truth else truth["d"])
+    if label == "varying":
+        return label, float(min(truth["d_each"]))
+    seen = {tied(c["name"]): float(d) for c, d in zip(truth["causes"], truth["d_each"], strict=True) if d >= FAINT}
+    if seen:
+        return canonical_name("+".join(seen)), min(seen.values())
+    return ("parameters", float(truth["d_parameters"])) if label != "none" else ("none", 0.0)

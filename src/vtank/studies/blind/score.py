@@ -81,9 +81,10 @@ def grouped(rows: Sequence[Any], scheme: Scheme | None = None) -> Groups:
 
 def calibration(rows: Sequence[Row]) -> dict[str, Measure]:
     """CORP miscalibration of the most probable name, with what chance alone would show."""
-    if not rows:
+    fair = [(r.chances[r.answer], float(r.right)) for r in rows if r.fair]
+    if not fair:
         return {}
-    found = corp(*np.array([(r.chances[r.answer], float(r.right)) for r in rows]).T)
+    found = corp(*np.array(fair).T)
     values = {"miscalibration": found.miscalibration, "miscalibration by chance": found.expected, "brier": found.brier}
     return {name: Measure(value, found.n, math.nan, math.nan) for name, value in values.items()}
 

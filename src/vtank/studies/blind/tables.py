@@ -8,7 +8,7 @@ from ...present import Block, Heading, Paragraph, Picture, Table
 from ...present.document import csv_text
 from .measures import Measure
 from .questions import CLOSED, OVERLAP, QUESTIONS
-from .rows import VISIBLE, Row
+from .rows import FAINT, VISIBLE, Row
 
 Groups = Mapping[str, Mapping[str, Mapping[str, Measure]]]
 TITLE = "Score of the blind trials"
@@ -16,9 +16,10 @@ BARS = {q.name: q.bar for q in QUESTIONS} | {CLOSED: ">= 0.90", "miscalibration"
 RULES = (
     "Cells: value [95 % interval] (cases); interval of a proportion: Wilson. d is the "
     "signal-to-noise ratio that the best refit of the nominal's own parameters leaves; a gap is visible from "
-    f"{VISIBLE:g}. Unknown causes count by what the best two known effects leave as well, where that was computed. "
+    f"{VISIBLE:g}. Unknown causes count by what the best two known effects leave as well, where that was computed; of "
+    f"known ones those fainter than {FAINT:g} count as not there. "
     f"Windows are right where at least {100 * OVERLAP:.0f} % of their time is named, and at least as much of the time "
-    "named is theirs. Shares of the budget are true for the runs that were given. "
+    "named is theirs. Shares of the budget are true for the runs that were given, foretold as the diagnosis does. "
 )
 MEASURES = ("group", "member", "measure", "value", "low95", "high95", "n")
 CASES = ("case", "kind", "truth", "causes", "d", "vehicle", "noise", "turbulence", "runs", "rate_hz", "duration_s",
