@@ -45,6 +45,9 @@ ELSEWHERE = {  # command that takes minutes, or needs what is not always here ->
     "vtank bandwidth mine-sway.toml --out bandwidth": 'test_bandwidth_station.py: main(["bandwidth"',
     "vtank reproduce --out paper": 'test_reproduce.py: main(["reproduce"',
     "vtank view data/paper-ds1.csv --film gap.mp4": 'test_view.py: main(["view"',
+    "vtank identifiability whole/zigzag --nominal remus100": "test_identifiability_whole.py: everything_is_written",
+    "vtank explore zigzag --nominal bluerov2 --write-plan next.toml": "test_explore.py: ranked(plans",
+    "vtank diagnose zigzag --nominal bluerov2 --axes yaw --against mine": "test_against.py: every_outlet_tells",
     "vtank identifiability --seeds 400 --design --out page --write-plan plan": 'test_identifiability_plan.py: "plan"',
 }
 
