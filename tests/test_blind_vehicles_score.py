@@ -84,7 +84,7 @@ def made_up(label: str, said: str, names: tuple[str, ...], p: float = 0.97, d: f
     places = [name.partition("@")[2] for name in names]
     verdict = {"kind": said, "class": list(names) if "effect" in said else [], "places": places, "probability": p}
     chances = {scored_name(name): p / len(names) for name in names} | {"none or other": 1.0 - p}
-    return WholeRow("case_0001", label, {"kind": kind, "effects": effects}, {"verdict": verdict}, d, chances, "",
+    return WholeRow("case_0001", label, d, {"kind": kind, "effects": effects}, {"verdict": verdict}, chances, "",
                     Closed(), (), "axis")  # fmt: skip
 
 

@@ -210,7 +210,7 @@ def test_shares_are_counted_in_percent() -> None:
     with percent("flying", stream) as report:
         for share in (0.2, 0.999, 1.0):
             report(share)
-    assert stream.getvalue() == "flying, percent 100/100 (0 s)\n"
+    assert stream.getvalue() == "flying, percent 100/100 (0 s, 0 s left)\n"
 
 
 def test_progress_is_sparing_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -22,6 +22,8 @@ OWN = {
     "mine-truth.toml",
     "mine-sway.toml",
     "thrusters.toml",
+    "dive.toml",
+    "src/vtank/effects/wave_making.py",
     "journal/",
 }  # made by whoever follows the document
 

@@ -45,9 +45,9 @@ def test_what_a_hypothesis_changes_is_what_its_simulation_does(flight, small) ->
     i = at(hypotheses, "linear_drag@yaw")
     layout, runs, _ = record([flight], VEHICLE)
     noise = replace(first_noise(runs), sigma=np.full(6, 1e-3))
-    fit = Fit(runs, layout.null, np.array([], np.int64), np.array([]), noise)
+    fit = Fit(runs, noise)
     sides = [layout.null, layout.vector(dict(hypotheses[i].values))]
-    exact = np.diff(fit.residuals(sides, fit.filter(np.array([]))), axis=1)
+    exact = np.diff(fit.residuals(sides, fit.filter(layout.null)), axis=1)
     assert np.sqrt(seen.gram[seen.at[i], seen.at[i]]) == pytest.approx(np.linalg.norm(exact), rel=0.05)
 
 

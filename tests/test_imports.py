@@ -200,7 +200,7 @@ def test_private_names_stay_in_their_module(module: str) -> None:
 
 
 MOST_ARGUMENTS = 8  # by position; more are given by name
-COMPILED = {"law", "term"}  # decorators of kernels, which pass arrays and numbers and nothing else
+COMPILED = {"law", "lean", "term"}  # decorators of kernels, which pass arrays and numbers and nothing else
 MADE = {"kalman", "simulate", "step", "with_forces"}  # kernels that are made for each plant
 
 

@@ -25,6 +25,7 @@ from . import outliers
 from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
+LEAST = 1e-9  # of a first guess, in its unit: what was found to be nothing stays nothing, and its prior finite
 FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
 VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
@@ -146,7 +147,7 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
         elif name == "linear_input":
             nominal, sd, low, high = 0.5, 0.5, 0.0, 1.0
         else:
-            sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * abs(nominal)
+            sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * max(abs(nominal), LEAST)
         rows.append((nominal, sd, low, high))
     varies = {name: (mean, sd, 1e-3 if name == LAG else -np.inf, np.inf) for name, mean, sd in hypothesis.varying}
     own = [varies.get(name) or (0.0, _spread(known[name]), -np.inf, np.inf) for name in problem.per_run]

@@ -125,7 +125,7 @@ def flowing(model: Model, found: Sequence[Filtered], did: Usual, flow: Flow) -> 
     sizes[asked] += shares.reshape(asked.size, -1) * did.force[asked, None]
     scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
     move = np.linalg.solve(base.J.T @ base.J + np.diag(scale**-2.0), base.J.T @ (columns @ shares))
-    return flow._replace(sizes=sizes), np.clip(model.theta - move, low, high)
+    return Flow(flow.terms, sizes, flow.usual, flow.most), np.clip(model.theta - move, low, high)
 
 
 def likeliest(G: Array, b: Array) -> Array:

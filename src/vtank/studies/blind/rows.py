@@ -150,7 +150,9 @@ def row(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], closed: 
 
 def visible(truth: Mapping[str, Any]) -> tuple[str, float]:
     """The right answer as far as it can be seen, and d: an effect fainter than FAINT counts as not there."""
-    label = str(truth["label"])
+    label = truth["label"]
+    if not isinstance(label, str):
+        raise TypeError(f"label: expected text, found {label!r}")
     if label == "unknown":
         return label, float(truth["pair"]["d"] if "pair" in truth else truth["d"])
     if label == "varying":

@@ -28,7 +28,7 @@ SETTINGS = ("duration_s=60",)
 OWN = {  # parameter -> in words, unit as shown, and factor
     "alpha": ("drag", "1/m", 1.0),
     "beta": ("thrust", "mm/rev²", 1e3),
-    "thrust_lag.tau": ("lag", "s", 1.0),
+    "tau": ("lag", "s", 1.0),
 }
 OFF = 3.0  # deviations beyond which an identified parameter has missed the truth; a choice
 LIKELIEST = 5  # hypotheses shown
@@ -110,7 +110,7 @@ def identified(fit: Any, nominal: vt.Truth, truth: vt.Truth) -> Step:
     for name, value in fit.values.items():
         true, sd = truth.vector()[slot(name)], fit.sd[name]
         off += abs(value - true) > OFF * sd
-        meaning, unit, factor = OWN[name]
+        meaning, unit, factor = OWN[name.rpartition(".")[2]]
         before, now, then = (words.number(factor * v, 4) for v in (nominal.vector()[slot(name)], value, true))
         found = f"{now} ± {words.number(factor * sd, 2)}"
         rows.append((f"{meaning} [{unit}]", before, found, then))
@@ -167,8 +167,8 @@ def told(document: dict[str, Any], effect: Effect, truth: vt.Truth) -> Step:
         size = words.number(found[parameter.name]["value"]) if parameter.name in found else "-"
         rows.append((f"{name}: {parameter.meaning} [{parameter.unit}]", size, words.number(value)))
     for key, values in document["parameters"].items():
-        if key in OWN:
-            meaning, unit, factor = OWN[key]
+        if key.rpartition(".")[2] in OWN:
+            meaning, unit, factor = OWN[key.rpartition(".")[2]]
             size, true = (words.number(factor * v, 4) for v in (values["diagnosed"], truth.vector()[slot(key)]))
             rows.append((f"{meaning} [{unit}]", size, true))
     verdict = document["verdict"]

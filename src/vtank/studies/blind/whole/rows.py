@@ -79,8 +79,7 @@ def _difficulty(label: str, known: Known) -> float:
 def _covered(truth: Mapping[str, Any], document: Mapping[str, Any]) -> tuple[bool, ...]:
     """Whether stated intervals hold the drag and the added mass that were flown; of what an effect moves, none."""
     own, found = truth["own"], []
-    flown = {f"{name}@{axis}": own[key][i] for name, key in (("linear_drag", "linear"), ("quadratic_drag", "quadratic"))
-             for i, axis in enumerate(AXES)}  # fmt: skip
+    flown = {f"{key}_drag@{axis}": own[key][i] for key in ("linear", "quadratic") for i, axis in enumerate(AXES)}
     flown |= {f"added_mass@{axis}": own["added_mass"][7 * i] for i, axis in enumerate(AXES)}
     named = {f"{e['name']}@{e['place']}" for e in document.get("effects", ())}
     for number in document.get("parameters", ()):
