@@ -228,7 +228,7 @@ def _judged(
         return sorted(every, key=lambda block: -block.gain)
 
     blocks, ground = nameless(best, found), refitted if best.effects else best
-    alone = nameless(ground, ground.fit.filter(ground.vector())) if best.effects else blocks
+    alone = nameless(ground, found) if best.effects else blocks
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in (block for block in alone if block.size > VISIBLE):
         mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)

@@ -110,8 +110,10 @@ def corrected(columns: dict[str, dict[str, float]]) -> Step:
 
 def told(found: Any, thruster: str, share: float) -> Step:
     """The truth, beside what was found."""
-    verdict, name = found.document["verdict"], thruster.replace("_", " ")
-    right = ("thruster_dead", thruster) in zip(verdict["effects"], verdict["places"], strict=True)
-    sizes = [e["values"]["size"]["value"] for e in found.document["effects"] if e["place"] == thruster]
-    said = f"The diagnosis named it, with {-100.0 * sizes[0]:.1f} %." if right else "The diagnosis did not name it."
-    return Step("What was withheld from it", f"It was {name}, which lacked {100.0 * share:.1f} % of its force. {said}")
+    named = {(e["name"], e["place"]): e["values"] for e in found.document["effects"]}
+    size, name = named.get(("thruster_dead", thruster)), thruster.replace("_", " ")
+    said = "did not name it." if size is None else f"named it, with {-100.0 * size['size']['value']:.1f} %."
+    return Step(
+        "What was withheld from it",
+        f"It was {name}, which lacked {100.0 * share:.1f} % of its force. The diagnosis {said}",
+    )
