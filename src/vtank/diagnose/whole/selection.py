@@ -227,8 +227,14 @@ def _judged(
         every = [replace(block, gain=block.gain - less.get(f"unknown@{block.place}", 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
-    blocks, ground = nameless(best, found), refitted if best.effects else best
-    alone = nameless(ground, found) if best.effects else blocks
+    blocks = alone = nameless(best, found)
+    ground = best
+    if best.effects:
+        there = refitted.fit.filter(refitted.vector())
+        ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
+        wider = sum(float(np.sum(np.log(g.variance / f.variance))) for f, g in zip(found, there, strict=True))
+        ground = replace(ground, log_evidence=ground.log_evidence - 0.5 * wider)
+        alone = nameless(ground, there)
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in (block for block in alone if block.size > VISIBLE):
         mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)
