@@ -69,7 +69,7 @@ def flight(act: Act, run: vt.Run) -> Step:
     )
     text = (
         f"{vehicle.mass_kg:.1f} kg, {len(vehicle.thrusters)} thrusters; {run.duration_s:.0f} s of surge, heave and yaw "
-        f"at once, {len(run.columns)} channels. One thruster lacks part of its force: which is sealed. {film.text}"
+        f"at once, {len(run.columns)} channels. Which thruster lacks part of its force is sealed. {film.text}"
     )
     return Step("A whole vehicle: the BlueROV2 in open water", text.strip(), film.blocks)
 
