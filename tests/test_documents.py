@@ -99,7 +99,7 @@ def test_the_way_to_ones_own_recording_and_vehicle_works(
     follow([block for block in blocks(HOWTO) if block.chapter != EFFECT], ELSEWHERE)
     for name, column in (("dives/dive1", "n_rev_s"), ("logger-run", "range_m")):
         assert column in read_run(tmp_path / f"{name}.csv").columns
-    assert "Verdict     Linear_drag at surge" in capsys.readouterr().out  # of mine-trial
+    assert "Verdict     Linear drag at surge" in capsys.readouterr().out  # of mine-trial
 
 
 @pytest.mark.slow

@@ -16,6 +16,9 @@ from vtank.experiment.whole import fly_vehicle
 NOMINAL = vt.load_vehicle("bluerov2")
 SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "magnetometer_bias",
         "sensor_latency", "current", "sensor_rotated")  # fmt: skip
+WEAK = replace(NOMINAL, thrusters=tuple(
+    replace(t, curve=tuple((n, 0.5 * f) for n, f in t.curve)) if t.site == "thruster_4" else t
+    for t in NOMINAL.thrusters))  # fmt: skip
 SENSORS = tuple(s for s in NOMINAL.sensors if s.name in ("imu", "ahrs", "dvl", "depth"))
 
 
@@ -121,13 +124,18 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
 
 def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path):
     """Readings are lone by the diagnosed model: those that the nominal misses by many deviations are its errors."""
-    weak = replace(NOMINAL, thrusters=tuple(
-        replace(t, curve=tuple((n, 0.5 * f) for n, f in t.curve)) if t.site == "thruster_4" else t
-        for t in NOMINAL.thrusters))  # fmt: skip
     (tmp_path / "model.toml").write_text(
         'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
         '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
     )
-    columns = vt.predict(tmp_path / "model.toml", flight(weak, 6))["columns"]
+    columns = vt.predict(tmp_path / "model.toml", flight(WEAK, 6))["columns"]
     turns = {name: columns[name] for name in ("ahrs.heading_rad", "imu.yaw_rate_rad_s")}
     assert all(found["nominal"] > 4.0 * found["diagnosed"] for found in turns.values()), turns
+
+
+def test_a_gap_of_many_deviations_is_laid_to_its_law_and_not_to_what_has_no_name():
+    """Free-form forces and laws are weighed by the same filter: far from the optimum one of their own is worth more."""
+    weak = ("duration_s=40", 'effects."thruster_dead@thruster_2".share=0.485')
+    runs = vt.run("whole/bluerov2-multisine", seed=1, settings=weak)
+    verdict = vt.diagnose(runs, nominal=NOMINAL, axes=("surge", "sway", "yaw"), effects=SOME).verdict
+    assert (verdict.kind, verdict.effects, verdict.places) == ("effect", ("thruster_dead",), ("thruster_2",))

@@ -106,4 +106,4 @@ def _forget(root: Path) -> None:
 
 FOLDER = _folder()
 if not any(FOLDER.rglob("*.nbi")) and sys.stderr.isatty():
-    print("vtank: compiling the equations of motion (once, up to a minute) ...", file=sys.stderr)
+    print("vtank: compiling the equations of motion (once, a minute or two) ...", file=sys.stderr)

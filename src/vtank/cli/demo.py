@@ -56,4 +56,5 @@ def run(args: argparse.Namespace) -> int:
 def show(number: int, step: Step) -> None:
     """A step in a line or three."""
     text = f"{number:2}  {step.title}. {step.text}"
-    print(textwrap.fill(text, min(shutil.get_terminal_size((100, 24)).columns, WIDTH), subsequent_indent=" " * 4))
+    width = min(shutil.get_terminal_size((100, 24)).columns, WIDTH)
+    print(textwrap.fill(text, width, subsequent_indent=" " * 4), flush=True)

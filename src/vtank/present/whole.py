@@ -23,7 +23,7 @@ DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out 
 
 def terminal_text(document: Document, width: int) -> str:
     """What `vtank diagnose` prints."""
-    return plain(*facts(document), width=width)
+    return plain(Heading(title(document), 1), Terms(tuple(facts(document))), width=width)
 
 
 def report_html(diagnosis: WholeDiagnosis, numbers: str) -> str:
@@ -33,14 +33,19 @@ def report_html(diagnosis: WholeDiagnosis, numbers: str) -> str:
     picture = Drawing(
         vehicle_picture(diagnosis.vehicle, lit), "The vehicle from above, bow to the right; what is named is filled."
     )
-    blocks = [*facts(document)[:1], picture, *facts(document)[1:], *details(document),
-              Details("All numbers (JSON)", numbers)]  # fmt: skip
-    return html(f"Gap diagnosis of {document['nominal']}", blocks)
+    blocks: list[Block] = [Heading(title(document), 1), Paragraph(sentence(document)), picture]
+    blocks += [block for name, parts in facts(document) if name != "Verdict" for block in (Heading(name), *parts)]
+    return html(title(document), [*blocks, *details(document), Details("All numbers (JSON)", numbers)])
 
 
-def facts(document: Document) -> list[Block]:
-    """Verdict, probabilities, sizes and budget."""
-    items: list[tuple[str, tuple[Any, ...]]] = [
+def title(document: Document) -> str:
+    """What was diagnosed."""
+    return f"Gap diagnosis of {document['nominal']}"
+
+
+def facts(document: Document) -> list[tuple[str, tuple[Paragraph | Table | Bars, ...]]]:
+    """Verdict, probabilities, sizes and budget, each with its name."""
+    items: list[tuple[str, tuple[Paragraph | Table | Bars, ...]]] = [
         ("Compared", (Paragraph(f"{', '.join(document['runs'])} with {document['nominal']}: "
                                 f"{', '.join(document['axes'])}"),)),
         ("Verdict", (Paragraph(sentence(document)),)),
@@ -55,7 +60,7 @@ def facts(document: Document) -> list[Block]:
     items.append(("Budget", (_budget(document["budget"]),)))
     if document["notes"]:
         items.append(("Noticed", (Paragraph("; ".join(document["notes"]) + "."),)))
-    return [Heading(f"Gap diagnosis of {document['nominal']}", 1), Terms(tuple(items))]
+    return items
 
 
 def sentence(document: Document) -> str:
@@ -96,7 +101,7 @@ def _sizes(document: Document) -> tuple[tuple[str, ...], ...]:
 
 def _budget(lines: list[Document]) -> Table:
     rows = tuple((line["name"], percent(max(line["share"], 0.0)),
-                  " to ".join(f"{100.0 * end:.0f}" for end in line["interval90"])) for line in lines)  # fmt: skip
+                  " to ".join(f"{100.0 * end:z.0f}" for end in line["interval90"])) for line in lines)  # fmt: skip
     return Table(("whose error it is", "share", "90 % interval [%]"), rows)
 
 

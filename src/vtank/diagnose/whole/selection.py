@@ -16,7 +16,7 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .model import VISIBLE, Model, Unknown, blank, own_unknowns, refit, trusted
 from .screen import Base, Promise, based, promises
-from .unnamed import REPEATS, Block, at_place, unnamed
+from .unnamed import Block, at_place, unnamed
 
 Array = NDArray[np.float64]
 FITTED = 6  # promising effects that are fitted, beside all that promise nearly as much; a choice
@@ -26,7 +26,6 @@ STRONGEST = 24  # in every round of score tests, which are tried again as rivals
 MOST = 3  # effects that are named together
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
 WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
-HALF = 0.5  # of what a free-form part promises, from which a law that does so much alone is the better word; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
 FORM = 0.2  # prior odds that an effect has another form than its law here, where another effect is the rival; a guess
@@ -228,19 +227,20 @@ def _judged(
         every = [replace(block, gain=block.gain - less.get(f"unknown@{block.place}", 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
-    blocks, ground = nameless(best, found), refitted if best.effects else best
-    alone = nameless(ground, ground.fit.filter(ground.vector())) if best.effects else blocks
-    if best.effects and blocks:  # a cause that is named, and something left beside it
+    blocks = alone = nameless(best, found)
+    ground = best
+    if best.effects:
+        there = refitted.fit.filter(refitted.vector())
+        ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
+        wider = sum(float(np.sum(np.log(g.variance / f.variance))) for f, g in zip(found, there, strict=True))
+        ground = replace(ground, log_evidence=ground.log_evidence - 0.5 * wider)
+        alone = nameless(ground, there)
+        # a cause that is named, and something left beside it
         weights[_key(best)] += float(np.logaddexp(0.0, np.log(FORM) + blocks[0].gain))
     spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
     for block in (block for block in alone if block.size > VISIBLE):
         mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)
-        chance = ground.log_evidence + block.gain - mimicked
-        if best.effects and best.log_evidence - ground.log_evidence > HALF * block.gain:
-            # first order in a large gap may promise too much, and a law that does as much is the better word
-            most = best.log_evidence + max((left.gain for left in blocks), default=0.0)
-            chance = min(chance, most) - REPEATS
-        weights[f"unknown@{block.place}"] = chance + spread
+        weights[f"unknown@{block.place}"] = ground.log_evidence + block.gain - mimicked + spread
     level = max(weights.values())
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}

@@ -69,7 +69,7 @@ def flight(act: Act, run: vt.Run) -> Step:
     )
     text = (
         f"{vehicle.mass_kg:.1f} kg, {len(vehicle.thrusters)} thrusters; {run.duration_s:.0f} s of surge, heave and yaw "
-        f"at once, {len(run.columns)} channels. One thruster lacks part of its force: which is sealed. {film.text}"
+        f"at once, {len(run.columns)} channels. Which thruster lacks part of its force is sealed. {film.text}"
     )
     return Step("A whole vehicle: the BlueROV2 in open water", text.strip(), film.blocks)
 
@@ -110,8 +110,10 @@ def corrected(columns: dict[str, dict[str, float]]) -> Step:
 
 def told(found: Any, thruster: str, share: float) -> Step:
     """The truth, beside what was found."""
-    verdict, name = found.document["verdict"], thruster.replace("_", " ")
-    right = ("thruster_dead", thruster) in zip(verdict["effects"], verdict["places"], strict=False)
-    sizes = [e["values"]["size"]["value"] for e in found.document["effects"] if e["place"] == thruster]
-    said = f"The diagnosis named it, with {-100.0 * sizes[0]:.1f} %." if right else "The diagnosis did not name it."
-    return Step("What was withheld from it", f"It was {name}, which lacked {100.0 * share:.1f} % of its force. {said}")
+    named = {(e["name"], e["place"]): e["values"] for e in found.document["effects"]}
+    size, name = named.get(("thruster_dead", thruster)), thruster.replace("_", " ")
+    said = "did not name it." if size is None else f"named it, with {-100.0 * size['size']['value']:.1f} %."
+    return Step(
+        "What was withheld from it",
+        f"It was {name}, which lacked {100.0 * share:.1f} % of its force. The diagnosis {said}",
+    )

@@ -20,10 +20,8 @@ from .step import Act, Step
 from .withheld import candidates, draw, toml
 
 NOMINAL = "paper-ii"  # the simulator
-EXPERIMENTS, UNSEEN = (
-    ("paper-ds1", "paper-ds4", "multisine"),
-    "paper-ds2",
-)  # in closed loop: no cause drives into a wall
+EXPERIMENTS = ("paper-ds1", "paper-ds4", "multisine")  # in closed loop: no cause drives the vehicle into a wall
+UNSEEN = "paper-ds2"
 SETTINGS = ("duration_s=60",)
 OWN = {  # parameter -> in words, unit as shown, and factor
     "alpha": ("drag", "1/m", 1.0),
