@@ -71,6 +71,7 @@ def test_a_disturbance_beyond_still_water_s_has_to_be_paid_for() -> None:
 def test_still_water_has_no_more_than_that_and_no_coloured_error() -> None:
     rough, calm = Noise(sigma=0.02, colour_sigma=0.01), Noise(sigma=1e-4, colour_sigma=0.01)
     assert still(rough).sigma == STILL_SIGMA and still(rough).colour_sigma == 0.0
-    assert still(calm) == replace(calm, colour_sigma=0.0)
+    white = replace(calm, variance=(calm.variance[0] + 0.01**2, *calm.variance[1:]), colour_sigma=0.0)
+    assert still(calm) == white  # a reading is as uncertain as it was
     slow = replace(calm, correlation_time=30.0)
-    assert still(slow) == replace(calm, correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+    assert still(slow) == replace(white, correlation_time=STILL_MEMORY_S)

@@ -96,11 +96,11 @@ def test_what_makes_the_motion_run_away_has_no_evidence(number: float) -> None:
 
 def leaders(pursuit: _Pursuit) -> dict[str, list[tuple[float, float, _Group]]]:
     """Of every piece, and of the terms by run, the group with the most evidence, before what it pays for the search."""
-    tried: dict[str, list[_Tried]] = {kind: [] for kind in ("window", "event", "function", "line")}
+    tried: dict[str, list[_Tried]] = {kind: [] for kind in ("window", "event", "stall", "function", "line")}
     tried["by run"] = pursuit._by_run()
     for i, piece in enumerate(pursuit.pieces):
         tried[piece.kind].append(pursuit._windows(i) if piece.kind == "window" else pursuit._groups(i))
-    best = {kind: [(one, int(np.argmax(one.gains))) for one in some] for kind, some in tried.items()}
+    best = {kind: [(one, int(np.argmax(one.gains))) for one in some] for kind, some in tried.items() if some}
     return {kind: [(one.gains[j], one.sizes[j], one.group(j)) for one, j in some] for kind, some in best.items()}
 
 

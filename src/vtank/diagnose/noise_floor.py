@@ -7,7 +7,7 @@ for turbulence and wake, by the likelihood of the innovations.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..estimate.noise_likelihood import linearised, squares_and_logs
 from ..estimate.noise_search import COLOUR, DISTURBANCE, HOPELESS, Likelihood, NoiseSearch, together
+from ..estimate.observed import RANGE
 from ..estimate.problem import Noise, Problem
 from ..estimate.simplex import Walk
 from .evidence import STILL_SIGMA, Fitted, Setting, evaluate
@@ -89,22 +90,30 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
     refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
-    base = ranked[0] if len(ranked[0].hypothesis.effects) > 1 else refit
+    bases = {id(fit): fit for fit in (refit, ranked[0])}.values()
     with ThreadPoolExecutor(2) as pool:
         alone = list(pool.map(lambda fit: _alternate(setting, fit), ranked))
     if setting.foreign:
         likely, noise = max(alone, key=lambda pair: pair[0])
         return setting.with_noise(noise), likely
-    beyond = _beyond(setting, base, still(max(alone, key=lambda pair: pair[0])[1], setting.usual))
-    likely, noise = max([(least, setting.noise), *alone, beyond], key=lambda pair: pair[0])
+    coloured = np.unique(np.concatenate([run.kind[run.coloured > 0.0] for run in setting.runs])).tolist()
+    calm = still(max(alone, key=lambda pair: pair[0])[1], setting.usual, coloured)
+    with ThreadPoolExecutor(2) as pool:
+        beyond = list(pool.map(lambda base: _beyond(setting, base, calm), bases))
+    likely, noise = max([(least, setting.noise), *alone, *beyond], key=lambda pair: pair[0])
     return setting.with_noise(noise), likely
 
 
-def still(noise: Noise, usual: float = STILL_SIGMA) -> Noise:
-    """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error."""
+def still(noise: Noise, usual: float = STILL_SIGMA, coloured: Collection[int] = (RANGE,)) -> Noise:
+    """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error.
+
+    The readings stay as uncertain as they were: what was coloured is white, in the channels that have some.
+    """
+    variance = tuple(v + noise.colour_sigma**2 * (kind in coloured) for kind, v in enumerate(noise.variance))
+    noise = replace(noise, variance=variance, colour_sigma=0.0)
     if noise.sigma <= usual and noise.correlation_time <= STILL_MEMORY_S:
-        return replace(noise, colour_sigma=0.0)
-    return replace(noise, sigma=min(noise.sigma, usual), correlation_time=STILL_MEMORY_S, colour_sigma=0.0)
+        return noise
+    return replace(noise, sigma=min(noise.sigma, usual), correlation_time=STILL_MEMORY_S)
 
 
 def plausible(noise: Noise, usual: float = STILL_SIGMA) -> bool:

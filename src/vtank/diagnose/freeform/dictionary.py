@@ -19,7 +19,8 @@ from ..lines import Lines, judging, loudest
 from ..outliers import resolution
 from .events import Events, events, packets, waves
 from .functions import functions_of, products_of
-from .motion import Motion, motions
+from .motion import Motion, motions, simulated, thrust_along
+from .stalls import bridged, stalls
 
 PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small enough to be linear
 PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act together
@@ -37,7 +38,7 @@ class Piece:
     """Columns made in one go, of all runs together or of one run.
 
     Attributes:
-        kind: "function", "window", "event" or "line".
+        kind: "function", "window", "event", "stall" or "line".
         channel: where it acts.
         about: what it goes with, in words.
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
@@ -61,12 +62,13 @@ class Piece:
 
 def pieces(fit: Fitted) -> list[Piece]:
     """All that could be missing from a fitted model."""
-    moved = motions(fit)
+    moved, alone = motions(fit), simulated(fit.problem, fit.optimum.theta)
     fed, read, lines = [pair[0] for pair in moved], [pair[1] for pair in moved], loudest(fit)
     return [
         *_forces(fed),
         *_errors(read, max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)),
         *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
+        *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed]),
         _lines("error", SENSOR, False, lines, [m.t for m in read]),
     ]
@@ -143,6 +145,30 @@ def _terms(fed: Motion, read: Motion) -> Iterator[tuple[str, str, bool, np.ndarr
         yield HULL if term == "drag" else ACTUATOR, term, True, values
     yield SENSOR, "reading", False, np.ones(read.t.size)
     yield SENSOR, "latency", False, read.u
+
+
+def _stalled(k: int, fit: Fitted, off: np.ndarray) -> Iterator[Piece]:
+    """Readings of one run that repeat themselves in place of what they would be.
+
+    off: measured less simulated, shape (M,).
+    """
+    run, (p, _), runs = fit.problem.runs[k], fit.problem.model(fit.optimum.theta, k), len(fit.problem.runs)
+    counts = np.flatnonzero(judging(fit, k)[0] & fit.problem.used(k))
+    ranges, inputs = stalls(run.value[counts], (run.value - off)[counts]), stalls(run.input)
+    error, force = np.zeros((off.size, len(ranges))), np.zeros((run.input.size, len(inputs)))
+    for e, span in enumerate(ranges):
+        error[counts, e] = off[counts] - bridged(off[counts], span)
+    for e, span in enumerate(inputs):
+        there, held = (thrust_along(run.input_time_s, n, p) for n in (bridged(run.input, span), run.input))
+        force[:, e] = there - held
+    for is_force, t, spans, functions in (
+        (False, run.time_s[counts], ranges, error),
+        (True, run.input_time_s, inputs, force),
+    ):
+        if spans:
+            events = Events.known(tuple((float(t[a + 1]), float(t[b])) for a, b in spans))
+            own = tuple(functions if i == k else None for i in range(runs))
+            yield Piece("stall", SENSOR, "repeated reading", is_force, own, 1, events=events)
 
 
 def _lines(about: str, channel: str, force: bool, lines: Lines, stamps: list[np.ndarray]) -> Piece:

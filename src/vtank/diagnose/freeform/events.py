@@ -25,7 +25,8 @@ class Events:
     """Stretches of a run's readings, the most telling first.
 
     Attributes:
-        lean: how far the innovations lean or swing together in each, in usual deviations, shape (E,).
+        lean: how far the innovations lean or swing together in each, in usual deviations, shape (E,); inf where
+            something else shows them.
         spans: first and last time of each [s].
         rad_s: frequencies of packets of waves [rad/s]; 0 of a lean to one side, shape (E,).
         looked: number of stretches that were looked through.
@@ -35,6 +36,11 @@ class Events:
     spans: tuple[tuple[float, float], ...]
     rad_s: np.ndarray
     looked: int
+
+    @classmethod
+    def known(cls, spans: tuple[tuple[float, float], ...]) -> Events:
+        """Stretches that something else than the innovations shows."""
+        return cls(np.full(len(spans), np.inf), spans, np.zeros(len(spans)), len(spans))
 
     @property
     def each(self) -> int:

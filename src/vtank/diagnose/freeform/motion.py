@@ -79,7 +79,7 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
             pairs = (run.input_time_s, run.input), (run.time_s, held_input)
-            fed[2], states[2] = (np.array([thrust_target(*at, p) for at in zip(*pair, strict=True)]) for pair in pairs)
+            fed[2], states[2] = (thrust_along(*pair, p) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
         out.append(
             (
@@ -88,6 +88,12 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
             )
         )
     return out
+
+
+def thrust_along(t: np.ndarray, n: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Thrust at instants t for inputs n, shapes (I,), as it is behind its lag [m/s2]."""
+    target = np.array([thrust_target(*at, p) for at in zip(t, n, strict=True)])
+    return faded(t, target, p[TAU]) if p[TAU] > 0.0 else target
 
 
 def _rate(t: np.ndarray, values: np.ndarray, past: bool = False) -> np.ndarray:

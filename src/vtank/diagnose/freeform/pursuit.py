@@ -32,7 +32,7 @@ TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less i
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
 BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
 MOST = 12  # groups found at most; for the time it takes
-KINDS = ("function", "run", "window", "event", "line")  # each has an even share of the prior
+KINDS = ("function", "run", "window", "event", "stall", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
 
 
@@ -327,7 +327,7 @@ class _Pursuit:
         looked = piece.events.looked if piece.events else gains.size
         if piece.events:  # an outlier is none: what ranks do not show counts for no more than they say
             by_ranks = evidence(*_alone(piece.events.lean))[0]
-            shown = by_ranks > np.log(len(KINDS) * looked) + WORTHWHILE
+            shown = np.isinf(piece.events.lean) | (by_ranks > np.log(len(KINDS) * looked) + WORTHWHILE)
             gains = np.where(shown, gains, np.minimum(gains, by_ranks))
         if piece.lines:
             gains, looked = gains + piece.lines.log_share, 1

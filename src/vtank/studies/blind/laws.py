@@ -80,6 +80,15 @@ class Law:
         """The channel in which it acts."""
         return CHANNELS[self.acts]
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """That, and one in which something would do the very same.
+
+        To a hull a wrong reading of the propeller is a wrong thrust, and so is a push that goes with the propeller.
+        """
+        driven = self.acts == "force" and any(factor.signal in (N, THRUST) for factor in self.factors)
+        return (self.channel, "actuator") if driven or self.acts == "tachometer" else (self.channel,)
+
     def __str__(self) -> str:
         """As a formula."""
         return "repeats its last reading" if self.stalls else " * ".join([f"{self.unit:.3g}", *map(str, self.factors)])

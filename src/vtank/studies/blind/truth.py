@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...effects import BY_NAME, Effect, sonar_multipath
+from ...effects import BY_NAME, CATALOGUE, Effect, sonar_multipath
 from ...experiment import Plan, Result
 from ...experiment import noise as streams
 from ...experiment.flight import MULTIPATH
 from ...plant import NAMES
-from .case import Case, given, label
+from .case import Case, given, label, tied
 from .cause import Cause
 from .held_out import HeldOut, gaps
 from .refit import Fit, Recording, own_parameters, parameters, refit
@@ -58,15 +58,23 @@ def truth_of(case: Case, results: Sequence[Result], separations: bool = True) ->
 
 
 def _cause(case: Case, cause: Cause) -> dict[str, Any]:
-    """A cause as plain data, with the channel, formula and windows [run, from s, to s] of what no catalogue has."""
+    """A cause as plain data, with the formula and windows [run, from s, to s] of what no catalogue has.
+
+    channels: in which it acts, and in which something would do the very same.
+    """
     out: dict[str, Any] = {"name": cause.name, "size": cause.size}
     if cause.known:
-        return out | {"channel": BY_NAME[cause.name].channel}
+        effect = BY_NAME[cause.name]
+        same = {other.channel for other in CATALOGUE if tied(other.name) == tied(cause.name)}
+        read = {"actuator"} if effect.place == "n_rev_s" else set[str]()
+        return out | {"channel": effect.channel, "channels": sorted({effect.channel} | same | read)}
     if cause.law is None:
         return out | {"factors": [list(cause.factors(k).values())[0] for k in range(len(cause.varies))]}
     spans = cause.law.windows[: case.experiment.given]
     windows = [[k, *span] for k, some in enumerate(spans, 1) for span in some]
-    return out | {"channel": cause.law.channel, "law": str(cause.law), "acts": cause.law.acts, "windows": windows}
+    law = cause.law
+    out |= {"channel": law.channel, "channels": list(law.channels), "law": str(law), "acts": law.acts}
+    return out | {"windows": windows}
 
 
 def _hull(result: Result) -> float:
