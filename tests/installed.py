@@ -60,9 +60,8 @@ def try_out(dist: Path) -> None:
             done = subprocess.run(line, cwd=work, env=environment, capture_output=True, text=True, check=False)
             if done.returncode:
                 sys.exit(f"{dist.name}: {' '.join(words)}: exit {done.returncode}\n{done.stdout}{done.stderr}")
-        print(
-            f"{dist.name}: {len(COMMANDS)} commands in an empty environment, {'without' if offline() else 'with'} network"
-        )
+        network = "without" if offline() else "with"
+        print(f"{dist.name}: {len(COMMANDS)} commands in an empty environment, {network} a network")
 
 
 if __name__ == "__main__":
