@@ -61,7 +61,7 @@ def try_out(dist: Path) -> None:
             if done.returncode:
                 sys.exit(f"{dist.name}: {' '.join(words)}: exit {done.returncode}\n{done.stdout}{done.stderr}")
         network = "without" if offline() else "with"
-        print(f"{dist.name}: {len(COMMANDS)} commands in an empty environment, {network} network")
+        print(f"{dist.name}: {len(COMMANDS)} commands in an empty environment, {network} a network")
 
 
 if __name__ == "__main__":

@@ -223,3 +223,39 @@ def test_progress_is_sparing_elsewhere(monkeypatch: pytest.MonkeyPatch) -> None:
     lines = stream.getvalue().splitlines()
     assert 2 <= len(lines) < 12
     assert lines[-1].startswith("runs 20/20 (")
+
+
+SLIPS = {  # command line -> what is said of the slip in it
+    "diagnos data": "unknown 'diagnos'; did you mean 'diagnose'?",
+    "run paper-ds1 --out d --sed 3": "unknown '--sed'; did you mean '--seed'?",
+    "diagnose d --nominl x": "unknown '--nominl'; did you mean '--nominal'?",
+    "campaign paper-nois --out d": "no campaign named 'paper-nois'; did you mean 'paper-noise'?",
+    "run paper-ds5 --out d": "no scenario named 'paper-ds5'; did you mean 'paper-ds",
+    "run whole/zigzg --out d": "no scenario named 'whole/zigzg'; did you mean 'whole/zigzag'?",
+    "run paper-ds1 --set sonar.nois_m=0.1 --out d": "unknown key; did you mean 'noise_m'?",
+    "run paper-ds1 --set excitation.kind=multisin --out d": "found 'multisin', did you mean 'multisine'?",
+    "run paper-ds1 --set effects.linear_drg.c_per_s=1 --out d": "did you mean 'linear_drag'?",
+    "run paper-ds1 --set effects.linear_drag.c_s=1 --out d": "expected 'c_per_s'",
+    "run paper-ds1 --truth paper-iv --out d": "did you mean 'paper-ii",
+    "run whole/zigzag --set vehicle=bluerov --out d": "did you mean 'bluerov2'?",
+    "effects linear_drg": "no effect 'linear_drg'; did you mean 'linear_drag'?",
+    "blind make --trials 1 --seed 1 --effects linar_drag --out d": "did you mean 'linear_drag'?",
+    "blind mak": "unknown 'mak'; did you mean 'make'?",
+    "check-data misspelt.csv": "did you mean 'heading_rad'?",
+    "import log.csv --map slip.toml --preview": "did you mean 'Drehzahl'?",
+}
+
+
+@pytest.mark.parametrize("line", SLIPS)
+def test_a_slip_is_told_with_what_was_meant(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("misspelt.csv").write_text("time_s,port_command,headng_rad\n" + "".join(f"{k},0.1,0.2\n" for k in range(12)))
+    Path("log.csv").write_text("t;Drehzahl\n" + "".join(f"{k};{k}\n" for k in range(12)))
+    Path("slip.toml").write_text('[[channel]]\nmessage = "table"\nfield = "Drezahl"\ncolumn = "n_rev_s"\n')
+    try:
+        code: object = cli.main(line.split())
+    except SystemExit as ended:
+        code = ended.code
+    assert code == 2 and SLIPS[line] in capsys.readouterr().err

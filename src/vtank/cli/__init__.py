@@ -16,6 +16,7 @@ import errno
 import importlib
 import io
 import os
+import re
 import signal
 import sys
 import warnings
@@ -37,7 +38,7 @@ COMMANDS = (  # in the order of `vtank --help`
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
     modules = _modules()
-    args = _parser(modules).parse_args(argv)
+    args = _parse(modules, argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names of files need not be text
@@ -67,15 +68,45 @@ def _modules() -> dict[str, ModuleType]:
     return {name: importlib.import_module(path) for name, path in paths.items()}
 
 
-def _parser(modules: dict[str, ModuleType]) -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="vtank", description="A virtual tank for identifying the surge dynamics of an underwater vehicle."
+class Parser(argparse.ArgumentParser):
+    """Arguments; of a word that is not known the nearest that is is named."""
+
+    def error(self, message: str) -> NoReturn:
+        """Print the usage and the message, and exit with 2."""
+        choice = re.search(r"invalid choice: '?([^']*?)'? \(choose from (.*)\)$", message, re.DOTALL)
+        strange = re.match(r"unrecognized arguments: (--[\w-]+)", message)
+        if choice:
+            message = message[: choice.start()] + _slip(choice[1], re.findall(r"[\w-]+", choice[2]))
+        elif strange:
+            message = _slip(strange[1], sorted(set(re.findall(r"--[\w-]+", self.format_help()))))
+        super().error(message)
+
+
+def _slip(word: str, known: Sequence[str]) -> str:
+    from vtank.record.toml import meant
+
+    return f"unknown '{word}'{meant(word, known)}"
+
+
+def _parse(modules: dict[str, ModuleType], argv: Sequence[str] | None) -> argparse.Namespace:
+    parser, commands = _parser(modules)
+    args, strange = parser.parse_known_args(argv)
+    if strange:
+        commands[args.command].error(f"unrecognized arguments: {' '.join(strange)}")
+    return args
+
+
+def _parser(modules: dict[str, ModuleType]) -> tuple[Parser, dict[str, Parser]]:
+    """The parser of all commands, and that of each."""
+    parser = Parser(
+        prog="vtank",
+        description="A virtual tank for underwater vehicles; it explains the gap between a simulator and recordings.",
     )
     parser.add_argument("--version", action="version", version=f"vtank {__version__}")
     subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for module in modules.values():
         module.add_parser(subparsers)
-    return parser
+    return parser, subparsers.choices
 
 
 def _refuse(message: str) -> int:

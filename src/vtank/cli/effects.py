@@ -26,7 +26,7 @@ def run(args: argparse.Namespace) -> int:
     from ..effects.catalogue import BY_NAME, CATALOGUE
     from ..errors import InputError
     from ..present.catalogue import as_data, catalogue_table, described
-    from ..record import json_text
+    from ..record import json_text, meant
 
     if args.places:
         from ..tank.places.catalogue import table
@@ -37,7 +37,7 @@ def run(args: argparse.Namespace) -> int:
         return _draft(args.names, args.draft)
     for name in args.names:
         if name not in BY_NAME:
-            raise InputError(f"no effect '{name}'; there are: {', '.join(BY_NAME)}")
+            raise InputError(f"no effect '{name}'{meant(name, BY_NAME)}")
     effects = [BY_NAME[name] for name in args.names] or list(CATALOGUE)
     if args.json:
         print(json_text([as_data(effect) for effect in effects]), end="")

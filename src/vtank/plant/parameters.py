@@ -14,6 +14,7 @@ from ..effects import thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
+from ..record.toml import meant
 from . import law
 
 # Plain parameters: name -> (unit, value where nothing is stated)
@@ -44,7 +45,7 @@ def slot(name: str) -> int:
     try:
         return NAMES.index(name)
     except ValueError:
-        raise InputError(f"no surge parameter '{name}'; there are: {', '.join(NAMES)}") from None
+        raise InputError(f"no surge parameter '{name}'{meant(name, NAMES)}") from None
 
 
 def indices(effect: Effect) -> tuple[int, ...]:

@@ -18,6 +18,7 @@ import numpy as np
 from ..compiled import bind, term
 from ..errors import InputError
 from ..lanes import where
+from ..record.toml import meant
 
 
 class Axis(NamedTuple):
@@ -40,7 +41,7 @@ class Parameters:
     def slot(self, name: str) -> int:
         """Index of a parameter in the vector; InputError lists the names that exist."""
         if name not in self.names:
-            raise InputError(f"no parameter '{name}'; there are: {', '.join(self.names)}")
+            raise InputError(f"no parameter '{name}'{meant(name, self.names)}")
         return self.names.index(name)
 
     @cached_property

@@ -7,6 +7,7 @@ looks misspelt. A number stands bare (`mass_kg = 11.5`) or with its origin
 
 from __future__ import annotations
 
+import difflib
 import os
 import sys
 import textwrap
@@ -107,7 +108,9 @@ class Table:
         """One of the words that are understood."""
         value = self.text(key, default)
         if value not in choices:
-            raise self.error(key, f"expected one of {', '.join(choices)}; found {shown(value)}")
+            nearest = difflib.get_close_matches(value, choices, 1, 0.6)
+            slip = f", did you mean '{nearest[0]}'?" if nearest else ""
+            raise self.error(key, f"expected one of {', '.join(choices)}; found {shown(value)}{slip}")
         return value
 
     def file(

@@ -87,5 +87,8 @@ def find_file(name_or_path: str | Path, folder: Path, what: str) -> Path:
         return Path(name_or_path)
     if is_file(folder / f"{name_or_path}.toml"):
         return folder / f"{name_or_path}.toml"
-    presets, word = sorted(path.stem for path in folder.glob("*.toml")), textwrap.shorten(str(name_or_path), LONGEST)
+    beside = (folder / name_or_path).parent
+    inside = beside if folder in beside.parents and beside.is_dir() else folder
+    presets = sorted(str(path.relative_to(folder).with_suffix("")) for path in inside.glob("*.toml"))
+    word = textwrap.shorten(str(name_or_path), LONGEST)
     raise InputError(f"no {what} named '{word}'{meant(word, presets)}; or the path of a .toml file")

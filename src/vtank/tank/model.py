@@ -7,6 +7,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
+from ..record.toml import meant
 from .layout import SIZE, SURGE, TRIM
 
 TANK_GROUP = 3  # geom group of walls and floor: what a sonar hears
@@ -67,8 +68,8 @@ def site(model: mujoco.MjModel, name: str) -> np.ndarray:
     """Position of a site of the vehicle in body axes, shape (3,) [m]."""
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, name)
     if index < 0:
-        names = ", ".join(model.site(i).name for i in range(model.nsite) if not model.site(i).name.startswith("vtank/"))
-        raise InputError(f"the MJCF has no site '{name}'; there are: {names or 'none'}")
+        names = [model.site(i).name for i in range(model.nsite) if not model.site(i).name.startswith("vtank/")]
+        raise InputError(f"the MJCF has no site '{name}'{meant(name, names or ['none'])}")
     return at_origin(model).site_xpos[index].copy()
 
 

@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..plant import parameters
 from ..plant.surge import TAU
 from ..plant.vehicle import AXES, Vehicle
+from ..record.toml import meant
 from ..water.installation import installed
 from .callbacks import callbacks
 from .layout import FIELDS, SURGE, SURGING, TRIM, TRIMMING, field
@@ -40,7 +41,7 @@ def prepare(model: mujoco.MjModel, vehicle: Vehicle, p: np.ndarray, held: Sequen
     check_model(model, vehicle)
     check_parameters(model, p)
     if unknown := [axis for axis in held if axis not in AXES]:
-        raise InputError(f"no axis '{unknown[0]}' to hold; there are: {', '.join(AXES)}")
+        raise InputError(f"no axis '{unknown[0]}' to hold{meant(unknown[0], AXES)}")
     model = copy.copy(model)
     body, first = vehicle_body(model), model.actuator(SURGE).id
     try:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
+from ..record.toml import meant
 from ..waves import Waves, wave_number
 from ..waves.sea import surface
 from .body import Array, Body, of_vehicle, row
@@ -88,8 +89,8 @@ def _into_spec(spec: mujoco.MjSpec, rows: dict[str, Array], sea: Array) -> mujoc
     spec.option.density = spec.option.viscosity = 0.0
     for name, numbers in rows.items():
         if (body := spec.body(name)) is None:
-            names = ", ".join(body.name for body in spec.bodies if body.name and body.name != "world")
-            raise InputError(f"no body '{name}' to put into water; there are: {names or 'none with a name'}")
+            names = [body.name for body in spec.bodies if body.name and body.name != "world"]
+            raise InputError(f"no body '{name}' to put into water{meant(name, names or ['none with a name'])}")
         if np.any(body.userdata) and body.userdata[0] != MAGIC:
             raise InputError(f"body '{name}' has user data of its own; expected none: the water stands there")
         body.userdata, body.gravcomp = numbers, 0.0
@@ -112,8 +113,8 @@ def _into_model(model: mujoco.MjModel, rows: dict[str, Array], sea: Array) -> mu
     for name, numbers in rows.items():
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
         if index < 0:
-            names = ", ".join(model.body(i).name for i in range(1, model.nbody))
-            raise InputError(f"no body '{name}' to put into water; there are: {names}")
+            names = [model.body(i).name for i in range(1, model.nbody)]
+            raise InputError(f"no body '{name}' to put into water{meant(name, names)}")
         model.body_user[index, :SIZE] = numbers
         model.body_gravcomp[index] = 0.0
     model.body_user[0, : sea.size] = sea

@@ -10,6 +10,7 @@ import numpy as np
 from ...effects import BY_NAME, CATALOGUE, Effect
 from ...errors import InputError
 from ...plant import Truth, load_truth, slot, switched_on, vector
+from ...record.toml import meant
 from .cause import VARIED, Cause, draw_cause, log_uniform
 from .experiment import Experiment, draw_experiment
 from .fly import Trip
@@ -191,7 +192,7 @@ def _choose(random: np.random.Generator, frequencies: dict[str, float]) -> str:
 def _check(names: Sequence[str], known: Sequence[str], what: str) -> None:
     for name in names:
         if name not in known:
-            raise InputError(f"no {what} '{name}'; there are: {', '.join(known)}")
+            raise InputError(f"no {what} '{name}'{meant(name, known)}")
 
 
 def given(case: Case) -> list[Trip]:
