@@ -11,7 +11,7 @@ same start, which closed loops and other people's simulators seldom have; so run
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -23,8 +23,9 @@ from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow
+from ...rigid.known import SPEEDS
 from ...rigid.layout import AXES, Layout
-from ...rigid.noise import first_noise
+from ...rigid.noise import cut, first_noise
 from ...rigid.recorded import TELLS, Recorded, channel, record
 from ..given import telling
 from ..likeness import Likeness
@@ -33,10 +34,13 @@ from .curves import Bend, bends, bent, corrected
 from .mimicry import mimicry
 from .model import Model, blank, refit
 from .selection import settled
-from .simulator import flowing, shared, unknowns, usual
+from .simulator import Usual, flowing, shared, unknowns, usual
 
 Array = NDArray[np.float64]
 HARDLY = 0.01  # share of what a column does that matters little where no recording has its like; a choice
+ENOUGH = 30_000  # measurements that a plant is fitted to; a choice, for the memory it takes
+FASTER = 1.2  # times a simulator's speed from which it is told that recordings go faster; a choice
+PARTS = (1.0, 0.5, 0.25, 0.1)  # of a step, which are tried; choices
 TURNS = 2  # of flow and own parameters, each beside the other; a choice
 
 
@@ -70,7 +74,18 @@ class Plant:
             late = self.fitted.get(f"latency@{SIMULATED}{sensor}", 0.0)
             fitted.setdefault(name, float(layout.null[layout.slot(name)]) + late)
         layout, seen = relaid(layout, seen, fitted=fitted, flow=self.flow)
-        return layout, seen, notes
+        return layout, seen, notes + tuple(self._faster(layout, seen))
+
+    def _faster(self, layout: Layout, seen: Sequence[Recorded]) -> Iterator[str]:
+        """Axes along which recordings go faster than the simulator's runs."""
+        for c, name in enumerate(layout.columns):
+            if channel(name) in SPEEDS:
+                i = SPEEDS.index(channel(name))
+                known = float(self.flow.most[i] * self.flow.usual[i])
+                values = np.abs(np.concatenate([run.value[run.column == c] for run in seen]))
+                reached = float(np.percentile(values, 99.0))
+                if reached > FASTER * known:
+                    yield f"{name} reaches {reached:.3g}, in the simulator's runs {known:.3g}: beyond, drag is a guess"
 
 
 def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[Layout, tuple[Recorded, ...]]:
@@ -111,19 +126,36 @@ def _fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tupl
 
     variance: of each column's errors below which nothing has to be met, (C,).
     """
-    layout, seen = relaid(layout, seen, fitted=shared(layout))
+    layout, seen = relaid(layout, cut(seen, ENOUGH), fitted=shared(layout))
     noise = first_noise(seen)
     did, noise = usual(layout, seen, replace(noise, variance=np.maximum(noise.variance, variance)))
-    free, flow = bends(layout, seen), did.flow
-    layout, seen = bent(layout, seen, free)
+    free = bends(layout, seen)
+    layout, seen = bent(*relaid(layout, seen, flow=did.flow), free)
     model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen[0], did, free))
     model = refit(model, model.fit.filter(model.vector()), model.theta)
     for _ in range(TURNS):
-        flow, theta = flowing(model, model.fit.filter(model.vector()), did, flow)
-        layout, seen = relaid(layout, seen, flow=flow)
-        model = replace(model, fit=replace(model.fit, runs=seen), theta=theta)
-        model, _ = settled(model, noise.variance)
+        model, _ = settled(_flowing(model, did), noise.variance)
     return model, free
+
+
+def _flowing(model: Model, did: Usual) -> Model:
+    """The model with the flow beside it that is likeliest, as far along the way there as takes off residuals."""
+    found, before = model.fit.filter(model.vector()), model.fit.runs[0].layout.flow
+    flow, theta = flowing(model, found, did, before)
+
+    def squares(trial: Model) -> float:
+        e = trial.fit.residuals([trial.vector()], found)[:, 0]
+        return float(e @ e)
+
+    least = squares(model)
+    for part in PARTS:
+        sizes = before.sizes + part * (flow.sizes - before.sizes)
+        _, runs = relaid(model.fit.runs[0].layout, model.fit.runs, flow=flow._replace(sizes=sizes))
+        there = model.theta + part * (theta - model.theta)
+        trial = replace(model, fit=replace(model.fit, runs=runs), theta=there)
+        if squares(trial) < least:
+            return trial
+    return model
 
 
 def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ...]) -> Plant:

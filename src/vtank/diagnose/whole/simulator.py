@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow, terms, values
-from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, Layout, masses
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, LENGTH, WEIGHT, XYZ, Layout, masses
 from ...rigid.recorded import Recorded
 from .curves import Bend
 from .model import Model, Unknown
@@ -103,7 +103,15 @@ def unknowns(layout: Layout, run: Recorded, did: Usual, free: Sequence[Bend]) ->
         least = min(push.lag_s for push in layout.pushes)
         add("lag@thrusters", LAG_S, -least, slots=[f"lag@{name}" for name in names])
         add("delay@thrusters", DELAY_S, -5.0 * DELAY_S, slots=[f"delay@{name}" for name in names])
-    for sensor in layout.sensors:
+    for fin in layout.vehicle.fins:
+        add(f"lift@{fin.name}", 0.5 * fin.lift_per_rad, -0.9 * fin.lift_per_rad)
+        add(f"late@{fin.name}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
+    if 2 in asked:
+        add("buoyancy@hull", 0.03 * float(p[WEIGHT]))
+    if 3 in asked or 4 in asked:
+        for part in XYZ:
+            add(f"centre_of_buoyancy_{part}@hull", 0.03 * float(p[LENGTH]))
+    for sensor in layout.sensors[1:]:  # the first keeps the time: all late together is the thrusters' delay
         add(f"latency@{sensor}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
     for bend in free:
         add(bend.name, 0.1 * bend.largest_N, slots=[f"gain@{bend.named(name)}" for name in bend.names])
