@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,23 +25,20 @@ from ...rigid.fit import Fit
 from ...rigid.flow import Flow
 from ...rigid.known import SPEEDS
 from ...rigid.layout import AXES, Layout
-from ...rigid.noise import cut, first_noise
+from ...rigid.noise import first_noise
 from ...rigid.recorded import TELLS, Recorded, channel, record
 from ..given import telling
 from ..likeness import Likeness
 from .alike import SIMULATED, likeness, parameters
-from .curves import Bend, bends, bent, corrected
+from .curves import Bend, corrected
 from .mimicry import mimicry
-from .model import Model, blank, refit
-from .selection import settled
-from .simulator import Usual, flowing, shared, unknowns, usual
+from .model import Model
+from .plant_fit import fitted, relaid
+from .simulator import shared
 
 Array = NDArray[np.float64]
 HARDLY = 0.01  # share of what a column does that matters little where no recording has its like; a choice
-ENOUGH = 30_000  # measurements that a plant is fitted to; a choice, for the memory it takes
 FASTER = 1.2  # times a simulator's speed from which it is told that recordings go faster; a choice
-PARTS = (1.0, 0.5, 0.25, 0.1)  # of a step, which are tried; choices
-TURNS = 2  # of flow and own parameters, each beside the other; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,20 +46,26 @@ class Plant:
     """A simulator, as the vehicle's equations have it.
 
     Attributes:
-        vehicle: with the curves that were found. axes: that are asked about.
-        fitted, flow: of `Layout`, in place of the file's.
+        file: the vehicle that gave layout and first guesses. axes: that are asked about.
+        curves: corrections of its thrusters' curves [N]. fitted, flow: of `Layout`, in place of the file's.
         inputs: column of each thruster's input, whose curve, lag and delay were found.
         sigma: disturbance that stands for what the plant misses of each axis [m/s2, rad/s2], (6,).
         mimicry: log evidence that effects find in the simulator's own runs, by EFFECT@PLACE or unknown@PLACE.
     """
 
-    vehicle: Vehicle
+    file: Vehicle
     axes: tuple[str, ...]
+    curves: Mapping[Bend, float]
     fitted: Mapping[str, float]
     flow: Flow
     inputs: Mapping[str, str]
     sigma: Array
     mimicry: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def vehicle(self) -> Vehicle:
+        """With the curves that were found."""
+        return corrected(self.file, self.curves)
 
     def record(self, runs: Sequence[Run]) -> tuple[Layout, tuple[Recorded, ...], tuple[str, ...]]:
         """Layout and runs with the plant as their nominal; as `rigid.record`."""
@@ -88,12 +91,6 @@ class Plant:
                     yield f"{name} reaches {reached:.3g}, in the simulator's runs {known:.3g}: beyond, drag is a guess"
 
 
-def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[Layout, tuple[Recorded, ...]]:
-    """A layout with changes, and the runs in it."""
-    layout = replace(layout, **changes)
-    return layout, tuple(replace(run, layout=layout, _drives={}) for run in runs)
-
-
 def plant_of(
     simulated: Sequence[Run], recorded: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None, folder: str,
     say: Callable[[str], None],
@@ -108,64 +105,27 @@ def plant_of(
         simulated = [_instrumented(run, heard) for run in telling(simulated)[0]]
         asked = tuple(axes or _told_by_both(listened[0], simulated))
         layout, seen, _ = record(simulated, vehicle, asked)
-        variance = _floor(layout, seen, heard, listened)
-        model, free = _fitted(layout, seen, variance)
+        noise = _noise(layout, heard, listened)
+        model, free = fitted(layout, seen, np.where(np.isinf(noise), _hardly(layout, seen), noise))
         plant = _plant(layout, model, free, asked)
         say("the plant against the simulator's own runs")
         own, again, _ = plant.record(simulated)
         fit = Fit(again, model.fit.noise)
-        like = likeness(fit, variance, folder, tuple(parameters(layout, plant.vehicle, model, free)))
+        like = likeness(fit, noise, folder, tuple(parameters(layout, plant.vehicle, model, free)))
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
-    found = {name.replace(SIMULATED, ""): gain for name, gain in mimicry(own, fit).items()}
+    longer = max(1.0, sum(run.time_s.size for run in listened) / sum(run.time_s.size for run in again))
+    found = {name.replace(SIMULATED, ""): longer * gain for name, gain in mimicry(own, fit).items()}
     return replace(plant, mimicry=found), like.checked()
-
-
-def _fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple[Model, list[Bend]]:
-    """The fit of a plant to a simulator's runs, and the corrections of thrusters' curves in it.
-
-    variance: of each column's errors below which nothing has to be met, (C,).
-    """
-    layout, seen = relaid(layout, cut(seen, ENOUGH), fitted=shared(layout))
-    noise = first_noise(seen)
-    did, noise = usual(layout, seen, replace(noise, variance=np.maximum(noise.variance, variance)))
-    free = bends(layout, seen)
-    layout, seen = bent(*relaid(layout, seen, flow=did.flow), free)
-    model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen[0], did, free))
-    model = refit(model, model.fit.filter(model.vector()), model.theta)
-    for _ in range(TURNS):
-        model, _ = settled(_flowing(model, did), noise.variance)
-    return model, free
-
-
-def _flowing(model: Model, did: Usual) -> Model:
-    """The model with the flow beside it that is likeliest, as far along the way there as takes off residuals."""
-    found, before = model.fit.filter(model.vector()), model.fit.runs[0].layout.flow
-    flow, theta = flowing(model, found, did, before)
-
-    def squares(trial: Model) -> float:
-        e = trial.fit.residuals([trial.vector()], found)[:, 0]
-        return float(e @ e)
-
-    least = squares(model)
-    for part in PARTS:
-        sizes = before.sizes + part * (flow.sizes - before.sizes)
-        _, runs = relaid(model.fit.runs[0].layout, model.fit.runs, flow=flow._replace(sizes=sizes))
-        there = model.theta + part * (theta - model.theta)
-        trial = replace(model, fit=replace(model.fit, runs=runs), theta=there)
-        if squares(trial) < least:
-            return trial
-    return model
 
 
 def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ...]) -> Plant:
     """What was found, to be laid into other recordings."""
     layout, p = model.fit.runs[0].layout, model.vector()
     found = {layout.names[i]: float(p[i]) for u in model.unknowns for i in u.slots}
-    own = {name: value for name, value in found.items() if name in file.slots}
-    forces = {name.partition("@")[2]: value for name, value in found.items() if name not in file.slots}
     return Plant(
-        vehicle=corrected(file.vehicle, free, forces), axes=axes, fitted=shared(file) | own, flow=layout.flow,
+        file=file.vehicle, axes=axes, curves={bend: found[f"gain@{bend.name}"] for bend in free},
+        fitted=shared(file) | {name: value for name, value in found.items() if name in file.slots}, flow=layout.flow,
         inputs={push.name: push.column for push in file.pushes}, sigma=model.fit.noise.sigma,
     )  # fmt: skip
 
@@ -190,12 +150,13 @@ def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:
     return common
 
 
-def _floor(layout: Layout, seen: Sequence[Recorded], heard: Layout, listened: Sequence[Recorded]) -> Array:
-    """Variance of each column below which nothing has to be met: the recordings' noise, or what hardly matters."""
-    noise = dict(zip(heard.columns, first_noise(listened).variance, strict=True))
-    found = []
-    for c, name in enumerate(layout.columns):
-        same = [v for column, v in noise.items() if channel(column) == channel(name)]
-        values = np.concatenate([run.value[run.column == c] for run in seen])
-        found.append(min(same) if same else (HARDLY * float(np.std(values))) ** 2)
-    return np.array(found)
+def _noise(layout: Layout, heard: Layout, listened: Sequence[Recorded]) -> Array:
+    """Variance of the noise of recordings in each of a simulator's columns; infinite where they have none like it."""
+    noise = list(zip(map(channel, heard.columns), first_noise(listened).variance, strict=True))
+    return np.array([min((v for same, v in noise if same == channel(name)), default=np.inf) for name in layout.columns])
+
+
+def _hardly(layout: Layout, seen: Sequence[Recorded]) -> Array:
+    """Variance of each column that matters little."""
+    values = [np.concatenate([run.value[run.column == c] for run in seen]) for c in range(len(layout.columns))]
+    return np.array([(HARDLY * float(np.std(v))) ** 2 for v in values])
