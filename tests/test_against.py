@@ -89,6 +89,14 @@ def test_every_outlet_tells_what_stands_for_the_simulator(one_axis, whole, tmp_p
         assert "stands for the simulator" in page and "stands for the simulator" in " ".join(str(found).split())
 
 
+def test_a_saved_model_corrects_the_simulator(whole, tmp_path):
+    whole.save(tmp_path / "model.toml")
+    rate = vt.predict(tmp_path / "model.toml", boat(60.0, 9, 0.65, np.random.default_rng(4)))["columns"]
+    rate = rate["compass.yaw_rate_rad_s"]
+    assert rate["diagnosed"] < 0.3 * rate["nominal"]
+    assert rate["diagnosed"] == pytest.approx(rate["noise"], rel=0.6)
+
+
 def test_the_simulator_itself_has_no_gap():
     real = boat(60.0, 8, 1.0, np.random.default_rng(3))
     verdict = vt.diagnose([real], nominal="kingfisher", against=[boat(60.0, k) for k in (5, 6)], effects=SOME,

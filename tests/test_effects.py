@@ -149,7 +149,7 @@ def test_a_vector_sets_what_it_is_told_and_leaves_its_base_alone():
     p = vector({"linear_drag.c": 0.3}, base)
     assert p[slot("alpha")] == -2.0 and p[slot("linear_drag.c")] == 0.3 and base[slot("linear_drag.c")] == 0.0
     assert np.sum(p != base) == 1
-    with pytest.raises(InputError, match="no surge parameter 'linear_drag.k'; did you mean 'linear_drag.c'. there are: alpha, beta"):
+    with pytest.raises(InputError, match="no surge parameter 'linear_drag.k'; did you mean 'linear_drag.c'. there are"):
         slot("linear_drag.k")
 
 

@@ -100,12 +100,12 @@ def _tried(
     return share([partial(one, noise) for noise in trials])
 
 
-def cut(runs: Sequence[Recorded]) -> tuple[Recorded, ...]:
-    """Enough of the recordings: runs from the first on, the last of them cut short."""
+def cut(runs: Sequence[Recorded], enough: int = ENOUGH) -> tuple[Recorded, ...]:
+    """Enough of the recordings, in measurements: runs from the first on, the last of them cut short."""
     found: list[Recorded] = []
     for run in runs:
-        left = ENOUGH - sum(other.time_s.size for other in found)
-        if left < ENOUGH // 4 and found:
+        left = enough - sum(other.time_s.size for other in found)
+        if left < enough // 4 and found:
             break
         found.append(run.until(run.time_s[min(left, run.time_s.size) - 1]))
     return tuple(found)

@@ -11,9 +11,9 @@ same start, which closed loops and other people's simulators seldom have; so run
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,21 +23,22 @@ from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow
+from ...rigid.known import SPEEDS
 from ...rigid.layout import AXES, Layout
 from ...rigid.noise import first_noise
 from ...rigid.recorded import TELLS, Recorded, channel, record
 from ..given import telling
 from ..likeness import Likeness
 from .alike import SIMULATED, likeness, parameters
-from .curves import Bend, bends, bent, corrected
+from .curves import Bend, corrected
 from .mimicry import mimicry
-from .model import Model, blank, refit
-from .selection import settled
-from .simulator import flowing, shared, unknowns, usual
+from .model import Model
+from .plant_fit import fitted, relaid
+from .simulator import shared
 
 Array = NDArray[np.float64]
 HARDLY = 0.01  # share of what a column does that matters little where no recording has its like; a choice
-TURNS = 2  # of flow and own parameters, each beside the other; a choice
+FASTER = 1.2  # times a simulator's speed from which it is told that recordings go faster; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,20 +46,26 @@ class Plant:
     """A simulator, as the vehicle's equations have it.
 
     Attributes:
-        vehicle: with the curves that were found. axes: that are asked about.
-        fitted, flow: of `Layout`, in place of the file's.
+        file: the vehicle that gave layout and first guesses. axes: that are asked about.
+        curves: corrections of its thrusters' curves [N]. fitted, flow: of `Layout`, in place of the file's.
         inputs: column of each thruster's input, whose curve, lag and delay were found.
         sigma: disturbance that stands for what the plant misses of each axis [m/s2, rad/s2], (6,).
         mimicry: log evidence that effects find in the simulator's own runs, by EFFECT@PLACE or unknown@PLACE.
     """
 
-    vehicle: Vehicle
+    file: Vehicle
     axes: tuple[str, ...]
+    curves: Mapping[Bend, float]
     fitted: Mapping[str, float]
     flow: Flow
     inputs: Mapping[str, str]
     sigma: Array
     mimicry: Mapping[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def vehicle(self) -> Vehicle:
+        """With the curves that were found."""
+        return corrected(self.file, self.curves)
 
     def record(self, runs: Sequence[Run]) -> tuple[Layout, tuple[Recorded, ...], tuple[str, ...]]:
         """Layout and runs with the plant as their nominal; as `rigid.record`."""
@@ -70,13 +77,18 @@ class Plant:
             late = self.fitted.get(f"latency@{SIMULATED}{sensor}", 0.0)
             fitted.setdefault(name, float(layout.null[layout.slot(name)]) + late)
         layout, seen = relaid(layout, seen, fitted=fitted, flow=self.flow)
-        return layout, seen, notes
+        return layout, seen, notes + tuple(self._faster(layout, seen))
 
-
-def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[Layout, tuple[Recorded, ...]]:
-    """A layout with changes, and the runs in it."""
-    layout = replace(layout, **changes)
-    return layout, tuple(replace(run, layout=layout, _drives={}) for run in runs)
+    def _faster(self, layout: Layout, seen: Sequence[Recorded]) -> Iterator[str]:
+        """Axes along which recordings go faster than the simulator's runs."""
+        for c, name in enumerate(layout.columns):
+            if channel(name) in SPEEDS:
+                i = SPEEDS.index(channel(name))
+                known = float(self.flow.most[i] * self.flow.usual[i])
+                values = np.abs(np.concatenate([run.value[run.column == c] for run in seen]))
+                reached = float(np.percentile(values, 99.0))
+                if reached > FASTER * known:
+                    yield f"{name} reaches {reached:.3g}, in the simulator's runs {known:.3g}: beyond, drag is a guess"
 
 
 def plant_of(
@@ -93,47 +105,27 @@ def plant_of(
         simulated = [_instrumented(run, heard) for run in telling(simulated)[0]]
         asked = tuple(axes or _told_by_both(listened[0], simulated))
         layout, seen, _ = record(simulated, vehicle, asked)
-        variance = _floor(layout, seen, heard, listened)
-        model, free = _fitted(layout, seen, variance)
+        noise = _noise(layout, heard, listened)
+        model, free = fitted(layout, seen, np.where(np.isinf(noise), _hardly(layout, seen), noise))
         plant = _plant(layout, model, free, asked)
         say("the plant against the simulator's own runs")
         own, again, _ = plant.record(simulated)
         fit = Fit(again, model.fit.noise)
-        like = likeness(fit, variance, folder, tuple(parameters(layout, plant.vehicle, model, free)))
+        like = likeness(fit, noise, folder, tuple(parameters(layout, plant.vehicle, model, free)))
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
-    found = {name.replace(SIMULATED, ""): gain for name, gain in mimicry(own, fit).items()}
+    longer = max(1.0, sum(run.time_s.size for run in listened) / sum(run.time_s.size for run in again))
+    found = {name.replace(SIMULATED, ""): longer * gain for name, gain in mimicry(own, fit).items()}
     return replace(plant, mimicry=found), like.checked()
-
-
-def _fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple[Model, list[Bend]]:
-    """The fit of a plant to a simulator's runs, and the corrections of thrusters' curves in it.
-
-    variance: of each column's errors below which nothing has to be met, (C,).
-    """
-    layout, seen = relaid(layout, seen, fitted=shared(layout))
-    noise = first_noise(seen)
-    did, noise = usual(layout, seen, replace(noise, variance=np.maximum(noise.variance, variance)))
-    free, flow = bends(layout, seen), did.flow
-    layout, seen = bent(layout, seen, free)
-    model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen[0], did, free))
-    model = refit(model, model.fit.filter(model.vector()), model.theta)
-    for _ in range(TURNS):
-        flow, theta = flowing(model, model.fit.filter(model.vector()), did, flow)
-        layout, seen = relaid(layout, seen, flow=flow)
-        model = replace(model, fit=replace(model.fit, runs=seen), theta=theta)
-        model, _ = settled(model, noise.variance)
-    return model, free
 
 
 def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ...]) -> Plant:
     """What was found, to be laid into other recordings."""
     layout, p = model.fit.runs[0].layout, model.vector()
     found = {layout.names[i]: float(p[i]) for u in model.unknowns for i in u.slots}
-    own = {name: value for name, value in found.items() if name in file.slots}
-    forces = {name.partition("@")[2]: value for name, value in found.items() if name not in file.slots}
     return Plant(
-        vehicle=corrected(file.vehicle, free, forces), axes=axes, fitted=shared(file) | own, flow=layout.flow,
+        file=file.vehicle, axes=axes, curves={bend: found[f"gain@{bend.name}"] for bend in free},
+        fitted=shared(file) | {name: value for name, value in found.items() if name in file.slots}, flow=layout.flow,
         inputs={push.name: push.column for push in file.pushes}, sigma=model.fit.noise.sigma,
     )  # fmt: skip
 
@@ -158,12 +150,13 @@ def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:
     return common
 
 
-def _floor(layout: Layout, seen: Sequence[Recorded], heard: Layout, listened: Sequence[Recorded]) -> Array:
-    """Variance of each column below which nothing has to be met: the recordings' noise, or what hardly matters."""
-    noise = dict(zip(heard.columns, first_noise(listened).variance, strict=True))
-    found = []
-    for c, name in enumerate(layout.columns):
-        same = [v for column, v in noise.items() if channel(column) == channel(name)]
-        values = np.concatenate([run.value[run.column == c] for run in seen])
-        found.append(min(same) if same else (HARDLY * float(np.std(values))) ** 2)
-    return np.array(found)
+def _noise(layout: Layout, heard: Layout, listened: Sequence[Recorded]) -> Array:
+    """Variance of the noise of recordings in each of a simulator's columns; infinite where they have none like it."""
+    noise = list(zip(map(channel, heard.columns), first_noise(listened).variance, strict=True))
+    return np.array([min((v for same, v in noise if same == channel(name)), default=np.inf) for name in layout.columns])
+
+
+def _hardly(layout: Layout, seen: Sequence[Recorded]) -> Array:
+    """Variance of each column that matters little."""
+    values = [np.concatenate([run.value[run.column == c] for run in seen]) for c in range(len(layout.columns))]
+    return np.array([(HARDLY * float(np.std(v))) ** 2 for v in values])

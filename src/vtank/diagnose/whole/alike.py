@@ -21,10 +21,11 @@ SIMULATED = "simulated "  # before an instrument of the recordings that stands f
 TOLD = 3.0  # deviations of the recordings' noise that a column must move by to tell something; a choice
 
 
-def likeness(fit: Fit, variance: Array, folder: str, found: tuple[tuple[str, float, float], ...]) -> Likeness:
+def likeness(fit: Fit, noise: Array, folder: str, found: tuple[tuple[str, float, float], ...]) -> Likeness:
     """Error of free simulation through stretches, and what a column does in as long a time.
 
-    fit: runs of the simulator with the plant as their nominal. variance: of the recordings' noise, by column, (C,).
+    fit: runs of the simulator with the plant as their nominal. noise: variance that recordings have in each column,
+    (C,), infinite where they have none like it; where they have none at all, every column tells something.
     """
     runs = fit.runs
     layout = runs[0].layout
@@ -34,7 +35,7 @@ def likeness(fit: Fit, variance: Array, folder: str, found: tuple[tuple[str, flo
         moves = float(np.sqrt(np.mean(np.concatenate([_about_mean(run, c) for run in runs]) ** 2)))
         error = float(np.sqrt(squares[c] / max(counts[c], 1)))
         columns[channel(name)] = {"error": error, "moves": moves}
-        if moves > TOLD * np.sqrt(variance[c]):
+        if moves > TOLD * np.sqrt(noise[c]) or (np.isinf(noise).all() and moves > 0.0):
             shares.append(error / moves)
     share = float(np.sqrt(np.mean(np.square(shares)))) if shares else 1.0
     return Likeness(folder, tuple(run.name for run in runs), columns, share, found)

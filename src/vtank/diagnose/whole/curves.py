@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...plant.actuators import Thruster
+from ...plant.actuators import Curve, Thruster
 from ...plant.vehicle import Vehicle
 from ...rigid.layout import Layout
 from ...rigid.recorded import Recorded
@@ -23,28 +23,49 @@ FINE = 2401  # points of a corrected curve; a choice
 BEYOND = 3.0  # times the largest input up to which a curve is drawn; its correction stays as it is beyond; a choice
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class Bend:
-    """A correction of 1 N at the input `at` of the thrusters of these names, which share a curve; shapes (FINE,)."""
+    """A correction of 1 N at one input of thrusters that share a curve.
+
+    Attributes:
+        names: of the thrusters. step: between inputs at which they are corrected, in the input's unit.
+        knots: all of these, in steps; knot: this one. largest_N: that the curve makes.
+    """
 
     names: tuple[str, ...]
-    at: float
-    asked: Array
-    force: Array
-    largest_N: float
+    step: float
+    knots: tuple[int, ...]
+    knot: int
+    largest_N: float = 0.0
+
+    @property
+    def at(self) -> float:
+        """The input."""
+        return self.knot * self.step
 
     @property
     def name(self) -> str:
         """By which its size is told."""
-        return f"force@{self.names[0]}#{self.at:.3g}"
+        return self.named(self.names[0])
 
     def named(self, name: str) -> str:
         """The thruster that stands for this correction beside the one of that name."""
-        return f"{name}#{self.at:.3g}"
+        return f"{name}#{self.knot}"
+
+    def asked(self) -> Array:
+        """Inputs at which the curve is drawn, (FINE,)."""
+        return np.asarray(BEYOND * KNOTS * self.step * np.linspace(-1.0, 1.0, FINE))
+
+    def force(self) -> Array:
+        """The correction there, (FINE,) [N]: Catmull and Rom's spline, as at the last of the knots beyond them."""
+        within = np.clip(self.asked() / self.step, self.knots[0], self.knots[-1])
+        x = np.abs(within - self.knot)
+        near, far = 1.0 - 2.5 * x**2 + 1.5 * x**3, 2.0 - 4.0 * x + 2.5 * x**2 - 0.5 * x**3
+        return np.asarray(np.where(x < 1.0, near, np.where(x < 2.0, far, 0.0)))
 
 
 def bends(layout: Layout, runs: Sequence[Recorded]) -> list[Bend]:
-    """Corrections at all inputs about which something was asked."""
+    """Corrections at all inputs near which something was asked; rest makes no force."""
     alike: dict[tuple[object, ...], list[int]] = {}
     for k, push in enumerate(layout.pushes):
         if (t := push.thruster) is not None:
@@ -52,21 +73,12 @@ def bends(layout: Layout, runs: Sequence[Recorded]) -> list[Bend]:
     found = []
     for members in alike.values():
         asked = np.concatenate([run.inputs[:, k] for run in runs for k in members])
-        reach = float(np.abs(asked).max(initial=1e-9))
+        step = float(np.abs(asked).max(initial=1e-9)) / KNOTS
         names = tuple(layout.pushes[k].name for k in members)
-        largest = max(float(np.abs(layout.pushes[k].table(reach)).max()) for k in members)
-        points, steps = BEYOND * reach * np.linspace(-1.0, 1.0, FINE), asked / reach * KNOTS
-        knots = [n for n in range(-KNOTS, KNOTS + 1) if n and np.any(np.abs(steps - n) < 1.0)]
-        within = np.clip(points / reach * KNOTS, min(knots, default=0), max(knots, default=0))
-        found += [Bend(names, n * reach / KNOTS, points, _cardinal(within - n), largest) for n in knots]
+        largest = max(float(np.abs(layout.pushes[k].table(KNOTS * step)).max()) for k in members)
+        knots = tuple(n for n in range(-KNOTS, KNOTS + 1) if n and np.any(np.abs(asked / step - n) < 1.0))
+        found += [Bend(names, step, knots, n, largest) for n in knots]
     return found
-
-
-def _cardinal(x: Array) -> Array:
-    """Catmull and Rom's spline of 1 at 0 and 0 at all other whole numbers; nothing at rest moves."""
-    x = np.abs(x)
-    near, far = 1.0 - 2.5 * x**2 + 1.5 * x**3, 2.0 - 4.0 * x + 2.5 * x**2 - 0.5 * x**3
-    return np.asarray(np.where(x < 1.0, near, np.where(x < 2.0, far, 0.0)))
 
 
 def bent(layout: Layout, runs: Sequence[Recorded], free: Sequence[Bend]) -> tuple[Layout, tuple[Recorded, ...]]:
@@ -74,32 +86,35 @@ def bent(layout: Layout, runs: Sequence[Recorded], free: Sequence[Bend]) -> tupl
     pairs = [(bend, k) for bend in free for k, push in enumerate(layout.pushes) if push.name in bend.names]
     more = []
     for bend, k in pairs:
-        push, curve = layout.pushes[k], tuple(zip(bend.asked.tolist(), bend.force.tolist(), strict=True))
-        law = replace(push.thruster, curve=curve, limit_N=np.inf, dead_band=0.0) if push.thruster else None
+        push = layout.pushes[k]
+        law = _drawn(push.thruster, bend.asked(), bend.force()) if push.thruster else None
         more.append(replace(push, name=bend.named(push.name), thruster=law))
     pushes = (*layout.pushes, *more)
     wide = replace(layout, pushes=pushes, fitted={**layout.fitted, **{f"gain@{push.name}": 0.0 for push in more}})
     which = np.array([*range(len(layout.pushes)), *(k for _, k in pairs)], dtype=np.int64)
     found = []
     for run in runs:
-        reach = np.r_[run.reach, [bend.asked[-1] for bend, _ in pairs]]
+        reach = np.r_[run.reach, [BEYOND * KNOTS * bend.step for bend, _ in pairs]]
         tables = np.array([push.table(most) for push, most in zip(pushes, reach, strict=True)])
         inputs = np.ascontiguousarray(run.inputs[:, which])
         found.append(replace(run, layout=wide, inputs=inputs, reach=reach, tables=tables, _drives={}))
     return wide, tuple(found)
 
 
-def corrected(vehicle: Vehicle, free: Sequence[Bend], forces_N: Mapping[str, float]) -> Vehicle:
-    """The vehicle with its thrusters' curves corrected; forces_N: of each thruster that stands for a correction."""
-    return replace(vehicle, thrusters=tuple(_corrected(t, free, forces_N) for t in vehicle.thrusters))
+def corrected(vehicle: Vehicle, sizes: Mapping[Bend, float]) -> Vehicle:
+    """The vehicle with its thrusters' curves corrected by so many newtons each."""
+    return replace(vehicle, thrusters=tuple(_corrected(t, sizes) for t in vehicle.thrusters))
 
 
-def _corrected(thruster: Thruster, free: Sequence[Bend], forces_N: Mapping[str, float]) -> Thruster:
-    name = thruster.name or thruster.site
-    mine = [bend for bend in free if name in bend.names]
+def _corrected(thruster: Thruster, sizes: Mapping[Bend, float]) -> Thruster:
+    mine = [bend for bend in sizes if (thruster.name or thruster.site) in bend.names]
     if not mine:
         return thruster
-    asked = mine[0].asked
-    force = thruster.force_N(asked) + sum(forces_N[bend.named(name)] * bend.force for bend in mine)
-    curve = tuple(zip(asked.tolist(), np.asarray(force).tolist(), strict=True))
+    asked = mine[0].asked()
+    return _drawn(thruster, asked, thruster.force_N(asked) + sum(sizes[bend] * bend.force() for bend in mine))
+
+
+def _drawn(thruster: Thruster, asked: Array, force: Array) -> Thruster:
+    """The thruster with a curve."""
+    curve: Curve = tuple(zip(asked.tolist(), force.tolist(), strict=True))
     return replace(thruster, curve=curve, limit_N=np.inf, dead_band=0.0)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
@@ -21,6 +22,7 @@ from .budget import Budget, budget
 from .model import Model
 from .selection import Selection, narrowed, select
 
+Array = NDArray[np.float64]
 NAMED = 0.5  # probability that a set of effects must have to be named; below it the answer is undecided; a choice
 RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
@@ -142,8 +144,8 @@ def places_of(selection: Selection) -> dict[str, float]:
     return {place: p for place, p in sorted(found.items(), key=lambda item: -item[1]) if p >= 1e-3}
 
 
-def verdict_of(selection: Selection, spent: Budget) -> Verdict:
-    """The verdict, from probabilities and budget."""
+def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0) -> Verdict:
+    """The verdict, from probabilities and budget; missed: as of `implausible`."""
     chances = dict(sorted(selection.probabilities.items(), key=lambda item: -item[1]))
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
@@ -152,7 +154,7 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
     if name in ("none", "parameters"):
-        axis = implausible(selection)
+        axis = implausible(selection, missed)
         if axis:
             return Verdict("undecided", (), (axis,), (), None, chance, left, "disturbance")
         return Verdict(name, (), (), (), None, chance, left)
@@ -169,12 +171,16 @@ def verdict_of(selection: Selection, spent: Budget) -> Verdict:
                    doubt)  # fmt: skip
 
 
-def implausible(selection: Selection) -> str:
-    """The axis whose disturbance is too large for turbulence, measured by what its thrusters push with; "" for none."""
+def implausible(selection: Selection, missed: Array | float = 0.0) -> str:
+    """The axis whose disturbance is too large for turbulence, measured by what its thrusters push with; "" for none.
+
+    missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,).
+    """
     best = selection.best
     hull = selection.runs[0].hull(best.vector())
-    share = best.fit.noise.sigma * np.diag(hull.body + hull.water) / selection.sizes.force
-    share = np.where(best.fit.noise.sigma > TURBULENT, share, 0.0)
+    sigma = np.sqrt(np.maximum(best.fit.noise.sigma**2 - np.square(missed), 0.0))
+    share = sigma * np.diag(hull.body + hull.water) / selection.sizes.force
+    share = np.where(sigma > TURBULENT, share, 0.0)
     return AXES[int(np.argmax(share))] if share.max() > PLAUSIBLE else ""
 
 
@@ -210,7 +216,7 @@ def diagnose(
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    verdict = verdict_of(selection, spent)
+    verdict = verdict_of(selection, spent, plant.sigma if plant else 0.0)
     if like:
         like = like.beside({channel(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)

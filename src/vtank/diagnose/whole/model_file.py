@@ -21,6 +21,7 @@ from ...rigid.recorded import record
 from ..given import known_vehicle
 from .budget import free_errors, spikes_of
 from .model import Model
+from .plant_file import plant_lines, read_plant
 
 if TYPE_CHECKING:
     from .diagnosis import WholeDiagnosis
@@ -55,6 +56,8 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
     ]
     for part, changed in values.items():
         lines += ["", f"[{part}]", *(f"{_word(name)} = {value:.12g}" for name, value in changed.items())]
+    if diagnosis.plant:
+        lines += ["", *plant_lines(diagnosis.plant)]
     return "\n".join(lines) + "\n"
 
 
@@ -78,7 +81,11 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     InputError where the file or the run cannot be used.
     """
     vehicle = _vehicle(table)
-    layout, runs, _ = record([run], vehicle, table.texts("axes"))
+    axes = table.texts("axes")
+    if table.has("plant"):
+        layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run])
+    else:
+        layout, runs, _ = record([run], vehicle, axes)
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
     fit = Fit(runs, noise)
     found: dict[str, dict[str, float]] = {}

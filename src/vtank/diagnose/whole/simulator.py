@@ -1,8 +1,7 @@
 """What is free of a simulator of any make when the vehicle's equations are fitted to runs that it has flown.
 
-Masses, drag, couplings, lag and delay are unknowns with wide priors about the vehicle file's numbers, thrusters' curves
-are free (`curves`), and so are forces of the water beyond drag along each axis (`rigid.flow`), in closed form beside
-them.
+Masses, drag, couplings, lag and delay are unknowns with wide priors about the vehicle file's numbers; thrusters' curves
+(`curves`) and forces of the water beyond drag along each axis (`rigid.flow`) are free beside them.
 """
 
 from __future__ import annotations
@@ -13,21 +12,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered, Noise
+from ...rigid.filtered import Noise
 from ...rigid.fit import Fit
-from ...rigid.flow import Flow, terms, values
-from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, Layout, masses
+from ...rigid.flow import Flow, terms
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, LENGTH, WEIGHT, XYZ, Layout, masses
 from ...rigid.recorded import Recorded
 from .curves import Bend
-from .model import Model, Unknown
-from .screen import based
+from .model import Unknown
 
 Array = NDArray[np.float64]
 OWN_MASS = 0.3  # share of the body's mass that stays the body's; a choice
 SHARE = 0.3  # of an axis' usual force that a drag the file has not may make; a guess
 ROOM = 0.1  # share of the usual force that a file may be off, when the fit begins; a guess
 LAG_S, DELAY_S = 0.3, 0.1  # [s] prior deviations; guesses
-WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3)  # of the sizes of a flow's terms, as shares of an axis' usual force; choices
 STEP = 1e-3  # of finite differences, as a share of a prior deviation
 MOVES = 1e-4  # [m/s, rad/s] usual speed from which an axis moves; a choice
 
@@ -103,42 +100,16 @@ def unknowns(layout: Layout, run: Recorded, did: Usual, free: Sequence[Bend]) ->
         least = min(push.lag_s for push in layout.pushes)
         add("lag@thrusters", LAG_S, -least, slots=[f"lag@{name}" for name in names])
         add("delay@thrusters", DELAY_S, -5.0 * DELAY_S, slots=[f"delay@{name}" for name in names])
-    for sensor in layout.sensors:
+    for fin in layout.vehicle.fins:
+        add(f"lift@{fin.name}", 0.5 * fin.lift_per_rad, -0.9 * fin.lift_per_rad)
+        add(f"late@{fin.name}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
+    if 2 in asked:
+        add("buoyancy@hull", 0.03 * float(p[WEIGHT]))
+    if 3 in asked or 4 in asked:
+        for part in XYZ:
+            add(f"centre_of_buoyancy_{part}@hull", 0.03 * float(p[LENGTH]))
+    for sensor in layout.sensors[1:]:  # the first keeps the time: all late together is the thrusters' delay
         add(f"latency@{sensor}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
     for bend in free:
         add(bend.name, 0.1 * bend.largest_N, slots=[f"gain@{bend.named(name)}" for name in bend.names])
     return found
-
-
-def flowing(model: Model, found: Sequence[Filtered], did: Usual, flow: Flow) -> tuple[Flow, Array]:
-    """The likeliest flow beside a model, and the model's unknowns with it, (U,)."""
-    base, asked, parts = based(model, found), np.flatnonzero(model.fit.runs[0].asked), []
-    for path in base.paths:
-        states, along = path.way.states[:, 6:12], np.empty((path.way.states.shape[0] - 1, flow.terms.shape[0]))
-        values(0.5 * (states[1:] + states[:-1]), flow, along)
-        pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in along.T]
-        parts.append(path.follow([(push, np.zeros(path.run.time_s.size)) for push in pushes]))
-    columns = np.concatenate(parts)
-    gram = base.gram(np.column_stack([base.e, columns]))
-    shares = likeliest(gram[1:, 1:], gram[1:, 0])
-    sizes = flow.sizes.copy()
-    sizes[asked] += shares.reshape(asked.size, -1) * did.force[asked, None]
-    scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
-    move = np.linalg.solve(base.J.T @ base.J + np.diag(scale**-2.0), base.J.T @ (columns @ shares))
-    return Flow(flow.terms, sizes, flow.usual, flow.most), np.clip(model.theta - move, low, high)
-
-
-def likeliest(G: Array, b: Array) -> Array:
-    """Sizes, normally distributed at the likeliest width, that take the most off residuals, (Q,).
-
-    G: inner products of what they do, (Q, Q); b: those with the residuals, (Q,).
-    """
-    eigen, vectors = np.linalg.eigh(0.5 * (G + G.T))
-    eigen, b = np.maximum(eigen, 0.0), vectors.T @ b
-
-    def gain(width: float) -> float:
-        s2 = width**2
-        return float(np.sum(s2 * b * b / (1.0 + s2 * eigen)) - np.sum(np.log1p(s2 * eigen)))
-
-    s2 = max(WIDTHS, key=gain) ** 2
-    return np.asarray(-vectors @ (s2 * b / (1.0 + s2 * eigen)))

@@ -1,0 +1,75 @@
+"""Forces of the flow beyond drag along each axis, and thrusters' curves set free."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vtank as vt
+from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
+from vtank.rigid.flow import CREEP, OBLIQUE, STILL, SWIFT, Flow, pushed, terms, values
+from vtank.rigid.recorded import record
+
+PLANAR = (0, 1, 5)
+
+
+@pytest.fixture
+def flow() -> Flow:
+    """Every planar term at a size of its own."""
+    found = terms(PLANAR)
+    sizes = np.random.default_rng(1).normal(size=(6, found.shape[0]))
+    return Flow(found, sizes, np.array([0.5, 0.5, 1.0, 1.0, 1.0, 0.2]), np.array([2.0, 2.0, 0.0, 0.0, 0.0, 3.0]))
+
+
+def test_no_flow_pushes_nothing():
+    assert pushed((1.0, -2.0, 0.3, 0.1, 0.2, -0.5), STILL) == (0.0,) * 6
+
+
+def test_the_wrench_is_the_sum_of_its_terms(flow):
+    nu = np.random.default_rng(2).normal(size=(20, 6))
+    along = np.empty((20, flow.terms.shape[0]))
+    values(nu, flow, along)
+    np.testing.assert_allclose([pushed(tuple(v), flow) for v in nu], along @ flow.sizes.T, rtol=1e-12)
+
+
+def test_terms_are_what_they_say(flow):
+    along = np.empty((1, flow.terms.shape[0]))
+    values(np.array([[0.3, -0.2, 9.0, 0.0, 0.0, 0.1]]), flow, along)
+    u, v, speed = 0.6, -0.4, np.hypot(0.6, 0.4) + CREEP
+    told = {tuple(term): value for term, value in zip(flow.terms.tolist(), along[0], strict=True)}
+    assert told[OBLIQUE, 0, 0, 1] == pytest.approx(u * u * v / speed)
+    assert told[SWIFT, 5, 5, 5] == pytest.approx(speed * 0.5)
+
+
+def test_beyond_what_is_known_a_term_stays_as_it_is(flow):
+    np.testing.assert_array_equal(
+        pushed((1.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow), pushed((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow)
+    )
+
+
+def test_a_corrected_curve_goes_through_its_corrections():
+    vehicle = vt.load_vehicle("kingfisher")
+    knots = tuple(n for n in range(-KNOTS, KNOTS + 1) if n)
+    sizes = {Bend(("port",), 0.1, knots, n): 0.3 * n for n in knots}
+    port, starboard = corrected(vehicle, sizes).thrusters
+    asked = 0.1 * np.array([-8.0, -3.0, 0.0, 1.0, 5.0, 8.0])
+    np.testing.assert_allclose(port.force_N(asked), vehicle.thrusters[0].force_N(asked) + 3.0 * asked, atol=1e-6)
+    assert port.force_N(np.array([1.6])) == pytest.approx(vehicle.thrusters[0].force_N(np.array([1.6])) + 2.4)
+    assert starboard == vehicle.thrusters[1]
+
+
+def test_a_delay_shorter_than_a_step_takes_no_more_than_itself():
+    """An input that begins with the run is felt from its delay on, within the first step."""
+    time = 0.1 * np.arange(100.0)
+    still = {"surge_m_s": np.zeros(100), "yaw_rate_rad_s": np.zeros(100)}
+    run = vt.Run("begun", time, {"port_command": np.full(100, 0.5), "starboard_command": np.full(100, 0.5)} | still)
+    layout, (seen,), _ = record([run], vt.load_vehicle("kingfisher"), ("surge", "yaw"))
+
+    def impulse(delay_s: float) -> float:
+        delayed = {f"delay@{name}": delay_s for name in ("port", "starboard")}
+        p = layout.vector(delayed | {f"lag@{name}": 0.0 for name in ("port", "starboard")})
+        return float(seen.steps.length @ seen.drive(p).thrust[:, 0])
+
+    force = impulse(0.0) / 9.9
+    assert impulse(0.0) - impulse(0.03) == pytest.approx(0.03 * force)
+    assert impulse(0.0) - impulse(0.15) == pytest.approx(0.15 * force)
