@@ -118,7 +118,7 @@ REFUSED: list[tuple[Callable[[], mujoco.MjSpec], object, dict[str, object], str]
     (lambda: with_option(noslip_iterations=3), CRATE, {}, "noslip_iterations: expected none"),
     (lambda: with_option(enableflags=int(SLEEP)), CRATE, {}, "the flag sleep: expected none"),
     (lambda: with_option(enableflags=int(EXACT)), CRATE, {}, "the flag diagexact: expected none"),
-    (spec, {"crat": Body(FULL)}, {}, "no body 'crat' to put into water; did you mean 'crate'? there are: hull"),
+    (spec, {"crat": Body(FULL)}, {}, "no body 'crat' to put into water; did you mean 'crate'. there are: hull"),
     (spec, Body(FULL), {}, "2 bodies with a free joint: expected one, or hydrodynamics by the names"),
     (spec, {"crate": Body(-10.0 * FULL)}, {}, "body 'crate': mass plus added mass is not positive definite"),
     (spec, {"crate": Body(LOPSIDED)}, {}, "body 'crate': added_mass is not symmetric"),

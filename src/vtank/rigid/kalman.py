@@ -146,13 +146,13 @@ def carry(F, h, sigma, memory, T, P, A):
             if f != 0.0:
                 for k in range(SIZE):
                     A[i, k] += f * T[q, k]
-    for i in range(SIZE):  # P = T' A
-        for k in range(SIZE):
+    for i in range(SIZE):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
+        for k in range(i, SIZE):
             P[i, k] = 0.0
         for q in range(SIZE):
             f = T[q, i]
             if f != 0.0:
-                for k in range(SIZE):
+                for k in range(i, SIZE):
                     P[i, k] += f * A[q, k]
     both = memory * (1.0 - keep) * (1.0 - keep)
     gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
@@ -161,7 +161,9 @@ def carry(F, h, sigma, memory, T, P, A):
         P[12 + a, 12 + a] += s2 * (1.0 - keep * keep)
         P[6 + a, 6 + a] += s2 * gust
         P[6 + a, 12 + a] += s2 * both
-        P[12 + a, 6 + a] = P[6 + a, 12 + a]
+    for i in range(SIZE):
+        for k in range(i):
+            P[i, k] = P[k, i]
 
 
 @law
@@ -190,8 +192,9 @@ def weigh(P, H, noise_var, C, gain):
         explained += H[a] * C[a]
     for a in range(SIZE):
         gain[a] = C[a] / (explained + noise_var)
-        for b in range(SIZE):
+        for b in range(a + 1):
             P[a, b] -= gain[a] * C[b]
+            P[b, a] = P[a, b]
     return explained
 
 
@@ -213,7 +216,7 @@ def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, 
     )
     if not given:
         P = begun(spread, sigma)
-    k, z, push, scratch = np.empty((4, 18)), np.empty(18), np.zeros(6), np.zeros((28, 18))
+    k, z, push, scratch = np.empty((5, 18)), np.empty(18), np.zeros(6), np.zeros((28, 18))
     wake, i, t = np.zeros(6), 0, steps.now[0] if steps.now.size else 0.0
     s[:12] = start
     for q in range(steps.which.size):

@@ -55,7 +55,7 @@ def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
         push[a] = d[a] * mean
         d[a] *= keep
     tied(x, drive, i)
-    advance(t, x, h, drive.thrust[i], drive.asked[i], drive.fins[i], push, drive.known[i, 9:], hull, k, y)
+    advance(t, x, h, drive, i, 1.0, push, hull, k, y)
 
 
 @lean
@@ -64,18 +64,18 @@ def wound(x, d, t, late, steps, drive, i, hull, k, y):
     while late > TOUCH_S and i > 0:
         i -= 1
         h = min(late, steps.length[i])
-        advance(t, x, -h, drive.thrust[i], drive.asked[i], drive.fins[i], d, drive.known[i, 9:], hull, k, y)
+        advance(t, x, -h, drive, i, 0.0, d, hull, k, y)
         t, late = t - h, late - h
     while late < -TOUCH_S and i < steps.length.size:
         h = min(-late, steps.length[i])
-        advance(t, x, h, drive.thrust[i], drive.asked[i], drive.fins[i], d, drive.known[i, 9:], hull, k, y)
+        advance(t, x, h, drive, i, 0.0, d, hull, k, y)
         t, late, i = t + h, late + h, i + 1
 
 
 @lean
 def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     """Prediction of measurement m in the state x under disturbances d; i is the step that comes next."""
-    p, x0, rate, k, y = hull.p, scratch[0], scratch[1], scratch[2:6], scratch[6]
+    p, x0, rate, k, y = hull.p, scratch[0], scratch[1], scratch[2:7], scratch[7]
     s = HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
     late = p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]
     here = x
@@ -85,9 +85,10 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
         wound(x0, d, t, late, steps, drive, i, hull, k, y)
         here = x0
     if record.kind[m] >= ACCEL:
-        j, thrust = min(i, drive.thrust.shape[0] - 1), scratch[7]
-        for a in range(6):  # between the means over the steps before and after
-            thrust[a] = 0.5 * (drive.thrust[max(i - 1, 0), a] + drive.thrust[j, a])
+        before, j, thrust = max(i - 1, 0), min(i, drive.thrust.shape[0] - 1), scratch[8]
+        for a in range(6):  # between the end of the step before and the start of that after
+            ended, begins = drive.thrust[before, a] + drive.swing[before, a], drive.thrust[j, a] - drive.swing[j, a]
+            thrust[a] = 0.5 * (ended + begins)
         rates(t, here, thrust, drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
     return read(
         record.kind[m], record.sensor[m], record.column[m], here, rate, p, hull.counts, record.wall, record.bearing
@@ -109,8 +110,8 @@ def simulate(hull, start, steps, record, drive, gain, memory, restart, out, trac
     gain: (M, 18), zeros for pure simulation; start: (12,); track: the states at every measurement, (M, 18), or of
     shape (0, 18); restart: states to begin anew with before some measurements, NaN elsewhere, (M, 18) or (0, 18).
     """
-    x, d, k, y = np.zeros(18), np.zeros(6), np.empty((4, 18)), np.empty(18)
-    push, scratch, i, t = np.zeros(6), np.zeros((8, 18)), 0, steps.now[0] if steps.now.size else 0.0
+    x, d, k, y = np.zeros(18), np.zeros(6), np.empty((5, 18)), np.empty(18)
+    push, scratch, i, t = np.zeros(6), np.zeros((9, 18)), 0, steps.now[0] if steps.now.size else 0.0
     x[:12] = start
     for q in range(steps.which.size):
         m = steps.which[q]

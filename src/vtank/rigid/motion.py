@@ -290,13 +290,21 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
 
 
 @lean
-def advance(t, x, h, thrust, asked, fins, push, known, hull, k, y):
-    """One Runge-Kutta step of h [s] from time t [s], in place on x, (18,); k, (4, 18), and y, (18,), are scratch."""
-    rates(t, x, thrust, asked, fins, push, known, hull, k[0])
-    for stage in range(1, 4):
-        g = h if stage == 3 else 0.5 * h
-        for i in range(18):
-            y[i] = x[i] + g * k[stage - 1, i]
+def advance(t, x, h, drive, i, change, push, hull, k, y):
+    """One Runge-Kutta step of h [s] from time t [s] under the drive of step i, in place on x, (18,).
+
+    change: share of the thrusters' change through the step that is followed; k, (5, 18), and y, (18,), are scratch.
+    """
+    thrust, asked, fins, known = k[4], drive.asked[i], drive.fins[i], drive.known[i, 9:]
+    for a in range(18):
+        y[a] = x[a]
+    for stage in range(4):
+        g = 0.0 if stage == 0 else h if stage == 3 else 0.5 * h
+        if stage > 0:
+            for a in range(18):
+                y[a] = x[a] + g * k[stage - 1, a]
+        for a in range(6):
+            thrust[a] = drive.thrust[i, a] + (2.0 * g / h - 1.0) * change * drive.swing[i, a]
         rates(t + g, y, thrust, asked, fins, push, known, hull, k[stage])
     for i in range(18):
         x[i] += h / 6.0 * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])

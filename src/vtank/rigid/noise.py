@@ -36,13 +36,17 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
         np.median([scatter(run.value[run.column == c]) for run in runs if (run.column == c).any()])
         for c in range(len(columns))
     ]
-    rounding = np.array([_resolution(runs, c) for c in range(len(columns))])
-    variance = np.maximum(np.array(found) ** 2, rounding**2 / 12.0)
+    variance = np.maximum(np.array(found) ** 2, _rounding(runs))
     return Noise(variance, np.where(runs[0].moves, FIRST_SIGMA, 0.0))
 
 
+def _rounding(runs: Sequence[Recorded]) -> Array:
+    """Variance of rounding to the smallest step that each column takes, a twelfth of its square, (C,)."""
+    return np.array([_resolution(runs, c) ** 2 / 12.0 for c in range(len(runs[0].layout.columns))])
+
+
 def _resolution(runs: Sequence[Recorded], c: int) -> float:
-    """Smallest step that a column's values take [its unit]: rounding to it is noise of a twelfth of its square."""
+    """Smallest step that a column's values take [its unit]."""
     values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
     gaps = np.diff(values)
     gaps = gaps[gaps > 1e-9 * max(float(np.abs(values).max(initial=0.0)), 1e-12)]
@@ -52,9 +56,11 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
 def settle(fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
-    floor: variances of the first noise, of which a share is always left; factors: by which sizes are tried.
+    floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
+    the motion itself is fast, a share is always left. factors: by which sizes are tried.
     """
     noise, runs = fit.noise, cut(fit.runs)
+    least = KEPT * _rounding(fit.runs)
     for factor in factors:
         for _ in range(ROUNDS):
             about = replace(fit, runs=runs, noise=noise).filter(p)
@@ -67,7 +73,8 @@ def settle(fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS)
                     if best.likelihood - before < PROMISE:
                         break
             best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
-            whiter = replace(best.noise, variance=np.maximum(_white(runs, best), KEPT * floor))
+            floor = np.minimum(floor, _fastest(runs, best))
+            whiter = replace(best.noise, variance=np.maximum(_white(runs, best), np.maximum(KEPT * floor, least)))
             best = max((best, *trials([whiter])), key=_likelihood)
             noise = best.noise
             if best.likelihood - start.likelihood < PROMISE:
@@ -125,6 +132,16 @@ def _memories(noise: Noise, factor: float) -> list[Noise]:
     low, high = MEMORIES_S
     longer, shorter = min(noise.memory_s * factor, high), max(noise.memory_s / factor, low)
     return [replace(noise, memory_s=memory) for memory in (longer, shorter)]
+
+
+def _fastest(runs: Sequence[Recorded], tried: Tried) -> Array:
+    """Variance of what is faster than a parabola in the innovations of each column, (C,)."""
+    variance = np.full(tried.noise.variance.size, np.inf)
+    for c in range(variance.size):
+        each = [scatter(f.innovation[run.column == c]) for run, f in zip(runs, tried.found, strict=True)
+                if (run.column == c).any()]  # fmt: skip
+        variance[c] = np.median(each) ** 2 if each else np.inf
+    return variance
 
 
 def _white(runs: Sequence[Recorded], tried: Tried) -> Array:

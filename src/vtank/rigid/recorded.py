@@ -170,7 +170,7 @@ class Recorded:
         if key not in self._drives:
             if len(self._drives) > 64:
                 self._drives.clear()
-            force, size = thrusts(
+            force, swing, size = thrusts(
                 steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
                 self.resting,
             )  # fmt: skip
@@ -179,8 +179,8 @@ class Recorded:
             for i in np.flatnonzero(self.knows):
                 known[:, i] = np.interp(steps.now, grid, values[:, i])
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
-            thrust = force @ gears(p, self.layout.counts[0])
-            self._drives[key] = Drive(thrust, size, angles, known, self.knows)
+            turn = gears(p, self.layout.counts[0])
+            self._drives[key] = Drive(force @ turn, swing @ turn, size, angles, known, self.knows)
         return self._drives[key]
 
 
@@ -223,10 +223,10 @@ def record(
     reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
                           run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
-    bin_s = _bin_s(runs, used)
-    if bin_s > BIN_S:
-        notes.append(f"a long recording: samples are averaged over {bin_s:.2g} s")
-    return layout, tuple(_recorded(run, layout, asked, known, reach, tables, bin_s) for run in runs), tuple(notes)
+    bins = _bins(runs, used)
+    if max(bins.values()) > BIN_S:
+        notes.append(f"a long recording: samples are averaged over {max(bins.values()):.2g} s")
+    return layout, tuple(_recorded(run, layout, asked, known, reach, tables, bins) for run in runs), tuple(notes)
 
 
 def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
@@ -249,11 +249,11 @@ def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measure
 
 def _recorded(
     run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array,
-    bin_s: float,
+    bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
     """One run; InputError where it holds nothing that was asked for."""
     parts = [
-        (c, *_thinned(*_samples(run, name), bin_s)) for c, name in enumerate(layout.columns) if name in run.columns
+        (c, *_thinned(*_samples(run, name), bins[name])) for c, name in enumerate(layout.columns) if name in run.columns
     ]
     parts = [part for part in parts if part[1].size >= FEWEST]
     if not parts:
@@ -264,7 +264,7 @@ def _recorded(
     kind = np.array([CHANNELS.index(channel(name)) for name in layout.columns])[column]
     sensor = np.array([layout.sensors.index(name.rpartition(".")[0]) for name in layout.columns])[column]
     stamps, inputs, angles = _inputs(run, layout)
-    start, spread = _start(layout, time, value, column, known)
+    start, spread = _start(layout, run)
     walls = value[kind == RANGE][:5]
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
@@ -277,13 +277,24 @@ def _recorded(
     )  # fmt: skip
 
 
-def _bin_s(runs: Sequence[Run], columns: Sequence[str]) -> float:
-    """Time over which samples are averaged [s]."""
-    count = sum(
-        min(run.samples(name)[0].size, float(np.ptp(run.time_s)) / BIN_S)
-        for run in runs for name in columns if name in run.columns
-    )  # fmt: skip
-    return BIN_S * max(1.0, count / MOST)
+def _bins(runs: Sequence[Run], columns: Sequence[str]) -> dict[str, float]:
+    """Time over which samples of each column are averaged [s]: longer where there are very many of them."""
+    each = {name: [_samples(run, name) for run in runs if name in run.columns] for name in columns}
+    bins = {name: min(_bin_s(*samples) for samples in each[name]) for name in columns}
+    count = sum(min(time.size, float(np.ptp(time)) / bins[name]) for name in columns for time, _ in each[name])
+    return {name: bin_s * max(1.0, count / MOST) for name, bin_s in bins.items()}
+
+
+def _bin_s(time: Array, value: Array) -> float:
+    """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s]."""
+    bin_s, least = BIN_S, scatter(value)
+    while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s)[1]) > least:
+        bin_s *= 0.5
+    return bin_s
+
+
+def _interval_s(time: Array) -> float:
+    return float(np.median(np.diff(time))) if time.size > 1 else np.inf
 
 
 def _thinned(time: Array, value: Array, bin_s: float) -> tuple[Array, Array]:
@@ -291,7 +302,7 @@ def _thinned(time: Array, value: Array, bin_s: float) -> tuple[Array, Array]:
 
     What averaging takes off where a series curves, half its curvature times the spread of the times, is given back.
     """
-    if time.size < 3 or bin_s <= ALMOST * np.median(np.diff(time)):
+    if time.size < 3 or bin_s <= ALMOST * _interval_s(time):
         return time, value
     bins = np.floor((time - time[0]) / bin_s + 1e-9).astype(int)
     count = np.bincount(bins)
@@ -328,15 +339,16 @@ def _inputs(run: Run, layout: Layout) -> tuple[Array, Array, Array]:
     return run.time_s[rows][keep], np.ascontiguousarray(table[keep, :split]), np.ascontiguousarray(table[keep, split:])
 
 
-def _start(layout: Layout, time: Array, value: Array, column: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
     """Place, attitude and velocity that the first samples tell, and how sure that is."""
     start = np.zeros(12)
     spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [0.1] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
-    for c, name in enumerate(layout.columns):
-        state, mine = states.get(channel(name)), column == c
-        if state is not None and mine.any():
-            start[state], spread[state] = value[mine][0], max(4.0 * scatter(value[mine]), 1e-4)
+    for name in layout.columns:
+        state = states.get(channel(name))
+        _, value = _samples(run, name) if name in run.columns else (None, np.empty(0))
+        if state is not None and value.size:
+            start[state], spread[state] = value[0], max(4.0 * scatter(value), 1e-4)
     return start, spread
 
 

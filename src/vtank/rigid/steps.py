@@ -44,10 +44,12 @@ class Steps(NamedTuple):
 class Drive(NamedTuple):
     """What pushes over each step: wrench of the thrusters (N, 6), sizes of their inputs (N, K), angles of fins (N, F).
 
+    swing: half of what the wrench changes by on the way through the step, (N, 6).
     Motion that is known: attitude, velocity and acceleration at the start of each step, (N, 15); which of them, (15,).
     """
 
     thrust: np.ndarray
+    swing: np.ndarray
     asked: np.ndarray
     fins: np.ndarray
     known: np.ndarray
@@ -83,12 +85,12 @@ def plan(at, stamps, longest):
 
 @law
 def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
-    """Mean force [N] of K thrusters over each step, and mean size of what they were asked for; shapes (N, K).
+    """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
 
     inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
     forces begin at nothing, else where the first inputs bring them.
     """
-    steps, force, size = now.size, np.zeros((now.size, thrusters)), np.zeros((now.size, thrusters))
+    steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
     samples, points = stamps.size, tables.shape[1]
     made, turned, upto = np.empty(samples), np.empty(samples), np.empty(samples)
     for k in range(thrusters):
@@ -128,10 +130,11 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
             if tau > 0.0:
                 fade = math.exp(-length[s] / tau)
                 force[s, k] = goal + (z - goal) * (tau / length[s]) * (1.0 - fade)
+                swing[s, k] = 0.5 * (goal - z) * (1.0 - fade)
                 z = goal + (z - goal) * fade
             else:
                 force[s, k] = goal
-    return force, size
+    return force, swing, size
 
 
 @law

@@ -39,7 +39,7 @@ def accelerations(hull, steps, drive, path, out):
 @law
 def shifted(hull, other, apart, steps, record, drive, before, out):
     """What instruments that are described otherwise, `apart`, would read over what they read, along the path, (M,)."""
-    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((8, 18))
+    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((9, 18))
     for q in range(steps.which.size):
         m, i = steps.which[q], steps.upto[q]
         out[m] = 0.0

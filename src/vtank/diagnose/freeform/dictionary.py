@@ -153,7 +153,7 @@ def _stalled(k: int, fit: Fitted, off: np.ndarray) -> Iterator[Piece]:
     off: measured less simulated, shape (M,).
     """
     run, (p, _), runs = fit.problem.runs[k], fit.problem.model(fit.optimum.theta, k), len(fit.problem.runs)
-    counts = np.flatnonzero(judging(fit, k)[0] & fit.problem.used(k))
+    counts = np.flatnonzero(judging(fit, k)[0])
     ranges, inputs = stalls(run.value[counts], (run.value - off)[counts]), stalls(run.input)
     error, force = np.zeros((off.size, len(ranges))), np.zeros((run.input.size, len(inputs)))
     for e, span in enumerate(ranges):

@@ -199,6 +199,11 @@ class Freeform:
         return replace(problem, runs=runs)
 
 
+def _followed(columns: np.ndarray) -> np.ndarray:
+    """Columns, shape (M, L), without those along which the simulation runs away: they explain nothing."""
+    return np.where(np.isfinite(columns).all(axis=0), columns, 0.0)
+
+
 @dataclass(frozen=True)
 class _Group:
     """One candidate: per run that it touches, how its coefficients combine a piece's columns, shape (K, C)."""
@@ -229,7 +234,7 @@ class _Pursuit:
     def __init__(self, fit: Fitted) -> None:
         self.near = linearise(fit)
         self.pieces = pieces(fit)
-        self.columns = changes(fit, self.pieces)
+        self.columns = [_followed(C) for C in changes(fit, self.pieces)]
         self.rows = np.cumsum([0] + [f.innovation.size for f in fit.filtered])
         self.where = self._layout(len(self.columns))
         root = cholesky(self.near.information, lower=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered, refiltered, share
 from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
+from ...rigid.noise import LEAST_SIGMA, PROMISE
 from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
@@ -96,13 +97,13 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
     noise, runs = model.fit.noise, model.fit.runs
     trials = [(_level(found), block)]
     sigma = noise.sigma.copy()
-    while sigma[axis] > 0.0:
-        sigma[axis] /= QUIETER
+    while sigma[axis] > LEAST_SIGMA:
+        sigma[axis] = max(sigma[axis] / QUIETER, LEAST_SIGMA)
         trial = replace(noise, sigma=sigma.copy())
         there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(runs, found, strict=True)]
         quiet = replace(model, fit=replace(model.fit, noise=trial))
         trials.append((_level(there), _axis(quiet, based(quiet, there), sizes, axis)))
-        if _total(trials[-1]) <= _total(trials[-2]):
+        if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
             break
     level, best = max(trials, key=_total)
     return replace(best, gain=level + best.gain - max(level for level, _ in trials))
