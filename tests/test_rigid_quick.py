@@ -1,0 +1,76 @@
+"""A vehicle that is quicker than its estimator's steps and its sensors' averages: nothing of that passes for noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from vtank.experiment import fly_vehicle
+from vtank.plant.vehicle import load_vehicle
+from vtank.rigid.fit import Fit
+from vtank.rigid.kalman import carry, weigh
+from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.recorded import record
+
+YAW_RATE = "imu.yaw_rate_rad_s"
+
+
+@pytest.fixture(scope="module")
+def spun():
+    """A BlueROV that spins to one side and to the other, all of its yaw moment at once, from the first moment on."""
+    times = np.arange(0.0, 20.0, 1.5)
+    side = np.where(np.arange(times.size) % 2, -0.6, 0.6)
+    signs = {1: -1.0, 2: 1.0, 3: 1.0, 4: -1.0}
+    commands = {"time_s": times, **{f"thruster_{k}_command": sign * side for k, sign in signs.items()}}
+    run = fly_vehicle("bluerov2", commands, duration_s=20.0, seed=3)
+    _, (seen,), _ = record([run], load_vehicle("bluerov2"))
+    return seen
+
+
+def innovations(run, noise, column):
+    (found,) = Fit((run,), noise).filter(run.layout.null)
+    mine = run.column == run.layout.columns.index(column)
+    return run.time_s[mine], found.innovation[mine], np.sqrt(found.variance[mine])
+
+
+def test_white_errors_are_no_larger_because_the_motion_is_fast(spun):
+    first = first_noise([spun])
+    noise, _ = settle(Fit((spun,), first), spun.layout.null, first.variance)
+    stated = {f"{s.name}.{c}": (sd, s.rate_hz) for s in spun.layout.vehicle.sensors
+              for c, sd in zip(s.channels, s.noise, strict=True)}  # fmt: skip
+    for c, column in enumerate(spun.layout.columns):
+        sd, rate = stated[column]
+        averaged = sd / np.sqrt(max(rate * 20.0 / np.sum(spun.column == c), 1.0))
+        assert np.sqrt(noise.variance[c]) == pytest.approx(averaged, rel=0.25), column
+
+
+def test_thrusters_that_begin_at_once_are_seen_to_begin_at_rest(spun):
+    assert spun.resting
+    time, e, sd = innovations(spun, first_noise([spun]), YAW_RATE)
+    assert np.abs(e / sd)[time < 1.0].max() < 5.0
+
+
+def test_a_step_is_as_good_as_many(spun):
+    still = replace(first_noise([spun]), sigma=np.zeros(6))
+    fine = replace(spun, _drives={}, _masses={})
+    fine.__dict__["longest_s"] = spun.longest_s / 10.0
+    _, coarse_e, _ = innovations(spun, still, YAW_RATE)
+    _, fine_e, _ = innovations(fine, still, YAW_RATE)
+    assert np.sqrt(np.mean((coarse_e - fine_e) ** 2)) < 0.1 * 0.005  # of the gyro's noise
+
+
+def test_a_covariance_stays_one_where_the_motion_is_unstable():
+    """A mode that grows while it is measured: what rounding makes skew must not grow beside it."""
+    rng, F = np.random.default_rng(0), np.eye(12) * 0.98
+    F[6, 7], F[7, 6], F[3, 9] = 0.3, 0.3, 0.1
+    P = np.diag(np.full(18, 1e-4))
+    T, A, C, gain, H = np.zeros((18, 18)), np.zeros((18, 18)), np.zeros(18), np.zeros(18), np.zeros(18)
+    for _ in range(4000):
+        carry(F, 0.05, np.full(6, 1e-3), 2.0, T, P, A)
+        H[:] = 0.0
+        H[:12] = rng.normal(size=12) * (rng.uniform(size=12) < 0.3)
+        assert weigh(P, H, 1e-6, C, gain) >= 0.0
+    assert np.array_equal(P, P.T)
+    assert np.linalg.eigvalsh(P).min() > -1e-12 * np.linalg.eigvalsh(P).max()
