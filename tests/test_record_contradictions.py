@@ -122,3 +122,33 @@ def test_the_reader_warns_with_the_file(tmp_path: Path) -> None:
     write_run(tmp_path / "run.csv", Run.from_channels("run", channels))
     with pytest.warns(DataSetWarning, match="run.csv: column depth_m"):
         read_run(tmp_path / "run.csv")
+
+
+def test_a_delay_that_cannot_be_told_is_none() -> None:
+    """Two depth cells of a vehicle that hardly moves: their noise decides where they are most alike."""
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        slow = np.convolve(rng.standard_normal(TIME_S.size + 100), np.hanning(101), "valid")
+        depth = 0.9 + 3e-3 * slow / slow.std()
+        channels = {
+            f"{name}.depth_m": (TIME_S, depth + noise * rng.standard_normal(TIME_S.size))
+            for name, noise in (("cell", 5e-3), ("mocap", 1e-3))
+        }
+        assert contradictions(Run.from_channels("run", channels)) == [], seed
+
+
+def test_a_spin_that_leans_does_not_part_clocks() -> None:
+    """Euler angles of a vehicle that spins and leans turn as its three rates together say, none as its own alone."""
+    t = np.arange(0.0, 120.0, 0.02)
+    roll, pitch, heading = 0.5 * np.sin(0.9 * t), 0.6 * np.sin(0.7 * t + 1.0), 2.5 * t + np.sin(0.3 * t)
+    d_roll, d_pitch, d_heading = 0.45 * np.cos(0.9 * t), 0.42 * np.cos(0.7 * t + 1.0), 2.5 + 0.3 * np.cos(0.3 * t)
+    across = d_heading * np.cos(pitch)
+    channels = {
+        "ahrs.roll_rad": (t, roll), "ahrs.pitch_rad": (t, pitch), "ahrs.heading_rad": (t, heading),
+        "imu.roll_rate_rad_s": (t, d_roll - d_heading * np.sin(pitch)),
+        "imu.pitch_rate_rad_s": (t, d_pitch * np.cos(roll) + across * np.sin(roll)),
+        "imu.yaw_rate_rad_s": (t, across * np.cos(roll) - d_pitch * np.sin(roll)),
+    }  # fmt: skip
+    assert contradictions(Run.from_channels("run", channels)) == []
+    late = channels | {"ahrs.pitch_rad": (t + 1.0, pitch)}
+    assert "ahrs.pitch_rad is 1 s late" in "\n".join(contradictions(Run.from_channels("run", late)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from dataclasses import replace
 
@@ -53,6 +54,16 @@ def test_the_budget_adds_up_and_lays_the_gap_to_the_effect(dragging):
     assert shares["own parameters"] + shares["linear_drag@yaw"] > 0.8
     rms = dragging.document["channels"]["imu.yaw_rate_rad_s"]["rms"]
     assert rms["diagnosed"] < 0.3 * rms["nominal"]
+
+
+def test_a_simulation_that_runs_away_is_far_off(dragging, monkeypatch):
+    budget = importlib.import_module("vtank.diagnose.whole.budget")
+    model = dragging.selection.best
+    before, _ = budget.free_errors(model)
+    monkeypatch.setattr(budget, "innovations", lambda run, *_, **__: np.full(run.time_s.size, np.nan))
+    lost, count = budget.free_errors(model)
+    assert np.isfinite(lost).all()
+    assert np.all(lost[count > 0] > before[count > 0])
 
 
 def test_a_dead_thruster_is_told_from_the_other_seven():

@@ -110,20 +110,28 @@ def _clocks(run: Run) -> Iterator[str]:
     for angle, rate in RATES.items():
         pairs += [(name, other, True) for name in measured(run, angle) for other in measured(run, rate)]
     for first, second, derivative in pairs:
-        late = [_late_s(run, first, second, derivative, share) for share in ((0.0, 0.5), (0.5, 1.0))]
-        known = [each for each in late if each is not None]
+        halves = [_uncommon(run, first, second, derivative, share) for share in ((0.0, 0.5), (0.5, 1.0))]
+        known = [half for half in halves if half is not None]
         sensors = first.rpartition(".")[0], second.rpartition(".")[0]
         if len(known) < 2 or sensors in told:
             continue
+        best = [min(left, key=lambda delay: left[delay]) for _, left in known]
+        late = [steps * step for steps, (step, _) in zip(best, known, strict=True)]
         limit = max(LATE_S, LATE_STEPS * max(_step_s(run, first), _step_s(run, second)))
-        if abs(known[1] - known[0]) > limit:
+        better = [
+            left[own] < BETTER * left.get(other, 1.0)
+            for (_, left), own, other in zip(known, best, best[::-1], strict=True)
+        ]
+        if abs(late[1] - late[0]) > limit and any(better):
             told.add(sensors)
-            yield (f"columns {first} and {second}: {known[0]:+.2g} s apart in the first half, {known[1]:+.2g} s in the "
+            yield (f"columns {first} and {second}: {late[0]:+.2g} s apart in the first half, {late[1]:+.2g} s in the "
                    "second; their clocks run at different speeds")  # fmt: skip
-        elif min(map(abs, known)) > limit:
+        elif min(map(abs, late)) > limit and all(
+            left[own] < BETTER * left[0] for (_, left), own in zip(known, best, strict=True)
+        ):
             told.add(sensors)
-            late_one = first if known[0] > 0.0 else second
-            yield f"columns {first} and {second}: {late_one} is {abs(known[0]):.2g} s late; are they from two clocks?"
+            late_one = first if late[0] > 0.0 else second
+            yield f"columns {first} and {second}: {late_one} is {abs(late[0]):.2g} s late; are they from two clocks?"
 
 
 def _step_s(run: Run, name: str) -> float:
@@ -136,7 +144,7 @@ def _slope(run: Run, first: str, second: str) -> tuple[float, float]:
     grid = _grid(run, first, second)
     if grid.size < MOVES:
         return 0.0, 0.0
-    rate, other = _smooth(_derivative(run, first, grid), grid), _smooth(_on(run, second, grid), grid)
+    rate, other = _smooth(_derivative(run, first, grid), grid), _smooth(_turning(run, second, grid), grid)
     power = float(other @ other)
     if not power or not rate.any():
         return 0.0, 0.0
@@ -157,13 +165,19 @@ def _sinking(run: Run, depth: str, heave: str) -> float:
     return float(rate @ other) / power if power else 0.0
 
 
-def _late_s(run: Run, first: str, second: str, derivative: bool, share: tuple[float, float]) -> float | None:
-    """By how much the first is later than the second in a share of the time [s]; None where they are not alike."""
+def _uncommon(
+    run: Run, first: str, second: str, derivative: bool, share: tuple[float, float]
+) -> tuple[float, dict[int, float]] | None:
+    """A step [s], and by delay of the first behind the second in steps the share of the variance that is not common.
+
+    In a share of the time; None where they are not alike at any delay.
+    """
     grid = _grid(run, first, second)
     grid = grid[int(share[0] * grid.size) : int(share[1] * grid.size)]
     if grid.size < MOVES:
         return None
-    a, b = _derivative(run, first, grid) if derivative else _on(run, first, grid), _on(run, second, grid)
+    a, b = (_derivative(run, first, grid), _turning(run, second, grid)) if derivative else (
+        _on(run, first, grid), _on(run, second, grid))  # fmt: skip
     a, b = _smooth(a, grid), _smooth(b, grid)
     power = np.sqrt(float(a @ a) * float(b @ b))
     if not power:
@@ -173,10 +187,9 @@ def _late_s(run: Run, first: str, second: str, derivative: bool, share: tuple[fl
     step = float(grid[1] - grid[0])
     reach = min(int(LONGEST_S / step), a.size // 4)
     shifts = np.arange(-reach, reach + 1)
-    best = int(np.argmax(both[shifts]))
-    left, now = 1.0 - both[shifts][best] ** 2, 1.0 - both[0] ** 2  # shares of the variance that are not common
-    late = float(shifts[best]) * step
-    return late if both[shifts][best] > ALIKE and (abs(late) < LATE_S or left < BETTER * now) else None
+    if both[shifts].max() < ALIKE:
+        return None
+    return step, dict(zip(shifts.tolist(), (1.0 - np.maximum(both[shifts], 0.0) ** 2).tolist(), strict=True))
 
 
 def _grid(run: Run, first: str, second: str) -> FloatArray:
@@ -198,6 +211,25 @@ def _on(run: Run, name: str, grid: FloatArray) -> FloatArray:
 
 def _derivative(run: Run, name: str, grid: FloatArray) -> FloatArray:
     return np.gradient(_on(run, name, grid), grid)
+
+
+def _turning(run: Run, name: str, grid: FloatArray) -> FloatArray:
+    """How fast the angle of a rate about a body axis grows, by the sensor's other rates and any roll and pitch.
+
+    Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), 2.2.1; what was not measured is nothing.
+    """
+    sensor, _, channel = name.rpartition(".")
+    p, q, r = (_optional(run, [f"{sensor}.{rate}".lstrip(".")], grid) for rate in RATES.values())
+    roll, pitch = (_optional(run, measured(run, angle), grid) for angle in ("roll_rad", "pitch_rad"))
+    about = q * np.sin(roll) + r * np.cos(roll)
+    turning = (p + about * np.tan(pitch), q * np.cos(roll) - r * np.sin(roll), about / np.cos(pitch))
+    return np.asarray(turning[list(RATES.values()).index(channel)])
+
+
+def _optional(run: Run, names: list[str], grid: FloatArray) -> FloatArray:
+    """The first of the columns that there is; zeros where there is none."""
+    found = next((name for name in names if name in run.columns), "")
+    return _on(run, found, grid) if found else np.zeros(grid.size)
 
 
 def _smooth(values: FloatArray, grid: FloatArray) -> FloatArray:

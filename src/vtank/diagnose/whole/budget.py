@@ -27,6 +27,7 @@ STRETCH_S = 15.0  # [s] that a simulation runs free: long against a vehicle's ow
 FOLDS = 5  # parts of time that are left out in turn where there are fewer than MANY runs; a choice
 MANY = 4
 SPIKE = 10.0  # deviations of an innovation beyond which a reading is its instrument's own; a choice
+HELD = 10.0  # ranges of a column at which the error of a simulation that runs away is held; a choice
 REDRAWN, SEED = 200, 0  # of stretches, for intervals
 
 
@@ -172,7 +173,10 @@ def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memo
     first = np.flatnonzero(np.diff(stretch[order])) + 1
     restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0
     e = innovations(run, p, np.zeros_like(f.gain), memory_s, restart=restart)
-    return np.where(np.isfinite(e), e, 0.0)
+    moves = np.array([np.ptp(run.value[run.column == c]) if (run.column == c).any() else 0.0
+                      for c in range(len(run.layout.columns))])  # fmt: skip
+    most = HELD * moves[run.column]
+    return np.clip(np.nan_to_num(e, nan=np.inf), -most, most)
 
 
 def _stretches(time_s: Array) -> NDArray[np.int64]:
