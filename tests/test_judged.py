@@ -22,11 +22,13 @@ def known() -> tuple[Selection, Verdict]:
     return selection, decide(selection, probabilities(selection))
 
 
-def shares(verdict: tuple[float, float], repeatable: tuple[float, float]) -> Budget:
-    """A budget of which only the intervals of two lines matter."""
+def shares(
+    verdict: tuple[float, float], repeatable: tuple[float, float], gains: tuple[float, ...] = (-1.0, -1.1, -0.9)
+) -> Budget:
+    """A budget of which only the intervals of two lines matter, and what is gained in each part."""
     lines = (Line("repeatable, unnamed", "repeatable", sum(repeatable) / 2, repeatable),)
     left = Line("not explained", "unexplained", 0.0, (0.0, 0.0))
-    return Budget(lines, left, Line("the verdict", "verdict", sum(verdict) / 2, verdict), "m", 0.1, ())
+    return Budget(lines, left, Line("the verdict", "verdict", sum(verdict) / 2, verdict), "m", 0.1, (), gains)
 
 
 @pytest.mark.parametrize(
@@ -56,3 +58,11 @@ def test_what_the_budget_does_not_bear_out_is_undecided(
     selection, said = known
     found = judged(replace(said, kind=kind), shares(verdict, repeatable), selection.setting.with_noise(noise))
     assert (found.kind, found.doubt) == ("undecided" if doubt else kind, doubt)
+
+
+def test_what_is_worse_in_one_part_and_better_in_another_is_the_disturbance(known: tuple[Selection, Verdict]) -> None:
+    selection, said = known
+    setting = selection.setting.with_noise(STILL)
+    drifting = shares((-0.4, -0.1), (0.0, 0.0), gains=(-1.0, 0.3, -0.1))
+    assert judged(said, drifting, setting).doubt == ""
+    assert judged(said, shares((-0.4, -0.1), (0.0, 0.0)), setting).doubt == "worse"

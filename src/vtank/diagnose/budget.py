@@ -65,6 +65,7 @@ class Budget:
         unit: of the errors, "m" or "m/s".
         nominal: root mean square error of the nominal on data left out ["unit"].
         worse: parts that the last named model predicts worse than the refit does.
+        gains: what all that the verdict names takes off the sum of squares of each part left out ["unit" squared].
     """
 
     lines: tuple[Line, ...]
@@ -73,6 +74,7 @@ class Budget:
     unit: str
     nominal: float
     worse: tuple[str, ...]
+    gains: tuple[float, ...]
 
     def share(self, kind: str) -> float:
         """Share of all lines of a kind."""
@@ -109,8 +111,10 @@ def budget(selection: Selection, verdict: Verdict, seed: int = 0, found: LeftOut
     nominal = float(np.sqrt(squares[0] / sum(np.sum(target.scored) for target in targets)))
     ends = zip(parts.setting.runs, *([some[i] for some in steps] for i in (1, len(chain) - 1)), strict=True)
     worse = tuple(part.name for part, refit, last in ends if _squares([last]) > _squares([refit]))
+    first = 0 if len(chain) < 3 else 1  # as the last of the shares
+    gains = tuple(_squares([some[first]]) - _squares([some[len(chain) - 1]]) for some in steps)
     *shared, unexplained, named = lines
-    return Budget(tuple(shared), unexplained, named, unit, nominal, worse)
+    return Budget(tuple(shared), unexplained, named, unit, nominal, worse, gains)
 
 
 def _added(chain: Sequence[Fitted]) -> list[str]:

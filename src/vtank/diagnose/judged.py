@@ -8,11 +8,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+from scipy.special import stdtrit
+
 from .budget import Budget
 from .evidence import Setting
 from .noise_floor import plausible
 from .verdict import Verdict
 
+LIKELY = 0.95  # probability from which data left out speak against a verdict
 REPEATS = 0.1  # least share of the gap that repeats without a name and yet was denied; a choice
 
 
@@ -24,10 +28,21 @@ def judged(verdict: Verdict, found: Budget, setting: Setting) -> Verdict:
 
 def _doubt(verdict: Verdict, found: Budget, setting: Setting) -> str:
     """What speaks against it: "worse", "repeats" or "disturbance"; nothing where all agrees."""
-    if verdict.kind != "none" and found.verdict.interval90[1] < 0.0:
+    if verdict.kind != "none" and found.verdict.interval90[1] < 0.0 and consistent(-np.array(found.gains)):
         return "worse"
     if verdict.kind not in ("none", "parameters"):
         return ""
     if any(line.kind == "repeatable" and line.interval90[0] > REPEATS for line in found.lines):
         return "repeats"
     return "" if setting.foreign or plausible(setting.noise, setting.usual) else "disturbance"
+
+
+def consistent(gains: np.ndarray) -> bool:
+    """Whether gains, shape (K,), are above zero on average beyond their scatter, at 5 % by Student's t.
+
+    A free simulation drifts with the disturbance, which may favour either model in a part.
+    """
+    size = gains.size
+    if size < 2:
+        return bool(np.all(gains > 0.0))
+    return bool(gains.mean() > stdtrit(size - 1, LIKELY) * gains.std(ddof=1) / np.sqrt(size))

@@ -17,6 +17,7 @@ from .ties import SEPARABLE, separation, tied_class
 
 IMPERFECT = 0.01  # share of the evidence for an effect that may be due to its form; a guess
 MIMICKED = 7.0  # [-] deviations at which every second cause without a name passes for a named one; see below
+BEYOND_CHANCE = 4.6  # log evidence that noise alone feigns in one of a hundred cases at most (Markov's inequality)
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
 
@@ -65,7 +66,7 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
-    for small, simpler in _invisible(selection):
+    for small, simpler in (*_invisible(selection), *_by_chance(selection, logits)):
         weights[simpler] += weights[small]
         weights[small] = 0.0
     total, doubt, whole = sum(weights.values()), frozen.doubt, sum(before.values())
@@ -81,6 +82,15 @@ def _invisible(selection: Selection) -> Iterator[tuple[str, str]]:
             yield fit.hypothesis.name, "parameters"
     if refit.log_likelihood - nominal.log_likelihood < least:
         yield "parameters", "none"
+
+
+def _by_chance(selection: Selection, logits: dict[str, float]) -> Iterator[tuple[str, str]]:
+    """What has no name, or varies, and gains no more on nominal and refit than noise may, and the likelier of these."""
+    plain = {f.hypothesis.name: f.log_evidence for f in (selection.nominal, selection.refit)}
+    simpler = max(plain, key=lambda name: plain[name])
+    for kind in ("unknown", "varying"):
+        if logits[kind] - log(calibration().prior[kind]) - plain[simpler] < BEYOND_CHANCE:
+            yield kind, simpler
 
 
 def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
