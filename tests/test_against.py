@@ -93,8 +93,9 @@ def test_a_saved_model_corrects_the_simulator(whole, tmp_path):
     whole.save(tmp_path / "model.toml")
     rate = vt.predict(tmp_path / "model.toml", boat(60.0, 9, 0.65, np.random.default_rng(4)))["columns"]
     rate = rate["compass.yaw_rate_rad_s"]
-    assert rate["diagnosed"] < 0.3 * rate["nominal"]
-    assert rate["diagnosed"] == pytest.approx(rate["noise"], rel=0.6)
+    assert rate["diagnosed"] < 0.1 * rate["nominal"]
+    missed = whole.against.document["columns"]["yaw_rate_rad_s"]["error"]  # by the plant, of the simulator itself
+    assert rate["diagnosed"] < np.hypot(rate["noise"], missed)
 
 
 def test_the_simulator_itself_has_no_gap():

@@ -53,14 +53,17 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
     return float(gaps.min()) if gaps.size else 1e-9
 
 
-def settle(fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS) -> tuple[Noise, list[Filtered]]:
+def settle(
+    fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS, least: Array | float = 0.0
+) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
-    the motion itself is fast, a share is always left. factors: by which sizes are tried.
+    the motion itself is fast, a share is always left. factors: by which sizes are tried. least: variances, (C,), below
+    which none is believed whatever the innovations are.
     """
     noise, runs = fit.noise, cut(fit.runs)
-    least = KEPT * _rounding(fit.runs)
+    least = np.maximum(least, KEPT * _rounding(fit.runs))
     for factor in factors:
         for _ in range(ROUNDS):
             about = replace(fit, runs=runs, noise=noise).filter(p)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
+from ...rigid.noise import KEPT
 from ...rigid.places import catalogue
 from .model import blank, own_unknowns
 from .screen import based, promises
@@ -14,7 +15,9 @@ from .unnamed import unnamed
 def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
     """Log evidence that EFFECT@PLACE and unknown@PLACE find beside own parameters, at least 0."""
     asked = fit.runs[0].asked
-    model, found = settled(blank(fit, layout, (), own_unknowns(layout, asked)), fit.noise.variance)
+    model, found = settled(
+        blank(fit, layout, (), own_unknowns(layout, asked)), fit.noise.variance, KEPT * fit.noise.variance
+    )
     sizes, base = sizes_of(model, found), based(model, found)
     tried = [(promise.placed.effect, promise.placed.place, promise.gain)
              for promise in promises(model, base, layout, catalogue(layout, asked, sizes))]  # fmt: skip

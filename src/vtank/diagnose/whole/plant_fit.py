@@ -16,7 +16,7 @@ from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow, values
 from ...rigid.layout import Layout
-from ...rigid.noise import cut, first_noise
+from ...rigid.noise import KEPT, cut, first_noise
 from ...rigid.recorded import Recorded
 from .curves import Bend, bends, bent
 from .model import Model, blank, refit
@@ -50,7 +50,7 @@ def fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple
     model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen[0], did, free))
     model = refit(model, model.fit.filter(model.vector()), model.theta)
     for _ in range(TURNS):
-        model, _ = settled(flowing(model, did), noise.variance)
+        model, _ = settled(flowing(model, did), noise.variance, KEPT * noise.variance)
     return model, free
 
 

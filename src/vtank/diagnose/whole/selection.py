@@ -98,10 +98,10 @@ def select(
     return _judged(best, found, own, candidates, strong, sizes, less, say)
 
 
-def settled(model: Model, floor: Array) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, twice."""
+def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
+    """The fit and its noise, each at the other's, twice; floor, least: as of `rigid.noise.settle`."""
     for factors in (FACTORS, FACTORS[-1:]):
-        noise, found = settle(model.fit, model.vector(), floor, factors)
+        noise, found = settle(model.fit, model.vector(), floor, factors, least)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
     return model, model.fit.filter(model.vector())
