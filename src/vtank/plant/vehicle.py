@@ -100,6 +100,15 @@ class Vehicle:
         """How far the first sonar stands ahead of the body's origin [m]; 0 where the file lists none."""
         return next((place[0] for name, place in self.sites.items() if name.startswith("sonar")), 0.0)
 
+    def instrument(self, column: str) -> str:
+        """The instrument of a recorded column: what stands before its dot, else the only one that has its channel.
+
+        "" where none of the file has it, or several have.
+        """
+        named, _, channel = column.rpartition(".")
+        having = [sensor.name for sensor in self.sensors if channel in sensor.channels]
+        return named or (having[0] if len(having) == 1 else "")
+
     @property
     def ends_m(self) -> tuple[float, float]:
         """Foremost and hindmost of the listed places [m], body axes."""

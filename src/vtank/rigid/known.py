@@ -64,7 +64,7 @@ def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
 
 
 def _sensor(vehicle: Vehicle, column: str) -> Sensor | None:
-    return next((s for s in vehicle.sensors if s.name == column.rpartition(".")[0]), None)
+    return next((s for s in vehicle.sensors if s.name == vehicle.instrument(column)), None)
 
 
 def _at_origin(run: Run, vehicle: Vehicle, turning: Array, grid: Array) -> list[Array]:

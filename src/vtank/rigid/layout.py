@@ -35,8 +35,8 @@ DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED = 14, 15, 16, 17
 THRUSTER = 23
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, TURN, OFFSET, INDUCED, LATE = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13
 FIN = 14
-LATENCY, SKEW, ROTATED, SITE, EARTH = 0, 1, 2, 5, 8
-SENSOR = 9
+LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
+SENSOR = 10
 SCALE, BIAS = 0, 1
 COLUMN = 2
 COUPLES = {"surge": "v r", "sway": "u r", "yaw": "u v", "heave": "u q", "pitch": "u w"}
@@ -66,7 +66,7 @@ THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ)
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "gain",
              "offset", "induced_drag", "late")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
-                *(f"position_{i}" for i in XYZ), "earth")  # fmt: skip
+                *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")
 COUPLED_AT = tuple(COUPLING_OF.values())
 
@@ -97,8 +97,8 @@ class Layout:
     Attributes:
         vehicle: the nominal one.
         pushes: what pushes it: its thrusters, or the wrench that was recorded.
-        sensors: names of the instruments that recorded, "" for columns without one.
-        columns: the recorded channels, with their instrument before a dot where they have one.
+        sensors: names of the instruments that recorded (`Vehicle.instrument`), "" for columns without one.
+        columns: the recorded channels, as they are called.
         fitted: numbers of a simulator that take the place of the vehicle file's, by name; others are passed over.
         flow: forces of the water beyond drag, in that simulator.
     """

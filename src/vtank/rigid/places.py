@@ -206,7 +206,7 @@ def _fin(name: str) -> Iterator[Placed]:
 
 
 def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
-    columns = [column for column in layout.columns if column.rpartition(".")[0] == name]
+    columns = [column for column in layout.columns if layout.vehicle.instrument(column) == name]
     channels = {channel(column): column for column in columns}
     place = name or "recording"
     turned = [i for i, angle in enumerate(("roll_rad", "pitch_rad", "heading_rad")) if angle in channels]

@@ -7,7 +7,7 @@ import math
 from ..compiled import lean, term
 from ..plant.sixdof import cross
 from ..record.columns import MOTION
-from .layout import BIAS, COLUMN, EARTH, FIN, HULL, ROTATED, SCALE, SENSOR, SITE, THRUSTER, G
+from .layout import BEARING, BIAS, COLUMN, EARTH, FIN, HULL, ROTATED, SCALE, SENSOR, SITE, THRUSTER, G
 from .motion import back, rotation, triple, turned
 
 CHANNELS = tuple(MOTION)
@@ -28,7 +28,7 @@ def pick(v, i):
 def read(kind, sensor, column, x, rate, p, counts, wall, bearing):
     """Reading of channel `kind` by an instrument, in the state x, shape (12,), which changes at `rate`, shape (12,).
 
-    wall: distance ahead of the start to the wall [m]; bearing: heading at the start [rad], at which it is seen square.
+    wall: distance ahead of the start to the wall [m]; bearing: heading at the start [rad], near which it stands square.
     """
     i = HULL + THRUSTER * counts[0] + FIN * counts[1] + SENSOR * sensor
     c = HULL + THRUSTER * counts[0] + FIN * counts[1] + SENSOR * counts[2] + COLUMN * column
@@ -40,8 +40,13 @@ def read(kind, sensor, column, x, rate, p, counts, wall, bearing):
         if kind >= NORTH:
             value = x[kind - NORTH] + pick(arm, kind - NORTH)
         else:
+            bearing += p[i + BEARING]
             made = (x[0] + arm[0]) * math.cos(bearing) + (x[1] + arm[1]) * math.sin(bearing)
-            value = made if kind == POSITION else (wall - made) / (R[0] * math.cos(bearing) + R[3] * math.sin(bearing))
+            value = (
+                made
+                if kind == POSITION
+                else (wall * math.cos(p[i + BEARING]) - made) / (R[0] * math.cos(bearing) + R[3] * math.sin(bearing))
+            )
     elif kind < SURGE:
         if p[i + ROTATED] == 0.0 and p[i + ROTATED + 1] == 0.0 and p[i + ROTATED + 2] == 0.0:
             value = x[3 + kind - ROLL]

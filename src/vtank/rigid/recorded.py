@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from ..effects.coulomb_friction import REVERSAL_M_S
 from ..errors import InputError
@@ -28,6 +29,7 @@ from .layout import (
     LOSS,
     QUADRATIC,
     SENSOR,
+    SITE,
     THRUSTER,
     TRIM,
     WATERLINE,
@@ -194,7 +196,7 @@ def record(
     """
     named = {name for run in runs for name, values in run.columns.items() if np.isfinite(values).any()}
     pushed = pushes(vehicle, named)
-    seen = sorted((name for name in named if channel(name) in MOTION), key=lambda n: (n.rpartition(".")[0], n))
+    seen = sorted((name for name in named if channel(name) in MOTION), key=lambda n: (vehicle.instrument(n), n))
     told_of = {axis for name in seen for axis in TELLS[channel(name)]}
     asked = np.zeros(6, dtype=bool)
     for axis in axes or ():
@@ -212,7 +214,7 @@ def record(
     used = [name for name in seen if _says(channel(name), asked, known, placed)]
     if not used:
         raise InputError("no measurement to fit; expected velocity, attitude or place of an axis that is asked about")
-    layout = Layout(vehicle, pushed, tuple(dict.fromkeys(n.rpartition(".")[0] for n in used)), tuple(used))
+    layout = Layout(vehicle, pushed, tuple(dict.fromkeys(map(vehicle.instrument, used))), tuple(used))
     driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
     notes = [f"column {name} is not used" for name in sorted(named - driving - set(used)) if name != TIME]
     notes = [note if _kept(note, known, seen) else note.replace("not used", "known motion") for note in notes]
@@ -262,10 +264,9 @@ def _recorded(
     time, value = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
     order = np.argsort(time, kind="stable")
     kind = np.array([CHANNELS.index(channel(name)) for name in layout.columns])[column]
-    sensor = np.array([layout.sensors.index(name.rpartition(".")[0]) for name in layout.columns])[column]
+    sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
     stamps, inputs, angles = _inputs(run, layout)
     start, spread = _start(layout, run)
-    walls = value[kind == RANGE][:5]
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
     spread[3:12][knows[:9]] = 0.0
@@ -273,7 +274,7 @@ def _recorded(
     return Recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
         angles=angles, reach=reach, tables=tables, start=start, spread=spread,
-        wall=float(np.median(walls)) if walls.size else 0.0, **{name: a[order] for name, a in measured.items()},
+        wall=_wall(layout, start, sensor, kind, value), **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
 
 
@@ -350,6 +351,17 @@ def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
         if state is not None and value.size:
             start[state], spread[state] = value[0], max(4.0 * scatter(value), 1e-4)
     return start, spread
+
+
+def _wall(layout: Layout, start: Array, sensor: NDArray[np.int64], kind: NDArray[np.int64], value: Array) -> float:
+    """Distance ahead of the start to the wall that the first ranges tell, by where their sonar sits [m]; 0 without."""
+    heard = np.flatnonzero(kind == RANGE)
+    if not heard.size:
+        return 0.0
+    at = layout.starts[2] + SENSOR * sensor[heard[0]] + SITE
+    ahead = Rotation.from_euler("ZYX", [0.0, start[4], start[3]]).as_matrix()[0]
+    first = value[heard[sensor[heard] == sensor[heard[0]]][:5]]
+    return float(np.median(first) * ahead[0] + ahead @ layout.null[at : at + 3])
 
 
 def scatter(series: Array) -> float:

@@ -126,7 +126,7 @@ class Path:
         blocks = changed[sensors:columns].reshape(-1, SENSOR).any(axis=1)
         for c, name in enumerate(layout.columns):
             if changed[columns + COLUMN * c : columns + COLUMN * (c + 1)].any():
-                blocks[layout.sensors.index(name.rpartition(".")[0])] = True
+                blocks[layout.sensors.index(layout.vehicle.instrument(name))] = True
         return blocks
 
     def follow(self, causes: Sequence[tuple[Array, Array]]) -> Array:

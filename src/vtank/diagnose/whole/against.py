@@ -131,12 +131,14 @@ def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ..
 
 
 def _instrumented(run: Run, heard: Layout) -> Run:
-    """The run with columns of no instrument named after the recordings' that measure the same, as at the origin.
+    """The run with columns of no instrument named after those that would measure the same, but as at the origin.
 
     What an instrument of the recordings seems to do is then sought in the same columns of the simulator.
     """
-    names = {channel(name): f"{SIMULATED}{name}" for name in heard.columns[::-1] if "." in name}
-    return replace(run, columns={names.get(name, name): values for name, values in run.columns.items()})
+    told = {channel(name): heard.vehicle.instrument(name) for name in heard.columns[::-1]}
+    own = {name: told.get(name) or heard.vehicle.instrument(name) for name in run.columns}
+    names = {name: f"{SIMULATED}{own[name]}.{name}" if own[name] and "." not in name else name for name in own}
+    return replace(run, columns={names[name]: values for name, values in run.columns.items()})
 
 
 def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:

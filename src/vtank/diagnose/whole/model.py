@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit
+from ...rigid.known import channel
 from ...rigid.layout import AXES, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
+from ...rigid.push import Push
 from ...rigid.tangent import Path
 
 Array = NDArray[np.float64]
 STEPS = 8  # of a fit, at most
+SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
 PROMISE = 0.02  # log-likelihood that a further step must promise
@@ -27,7 +30,10 @@ PROMISE = 0.02  # log-likelihood that a further step must promise
 
 @dataclass(frozen=True)
 class Unknown:
-    """One unknown of a fit: slots that it moves, what it is added to there, prior and bounds about 0 change."""
+    """One unknown of a fit: slots that it moves, what it is added to there, prior and bounds about 0 change.
+
+    stated: whether the vehicle file states it, whose numbers are trusted all alike.
+    """
 
     name: str
     slots: NDArray[np.int64]
@@ -36,13 +42,15 @@ class Unknown:
     low: float
     high: float
     step: float
+    stated: bool = True
 
 
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
-    """Drag, added mass, gain of all thrusters and their lag, each where the vehicle file has one."""
+    """Drag, added mass, gain and lag of thrusters of a kind, where the vehicle file has them; how a wall stands."""
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
-    groups |= {f"{q}@thrusters": [f"{q}@{push.name}" for push in layout.pushes] for q in OWN_OF_THRUSTERS}
+    for kind, names in _kinds(layout.pushes).items():
+        groups |= {f"{q}@{kind}": [f"{q}@{name}" for name in names] for q in OWN_OF_THRUSTERS}
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
@@ -50,7 +58,21 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             share = (OWN_OF_AXIS | OWN_OF_THRUSTERS)[name.partition("@")[0]]
             size = float(np.mean(p[at]))
             found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
+    for sonar in dict.fromkeys(map(layout.vehicle.instrument, (c for c in layout.columns if channel(c) == "range_m"))):
+        name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
+        found.append(
+            Unknown(name, layout.at([name]), np.zeros(1), SQUARE_RAD, -0.8, 0.8, 1e-3 * SQUARE_RAD, stated=False)
+        )
     return found
+
+
+def _kinds(pushes: Sequence[Push]) -> dict[str, list[str]]:
+    """Thrusters that are alike but for their place, which are wrong alike; "thrusters" where all are."""
+    kinds: dict[object, list[str]] = {}
+    for push in pushes:
+        made = push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
+        kinds.setdefault(made, []).append(push.name)
+    return {"thrusters": [*kinds.values()][0]} if len(kinds) == 1 else {"/".join(some): some for some in kinds.values()}
 
 
 def effect_unknowns(layout: Layout, placed: Placed) -> list[Unknown]:
@@ -156,8 +178,11 @@ def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
     A, pull = model.information - np.diag(scale**-2.0), scale**-2.0 * model.theta
     first = len(own)
 
+    def narrower(u: Unknown, width: float) -> Unknown:
+        return replace(u, scale=width * u.scale) if u.stated else u
+
     def evidence(width: float) -> float:
-        s = np.concatenate([[width * u.scale for u in own], scale[first:]])
+        s = np.concatenate([[narrower(u, width).scale for u in own], scale[first:]])
         H = A + np.diag(s**-2.0)
         end = np.linalg.solve(H, A @ model.theta + pull)
         move = end - model.theta
@@ -165,7 +190,7 @@ def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
         return -cost - 0.5 * float(np.linalg.slogdet(np.eye(s.size) + A * np.outer(s, s))[1])
 
     width = max(WIDTHS, key=evidence)
-    return [replace(u, scale=width * u.scale) for u in own]
+    return [narrower(u, width) for u in own]
 
 
 def slopes(model: Model, paths: Sequence[Path]) -> Array:

@@ -252,16 +252,25 @@ def _judged(
 
 def narrowed(selection: Selection, hidden: set[str]) -> Selection:
     """The selection without effects that nobody could see: sets that differ by them alone are one."""
-    before = selection.probabilities
+    before, sets = selection.probabilities, dict(selection.sets)
     plain = max(("none", "parameters"), key=lambda name: before.get(name, 0.0))
+
+    def seen(name: str) -> str:
+        left = "+".join(part for part in name.split("+") if part not in hidden) or plain
+        if left not in sets:
+            model = sets[name]
+            for placed in (placed for placed in model.effects if placed.name in hidden):
+                model = without(model, selection.layout, placed, selection.found)
+            sets[left] = model
+        return left
+
     chances: dict[str, float] = {}
     for name, chance in before.items():
-        if name in selection.sets and selection.sets[name].effects:
-            name = "+".join(part for part in name.split("+") if part not in hidden) or plain
+        name = seen(name) if name in selection.sets and selection.sets[name].effects else name
         chances[name] = chances.get(name, 0.0) + chance
-    left = "+".join(sorted(set(selection.best.names) - hidden)) or plain
-    best = selection.sets[left]
-    return replace(selection, best=best, found=best.fit.filter(best.vector()), probabilities=chances)
+    best = sets[seen(_key(selection.best))]
+    found = best.fit.filter(best.vector())
+    return replace(selection, best=best, found=found, sets=sets, probabilities=chances)
 
 
 def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:

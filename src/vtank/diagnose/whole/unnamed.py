@@ -77,7 +77,7 @@ def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, 
     if place in AXES:
         return [_axis(model, base, sizes, AXES.index(place))]
     blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
-    columns = [c for c, name in enumerate(layout.columns) if (name.rpartition(".")[0] or "recording") == place]
+    columns = [c for c, name in enumerate(layout.columns) if (layout.vehicle.instrument(name) or "recording") == place]
     return blocks + [_column(base, found, c) for c in columns]
 
 
@@ -193,7 +193,7 @@ def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
 
         return np.hstack(share([partial(follow, block) for block in columns]))
 
-    return _block(base, column.rpartition(".")[0] or column, "sensor", groups, answer)
+    return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
 
 
 def _groups(

@@ -1,0 +1,70 @@
+"""Recordings as others write them: columns without their instrument's name, a start that is not square to the wall."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_rigid_motion import multisine
+
+from vtank.diagnose.whole.model import own_unknowns
+from vtank.experiment import fly_vehicle
+from vtank.plant.vehicle import load_vehicle
+from vtank.rigid.fit import Fit
+from vtank.rigid.layout import BEARING, HULL, SENSOR, THRUSTER
+from vtank.rigid.noise import first_noise
+from vtank.rigid.readings import RANGE, read
+from vtank.rigid.recorded import record
+
+ROV = load_vehicle("bluerov2")
+FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
+
+
+def test_a_column_belongs_to_the_only_instrument_that_has_its_channel():
+    run = fly_vehicle(FEW, multisine(FEW, 15.0, 1), 15.0, 1)
+    plain = replace(run, columns={name.rpartition(".")[2]: values for name, values in run.columns.items()})
+    assert plain.columns.keys() != run.columns.keys()
+    found = []
+    for some in (run, plain):
+        layout, seen, _ = record([some], FEW)
+        assert set(layout.sensors) == {"imu", "ahrs", "dvl", "depth"}
+        (f,) = Fit(seen, first_noise(seen)).filter(layout.null)
+        found.append(np.sort(np.abs(f.innovation)))
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-12)
+
+
+def test_of_several_instruments_none_is_guessed():
+    assert ROV.instrument("dvl.surge_m_s") == ROV.instrument("surge_m_s") == "dvl"
+    assert ROV.instrument("depth_m") == "", "depth cell or motion capture"
+    assert ROV.instrument("gps.surge_m_s") == "gps"
+
+
+@pytest.mark.parametrize("off", [-0.15, 0.0, 0.2])
+def test_a_range_knows_how_the_wall_stands(off: float):
+    """10 m square to a wall; the vehicle starts `off` from square, and comes 2 m nearer at the same heading."""
+    columns = {f"{t.column}": np.zeros(40) for t in ROV.thrusters}
+    columns |= {"range_m": np.full(40, 10.0 / np.cos(off)), "heading_rad": np.full(40, off)}
+    time = 0.1 * np.arange(40)
+    still = replace(fly_vehicle(FEW, multisine(FEW, 4.0, 1), 4.0, 1), columns=columns, time_s=time)
+    ahead = replace(ROV, sensors=tuple(replace(s, position_m=(0.0, 0.0, 0.0)) for s in ROV.sensors))
+    layout, (seen,), _ = record([still], ahead)
+    p, sonar = layout.null.copy(), layout.sensors.index("ping")
+    p[layout.slot("wall_bearing@ping")] = -off
+    assert layout.slot("wall_bearing@ping") == HULL + THRUSTER * len(layout.pushes) + SENSOR * sonar + BEARING
+    x = np.zeros(18)
+    x[0], x[5] = 2.0, off
+    told = read(RANGE, sonar, layout.columns.index("range_m"), x, np.zeros(18), p, layout.counts, seen.wall, off)
+    assert told == pytest.approx(8.0 / np.cos(off), abs=1e-9)
+    bearing = next(u for u in own_unknowns(layout, seen.asked) if u.name == "wall_bearing@ping")
+    assert not bearing.stated
+
+
+def test_thrusters_of_a_kind_are_wrong_alike():
+    phoenix = load_vehicle("phoenix")
+    run = fly_vehicle(phoenix, multisine(phoenix, 4.0, 1), 4.0, 1)
+    layout, (seen,), _ = record([run], phoenix)
+    gains = {u.name: u.slots.size for u in own_unknowns(layout, seen.asked) if u.name.startswith("gain@")}
+    assert gains["gain@propeller_port/propeller_starboard"] == 2 and sorted(gains.values()) == [2, 4]
+    rov, (seen,), _ = record([fly_vehicle(ROV, multisine(ROV, 4.0, 1), 4.0, 1)], ROV)
+    assert [u.slots.size for u in own_unknowns(rov, seen.asked) if u.name == "gain@thrusters"] == [8]
