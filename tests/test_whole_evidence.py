@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+import vtank as vt
 from vtank.diagnose.freeform.functions import functions_of
 from vtank.diagnose.whole.model import WIDTHS, Model, Unknown, trusted
 from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
+from vtank.experiment import fly_vehicle
 
 
 def grams(cause: float, seed: int = 3) -> tuple[np.ndarray, list[slice]]:
@@ -64,3 +68,18 @@ def test_the_priors_of_own_parameters_are_as_wide_as_the_file_is_wrong(off, widt
     theta = np.linalg.solve(data + prior, data @ told)
     model = Model(None, (), tuple(unknowns), theta, np.zeros(20), information=data + prior)  # type: ignore[arg-type]
     assert trusted(model, unknowns)[0].scale == pytest.approx(0.3 * width)
+
+
+def test_an_error_of_a_compass_is_no_smaller_for_the_turns_that_were_made():
+    """Deviation by soft iron, of a tenth of a radian, in a recording of several turns."""
+    time = np.arange(0.0, 100.0, 5.0)
+    port = 0.5 + 0.4 * np.sin(0.3 * time)
+    run = fly_vehicle(
+        "kingfisher", {"time_s": time, "port_command": port, "starboard_command": 0.1 + 0.0 * time}, 100.0, 2
+    )
+    heading = run.columns["compass.heading_rad"]
+    assert np.ptp(np.unwrap(heading[np.isfinite(heading)])) > 4.0 * np.pi
+    off = run.columns | {"compass.heading_rad": heading + 0.12 * np.sin(2.0 * heading)}
+    few = ("magnetometer_bias", "gyro_bias", "sensor_latency")
+    verdict = vt.diagnose([replace(run, columns=off)], nominal="kingfisher", effects=few).verdict
+    assert (verdict.kind, verdict.places) == ("unknown", ("compass",))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered, refiltered, share
 from ...rigid.fit import log_likelihood
+from ...rigid.known import ATTITUDE, channel
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, PROMISE
 from ...rigid.places import Sizes
@@ -172,6 +173,8 @@ def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
     column = runs[0].layout.columns[c]
     mine = [run.column == c for run in runs]
     unit = float(np.std(np.concatenate([run.value[at] for run, at in zip(runs, mine, strict=True)]))) or 1.0
+    if channel(column) in ATTITUDE:
+        unit = min(unit, 1.0)  # [rad]: an error of a heading is no smaller for the turns that were made
     told = [run.value[at] - f.innovation[at] for run, at, f in zip(runs, mine, found, strict=True)]
     before = [path.way.before[at] for path, at in zip(base.paths, mine, strict=True)]
     variables = {"reading": told}
