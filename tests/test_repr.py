@@ -18,7 +18,7 @@ def test_reprs_are_short_and_say_what_it_is() -> None:
     found = diagnose(runs, NOMINAL, names=("linear_drag",))
     run = Run("lake", np.arange(30.0), {"n_rev_s": np.ones(30), "range_m": np.ones(30)})
     texts = {
-        repr(found): "Diagnosis(none, 0.",
+        repr(found): "Diagnosis(none, 1.",
         repr(found.verdict): "Verdict(kind='none'",
         repr(runs[0]): "Observed(run_0: ",
         repr(found.selection): "Selection(best of 3 hypotheses: none; run_0)",

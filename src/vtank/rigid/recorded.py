@@ -341,15 +341,18 @@ def _inputs(run: Run, layout: Layout) -> tuple[Array, Array, Array]:
 
 
 def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
-    """Place, attitude and velocity that the first samples tell, and how sure that is."""
+    """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is."""
     start = np.zeros(12)
     spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [0.1] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
+    told: dict[int, tuple[float, float]] = {}  # state -> spread, first sample
     for name in layout.columns:
         state = states.get(channel(name))
         _, value = _samples(run, name) if name in run.columns else (None, np.empty(0))
         if state is not None and value.size:
-            start[state], spread[state] = value[0], max(4.0 * scatter(value), 1e-4)
+            told[state] = min(told.get(state, (np.inf, 0.0)), (max(4.0 * scatter(value), 1e-4), float(value[0])))
+    for state, (sure, first) in told.items():
+        start[state], spread[state] = first, sure
     return start, spread
 
 

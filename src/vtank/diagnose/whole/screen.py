@@ -18,6 +18,7 @@ from .model import Model, slopes
 Array = NDArray[np.float64]
 TOGETHER = 64  # trials whose answers are held at a time; a choice
 STEP = 0.02  # of finite differences, as a share of a prior deviation
+RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and promises nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +108,8 @@ def _promise(placed: Placed, begin: tuple[float, ...], steps: list[float], sides
     """Gain of log evidence, linear about the start, own unknowns readapted, each number within its prior."""
     free = [(number, b) for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
     columns = np.column_stack([base.e, sides[:, 0], (sides[:, 1:] - sides[:, :1]) / np.array(steps)])
-    if not np.isfinite(columns).all() or not np.any(columns[:, 1:] - columns[:, :1] * ([1.0] + [0.0] * len(free))):
+    changed = columns[:, 1:] - columns[:, :1] * ([1.0] + [0.0] * len(free))
+    if not np.all(np.abs(columns) < RUNS_AWAY) or not np.any(changed):
         return None
     scale = np.array([number.scale for number, _ in free])
     start = np.array([b for _, b in free])
