@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from test_rigid_motion import multisine
 
+import vtank as vt
 from vtank.diagnose.whole.model import own_unknowns
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
+from vtank.resources import models_dir
 from vtank.rigid.fit import Fit
 from vtank.rigid.layout import BEARING, HULL, SENSOR, THRUSTER
 from vtank.rigid.noise import first_noise
@@ -68,3 +70,10 @@ def test_thrusters_of_a_kind_are_wrong_alike():
     assert gains["gain@propeller_port/propeller_starboard"] == 2 and sorted(gains.values()) == [2, 4]
     rov, (seen,), _ = record([fly_vehicle(ROV, multisine(ROV, 4.0, 1), 4.0, 1)], ROV)
     assert [u.slots.size for u in own_unknowns(rov, seen.asked) if u.name == "gain@thrusters"] == [8]
+
+
+def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
+    """It is free in the nominal, too, which is none the worse for it."""
+    run = fly_vehicle("phoenix", multisine(load_vehicle("phoenix"), 15.0, 1), 15.0, 4, walls=models_dir() / "basin.xml")
+    found = vt.diagnose([run], nominal="phoenix", effects=("sonar_offset",))
+    assert [u.name for u in found.selection.nominal.unknowns] == ["wall_bearing@sonar"]

@@ -191,7 +191,9 @@ def _judged(
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
     differing = refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])
-    nominal = refit(blank(best.fit, layout, (), []), found, np.array([]))
+    loose = [(u, value) for u, value in zip(best.unknowns, best.theta, strict=True) if not u.stated]
+    plain = blank(best.fit, layout, (), [u for u, _ in loose])  # what no file states is not the simulator's
+    nominal = refit(plain, found, np.array([value for _, value in loose]))
     sets = {"none": nominal, _key(best): best, "parameters": differing}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
     lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
