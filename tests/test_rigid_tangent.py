@@ -44,6 +44,14 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
     assert linear @ exact > 0.99 * size * followed
 
 
+def test_parameters_that_run_away_are_linearised_along_the_filters_own_path(fitted):
+    fit, found = fitted
+    layout = fit.runs[0].layout
+    (path,) = fit.paths(layout.vector({"linear_drag@yaw": -500.0, "linear_drag@sway": -5000.0}), found)
+    assert path.way is found[0].way
+    assert np.isfinite(path.innovation).all() and np.isfinite(path.way.states).all()
+
+
 def test_white_errors_are_found_as_they_were_put_in(fitted):
     fit, _ = fitted
     run = fit.runs[0]

@@ -95,13 +95,14 @@ def tangents(way, steps, gain, memory, push, shift, out):
 
 
 class Path:
-    """A filter's path along one run at parameters p, from which changes are followed."""
+    """A filter's path along one run at parameters p, from which changes are followed; its own where that runs away."""
 
     def __init__(self, run: Recorded, p: Array, f: Filtered, memory_s: float) -> None:
         self.run, self.p, self.f, self.memory_s = run, p, f, memory_s
         self.hull, self.drive = run.hull(p), run.drive(p)
-        same = np.array_equal(p, f.p)
-        self.way, self.innovation = (f.way, f.innovation) if same else followed(run, p, f, memory_s)
+        self.way, self.innovation = (f.way, f.innovation) if np.array_equal(p, f.p) else followed(run, p, f, memory_s)
+        if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
+            self.way, self.innovation = f.way, f.innovation
         self.acceleration = np.empty((run.steps.now.size, 6))
         accelerations(self.hull, run.steps, self.drive, self.way.states, self.acceleration)
 

@@ -23,7 +23,7 @@ from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
 from .model import VISIBLE, Model
 from .pursuit import pursue
-from .screen import Base, based
+from .screen import RUNS_AWAY, Base, based
 
 Array = NDArray[np.float64]
 Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
@@ -102,6 +102,8 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
         sigma[axis] = max(sigma[axis] / QUIETER, LEAST_SIGMA)
         trial = replace(noise, sigma=sigma.copy())
         there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(runs, found, strict=True)]
+        if not all(np.all(f.variance > 0.0) and np.isfinite(f.innovation).all() for f in there):
+            break  # too quiet for what rounding leaves of a covariance
         quiet = replace(model, fit=replace(model.fit, noise=trial))
         trials.append((_level(there), _axis(quiet, based(quiet, there), sizes, axis)))
         if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
@@ -226,7 +228,8 @@ def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer
     for _, values in groups:
         parts.append(slice(first, first + values[0].shape[1]))
         first = parts[-1].stop
-    columns.append(np.concatenate(answers))
+    followed = np.concatenate(answers)
+    columns.append(np.where(np.all(np.abs(followed) < RUNS_AWAY, axis=0), followed, 0.0))
     gain, chosen, c = pursue(base.gram(np.hstack(columns)), parts)
     told = [np.hstack([values[n] for _, values in groups]) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
