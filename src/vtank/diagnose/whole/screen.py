@@ -53,9 +53,9 @@ def based(model: Model, found: Sequence[Filtered]) -> Base:
     """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
     paths = model.fit.paths(model.vector(), found)
     e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
-    inner = J.T @ J + np.diag(np.array([u.scale for u in model.unknowns]) ** -2.0)
-    whitened = np.linalg.solve(np.linalg.cholesky(inner), J.T).T if model.unknowns else J
-    return Base(paths, e, J, np.ascontiguousarray(whitened))
+    A = J * np.array([u.scale for u in model.unknowns])
+    R = np.asarray(np.linalg.qr(np.vstack([A, np.eye(A.shape[1])]), mode="r"))  # R'R = 1 + A'A, whatever its condition
+    return Base(paths, e, J, np.ascontiguousarray(np.linalg.solve(R.T, A.T).T))
 
 
 def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
