@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
+from .imitation import IMPERFECT, imitating
 from .noise_floor import plausible, rarity
 from .prior import calibration, log_prior, weight
 from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
 
-IMPERFECT = 0.01  # share of the evidence for an effect that may be due to its form; a guess
-MIMICKED = 7.0  # [-] deviations at which every second cause without a name passes for a named one; see below
 BEYOND_CHANCE = 4.6  # log evidence that noise alone feigns in one of a hundred cases at most (Markov's inequality)
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
@@ -111,10 +110,9 @@ def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
 def nameless_gains(selection: Selection, tempering: float | None = None) -> dict[str, list[float]]:
     """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
 
-    A cause may also leave nothing beside the best explanation, which then mimics it. What is missing is as likely
-    without a name as with one; the share of such causes that some effect imitates to within the noise falls as one over
-    what they show, as few directions in many do (of open trials, 7 of 24 at 10 to 30 deviations, 1 of 16 above).
-    And a law of the catalogue is but an approximation, to whose form a hundredth of what it explains may be due.
+    A cause may also leave nothing beside the best explanation, which then imitates it. What is missing is as likely
+    without a name as with one. And a law of the catalogue is but an approximation, to whose form a hundredth of what it
+    explains may be due.
     """
     frozen, refit, foreign = calibration(), selection.refit, selection.setting.foreign
     out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
@@ -132,7 +130,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
             )
         if fit is selection.best and fit is not selection.nominal:
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
-            odds = MIMICKED / (MIMICKED + seen) if fit.hypothesis.effects else frozen.mimicry
+            odds = imitating(seen) if fit.hypothesis.effects else frozen.mimicry
             out["unknown"].append(weight(fit, selection.singles, tempering) + log(odds / frozen.prior["unknown"]))
     return out
 

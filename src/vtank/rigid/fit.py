@@ -7,7 +7,7 @@ disturbance neither drifts a simulation off nor hides a force that repeats.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -58,6 +58,22 @@ class Fit:
             exact = self.residuals([paths[0].p, *(vectors[int(i)] for i in rest)], [path.f for path in paths])
             out[:, rest] = exact[:, 1:] - exact[:, :1]
         return out
+
+
+def begun(fit: Fit, p: Array) -> Fit:
+    """The fit whose runs begin at rest, or less so, where nothing tells of a speed: whichever is likelier.
+
+    Where little tells of the motion a filter that doubts it without need takes the wrong path (the moment of an
+    oblique flow goes with the product of two such speeds).
+    """
+
+    def likelier(run: Recorded) -> Recorded:
+        if (drifting := run.drifting) is None:
+            return run
+        level = [log_likelihood(f.innovation, f.variance) for f in replace(fit, runs=(run, drifting)).filter(p)]
+        return drifting if level[1] > level[0] else run
+
+    return replace(fit, runs=tuple(map(likelier, fit.runs)))
 
 
 def log_likelihood(innovation: Array, variance: Array) -> float:

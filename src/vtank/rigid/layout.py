@@ -33,8 +33,8 @@ HULL = 110
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED = 14, 15, 16, 17, 18, 19, 20, 21, 22
 THRUSTER = 23
-AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, TURN, OFFSET, INDUCED, LATE = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13
-FIN = 14
+AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, LEFT, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
+FIN = 15
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
 SENSOR = 10
 SCALE, BIAS = 0, 1
@@ -63,8 +63,8 @@ def _hull_names() -> list[str]:
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
                   "share", "slower", "misread", "yawed", "pitched", "wired")  # fmt: skip
-FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "gain",
-             "offset", "induced_drag", "late")  # fmt: skip
+FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "share",
+             "offset", "induced_drag", "late", "suction")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")
@@ -163,7 +163,7 @@ class Layout:
             own = p[fins + FIN * k :][:FIN]
             own[AXIS : AXIS + 3], own[SEAT : SEAT + 3] = fin.axis, vehicle.sites[fin.site]
             own[PRESSURE], own[LIFT] = 0.5 * fin.density_kg_per_m3 * fin.area_m2, fin.lift_per_rad
-            own[STALL], own[DRAG], own[TURN] = fin.stall_rad, fin.drag, 1.0
+            own[STALL], own[DRAG], own[LEFT] = fin.stall_rad, fin.drag, 1.0
         known = {sensor.name: sensor for sensor in vehicle.sensors}
         for k, name in enumerate(self.sensors):
             own = p[sensors + SENSOR * k :][:SENSOR]

@@ -35,6 +35,7 @@ from .layout import (
     HELD_AT,
     HULL,
     INDUCED,
+    LEFT,
     LENGTH,
     LIFT,
     LINEAR,
@@ -50,13 +51,13 @@ from .layout import (
     SEAT,
     SPRING,
     STALL,
+    SUCTION,
     SWELL,
     SWELL_PHASE,
     SWELL_RATE,
     TETHER,
     THRUSTER,
     TRIM,
-    TURN,
     WAKE,
     WATERLINE,
     WEIGHT,
@@ -115,24 +116,26 @@ def resisted(p, i, speed):
 def fin_force(p, i, angle, through):
     """Lift and drag of the fin whose block starts at slot i, at an angle [rad], in body axes [N].
 
-    Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond.
+    Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond. Without
+    suction at the leading edge the force is square to the fin itself (a plate); with all of it, lift costs no drag.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
     along = through[0]
     across = through[0] * side[0] + through[1] * side[1] + through[2] * side[2]
     speed = math.sqrt(along * along + across * across)
-    beyond = p[i + TURN] * angle + p[i + OFFSET] - math.atan2(across, along)
+    beyond = angle + p[i + OFFSET] - math.atan2(across, along)
     alpha = math.atan2(math.sin(beyond), math.cos(beyond))
     stall = p[i + STALL]
     if abs(alpha) <= stall:
         lift = p[i + LIFT] * alpha
-        drag = p[i + DRAG] + lift * math.tan(alpha)
+        drag = p[i + DRAG] + (1.0 - p[i + SUCTION]) * lift * math.tan(alpha)
     else:
         lift = p[i + LIFT] * stall * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall) * math.copysign(1.0, alpha)
         drag = p[i + DRAG] + 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
-    X = p[i + PRESSURE] * speed * (-lift * across - drag * along)
-    Y = p[i + PRESSURE] * speed * (lift * along - drag * across)
+    pressure = p[i + LEFT] * p[i + PRESSURE] * speed  # on what is left of its area
+    X = pressure * (-lift * across - drag * along)
+    Y = pressure * (lift * along - drag * across)
     X = X - p[i + INDUCED] * along * along * math.sin(angle) ** 2
     return X, Y * side[1], Y * side[2]
 

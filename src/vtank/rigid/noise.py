@@ -21,7 +21,7 @@ from .recorded import Recorded, scatter
 Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
 LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
-ENOUGH = 6000  # measurements that the noise is sought on; a choice
+ENOUGH, ALL = 6000, 40000  # measurements that the noise is sought on first, and at last; choices
 FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 4  # at most, in which all of it is sought at one factor
@@ -54,17 +54,17 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
 
 
 def settle(
-    fit: Fit, p: Array, floor: Array, factors: Sequence[float] = FACTORS, least: Array | float = 0.0
+    fit: Fit, p: Array, floor: Array, enough: int = ENOUGH, least: Array | float = 0.0
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
-    the motion itself is fast, a share is always left. factors: by which sizes are tried. least: variances, (C,), below
+    the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
     which none is believed whatever the innovations are.
     """
-    noise, runs = fit.noise, cut(fit.runs)
+    noise, runs = fit.noise, cut(fit.runs, enough)
     least = np.maximum(least, KEPT * _rounding(fit.runs))
-    for factor in factors:
+    for factor in FACTORS:
         for _ in range(ROUNDS):
             about = replace(fit, runs=runs, noise=noise).filter(p)
             trials = partial(_tried, runs, about, noise.memory_s)

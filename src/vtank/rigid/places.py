@@ -22,12 +22,14 @@ EARTH = ("north", "east", "down")
 # such vehicles differ (models/README.md); guesses
 OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
 OWN_OF_THRUSTERS = {"gain": 0.2, "lag": 0.5}
-SPEEDS, TURNS = CHANNELS[SURGE:ROLL_RATE], (*CHANNELS[ROLL:SURGE], *CHANNELS[ROLL_RATE:ACCEL])
+SPEEDS, ANGLES, RATES = CHANNELS[SURGE:ROLL_RATE], CHANNELS[ROLL:SURGE], CHANNELS[ROLL_RATE:ACCEL]
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),
-    ("mm/s", SPEEDS, 1000.0), ("degrees", TURNS, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
+    ("mm/s", SPEEDS, 1000.0), ("degrees", (*ANGLES, *RATES), 57.29578), ("degrees/s", RATES, 57.29578),
+    ("degrees, its rates in rad/s", ANGLES, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
     ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
 )  # fmt: skip
+QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)  # [rad] of a wave, where fits begin
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
@@ -96,6 +98,12 @@ class Sizes:
     asked: Array
     waves: tuple[tuple[float, ...], ...] = ((), (), ())
 
+    @classmethod
+    def unit(cls, layout: Layout) -> Sizes:
+        """Before anything is known of what the vehicle did."""
+        thrusters = np.ones(len(layout.pushes))
+        return cls(np.ones(6), np.ones(6), np.ones(6), 1.0, 1.0, thrusters, thrusters)
+
 
 def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: Sizes) -> tuple[Placed, ...]:
     """Every effect at every place of a vehicle and its recordings."""
@@ -124,13 +132,12 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield one("ambient_current", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
     yield one("tether", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0)
     yield one("constant_force", "force", newton, 0.3 * F, "something pushes all the time")
-    for w in s.waves[i] if i < 3 else ():
-        for phase in (0.0, 0.5 * np.pi):
-            yield Placed("seiche", axis, HYDRODYNAMICS, (
-                Parameter("amplitude", (f"swell@{axis}",), speed, 0.3 * U, 0.0),
-                Parameter("frequency", (f"swell_rate@{axis}",), "rad/s", w, 0.5 * w, 2.0 * w, (w,)),
-                Parameter("phase", (f"swell_phase@{axis}",), "rad", 1.0, -7.0, 7.0, (phase,)),
-            ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s, {phase:.3g} rad")  # fmt: skip
+    for w in s.waves[i] if i < 3 else ():  # begun with some amplitude: without, nothing tells of frequency and phase
+        yield Placed("seiche", axis, HYDRODYNAMICS, (
+            Parameter("amplitude", (f"swell@{axis}",), speed, 0.3 * U, 0.0, starts=(0.1 * U,)),
+            Parameter("frequency", (f"swell_rate@{axis}",), "rad/s", w, 0.5 * w, 2.0 * w, (w,)),
+            Parameter("phase", (f"swell_phase@{axis}",), "rad", 2.0, -7.0, 7.0, QUARTERS),
+        ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s")  # fmt: skip
     yield Placed("wake_memory", axis, HYDRODYNAMICS, (
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
         Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
@@ -175,8 +182,8 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
                   (0.9 * reach, 0.7 * reach, 0.5 * reach), np.inf),
     ), "beyond some input it pushes no harder")  # fmt: skip
     yield one("thrust_asymmetry", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)
-    yield one("thrust_lag", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2,))
-    yield one("command_delay", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1,))
+    yield one("thrust_lag", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2, 1.0))
+    yield one("command_delay", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0))
     flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
     yield one("thrust_loss", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
               "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
@@ -197,7 +204,7 @@ def _force(layout: Layout, k: int, reach: float) -> float:
 def _fin(name: str) -> Iterator[Placed]:
     for effect, slot, unit, scale, low, words in (
         ("fin_offset", "offset", "rad", 0.1, -1.5, "it does not stand straight when it is told to"),
-        ("fin_weak", "gain", "-", 0.5, -1.0, "it turns or lifts less than it is told to"),
+        ("fin_weak", "share", "-", 0.5, -1.0, "part of its area is lost"),
         ("fin_delay", "late", "s", 0.3, 0.0, "it obeys late"),
         ("fin_drag", "induced_drag", "N s2/m2", 5.0, 0.0, "it drags with the square of its angle"),
     ):
@@ -239,11 +246,13 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
             yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
             if kind == "depth_m":
                 yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
+    units: dict[tuple[tuple[str, ...], float], str] = {}
     for unit, kinds, factor in UNITS:
-        slots = tuple(f"scale@{column}" for kind, column in channels.items() if kind in kinds)
-        if slots:
-            number = Parameter("factor", slots, "-", 0.0, starts=(factor - 1.0,))
-            yield placed("wrong_unit", f"it is recorded in {unit}", number, detail=unit)
+        if slots := tuple(f"scale@{column}" for kind, column in channels.items() if kind in kinds):
+            units.setdefault((slots, factor), unit)
+    for (slots, factor), unit in units.items():
+        number = Parameter("factor", slots, "-", 0.0, starts=(factor - 1.0,))
+        yield placed("wrong_unit", f"it is recorded in {unit}", number, detail=unit)
     if {"surge_m_s", "sway_m_s"} <= channels.keys():
         yield placed("earth_axes", "velocity is recorded along north and east",
                      Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip
@@ -256,6 +265,9 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
         numbers = tuple(Parameter(i, (f"position_{i}@{name}",), "m", 0.3 * s.length_m, -10.0, 10.0) for i in XYZ)
         if {"surge_m_s", "accel_x_m_s2", "north_m"} & channels.keys():
             yield placed("sensor_displaced", "it sits elsewhere", *numbers)
+    if "range_m" in channels:  # no simulation is moved by it: `diagnose.whole.echoes`
+        echo = Parameter("p", (), "-", 0.0, starts=(0.0,)), Parameter("extra", (), "m", 0.0, starts=(0.0,))
+        yield placed("sonar_multipath", "some pings come back by a longer way", *echo)
     for effect, kinds, unit, scale, words in (
         ("gyro_bias", CHANNELS[ROLL_RATE:ACCEL], "rad/s", 0.05, "it turns where nothing turns"),
         ("accelerometer_bias", CHANNELS[ACCEL:], "m/s2", 0.3, "it reads what is not there"),

@@ -52,6 +52,7 @@ TELLS = {  # channel -> axes whose motion it tells
     "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
 }  # fmt: skip
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
+UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -102,6 +103,16 @@ class Recorded:
         """Whether the vehicle lies still at the start, so that its thrusters have not pushed yet."""
         return bool(np.all(np.abs(self.start[6:12]) <= self.spread[6:12]))
 
+    @property
+    def drifting(self) -> Recorded | None:
+        """The run, begun less at rest along the axes of whose speed nothing tells; None where all are told of."""
+        untold = self.moves & (self.spread[6:12] == UNTOLD_M_S) & (np.arange(6) < 3)
+        if not untold.any():
+            return None
+        spread = self.spread.copy()
+        spread[6:12][untold] = DRIFTING_M_S
+        return replace(self, spread=spread)
+
     @cached_property
     def record(self) -> Record:
         """The measurements for the kernels."""
@@ -110,11 +121,14 @@ class Recorded:
         )  # fmt: skip
 
     def until(self, end_s: float) -> Recorded:
-        """The run up to a time [s]."""
-        keep = self.time_s <= end_s
-        if keep.all():
+        """The run to a time [s]."""
+        return self.keeping(self.time_s <= end_s)
+
+    def keeping(self, kept: NDArray[np.bool_]) -> Recorded:
+        """The run with some of its measurements alone, (M,)."""
+        if kept.all():
             return self
-        parts = {name: getattr(self, name)[keep] for name in ("time_s", "kind", "sensor", "column", "value")}
+        parts = {name: getattr(self, name)[kept] for name in ("time_s", "kind", "sensor", "column", "value")}
         return replace(self, **parts, _drives={})
 
     def hull(self, p: Array) -> Hull:
@@ -343,7 +357,7 @@ def _inputs(run: Run, layout: Layout) -> tuple[Array, Array, Array]:
 def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
     """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is."""
     start = np.zeros(12)
-    spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [0.1] * 3 + [0.05] * 3)
+    spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [UNTOLD_M_S] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
     told: dict[int, tuple[float, float]] = {}  # state -> spread, first sample
     for name in layout.columns:

@@ -124,7 +124,9 @@ def budget(selection: Selection) -> Budget:
         rms[names[c]] = {"nominal": root[0], "refit": root[1], "diagnosed": root[-1], "noise": float(np.sqrt(noise[c]))}
     drawn = np.array([levels(weight, seen) for weight in draws])
     taken = np.percentile(1.0 - drawn[:, 1:] / np.maximum(drawn[:, :-1], 1e-12), 95.0, axis=0)
-    visible = {name: float(most) for (name, kind, _), most in zip(steps[1:], taken, strict=True) if kind == "effect"}
+    still = {placed.name for placed in selection.best.effects if not any(q.slots for q in placed.parameters)}
+    effects = zip(steps[1:], taken, strict=True)  # but those of readings that stand alone, which move no simulation
+    visible = {name: float(most) for (name, kind, _), most in effects if kind == "effect" and name not in still}
     return Budget(shares(seen), each, rms, visible)
 
 

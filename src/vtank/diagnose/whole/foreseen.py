@@ -117,7 +117,7 @@ def foreseen(
 ) -> list[Foreseen]:
     """What each flight tells of hypotheses; noise: whose disturbance is taken, by default that of still water."""
     layout, seen, _ = record(flights, vehicle)
-    own = own_unknowns(layout, seen[0].asked)
+    own = own_unknowns(layout, seen[0].moves)
     return [_foreseen(layout, run, own, hypotheses, noise) for run in seen]
 
 
@@ -160,7 +160,7 @@ def possible(
     The first is own parameters alone; chances are those of the diagnosis beforehand.
     """
     layout, seen, _ = record(flights, vehicle)
-    own = own_unknowns(layout, seen[0].asked)
+    own = own_unknowns(layout, seen[0].moves)
     fit = Fit(seen, first_noise(seen))
     model = Model(fit, (), (), np.array([]), layout.null)
     placed = usual(layout, seen, sizes_of(model, fit.filter(layout.null)), effects)
@@ -176,7 +176,7 @@ def own_numbers(vehicle: Vehicle, flights: Sequence[Run]) -> dict[str, tuple[flo
     In the order of the information about them.
     """
     layout, seen, _ = record(flights, vehicle)
-    return {u.name: (float(np.mean(u.base)), u.scale) for u in own_unknowns(layout, seen[0].asked)}
+    return {u.name: (float(np.mean(u.base)), u.scale) for u in own_unknowns(layout, seen[0].moves)}
 
 
 def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Iterable[str] | None = None) -> list[Placed]:

@@ -23,6 +23,7 @@ from ...rigid.tangent import Path
 Array = NDArray[np.float64]
 STEPS = 8  # of a fit, at most
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
+SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
 PROMISE = 0.02  # log-likelihood that a further step must promise
@@ -46,7 +47,10 @@ class Unknown:
 
 
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
-    """Drag, added mass, gain and lag of thrusters of a kind, where the vehicle file has them; how a wall stands."""
+    """Drag, added mass, gain and lag of thrusters of a kind, where the vehicle file has them.
+
+    And what no file states: how a wall stands, and how much of their lift fins pay for with drag.
+    """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
     for kind, names in _kinds(layout.pushes).items():
@@ -58,6 +62,9 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             share = (OWN_OF_AXIS | OWN_OF_THRUSTERS)[name.partition("@")[0]]
             size = float(np.mean(p[at]))
             found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
+    fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
+    if fins.size:
+        found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))
     for sonar in dict.fromkeys(map(layout.vehicle.instrument, (c for c in layout.columns if channel(c) == "range_m"))):
         name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
         found.append(

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-SIZES = (0.01, 0.03, 0.1, 0.3, 1.0)  # deviation of a function, as a share of what is usual at its place
+SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # deviation of a function, as a share of what is usual at its place
 GROUPS = 4  # that are taken together; a choice
 
 

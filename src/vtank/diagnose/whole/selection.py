@@ -8,13 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...rigid.filtered import Filtered
-from ...rigid.fit import Fit, innovations
+from ...rigid.fit import Fit, begun, innovations
 from ...rigid.layout import Layout
-from ...rigid.noise import FACTORS, first_noise, settle
+from ...rigid.noise import ALL, ENOUGH, first_noise, settle
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
+from ...rigid.tangent import Path
+from .echoes import Echoes, heard
+from .gross import mistaken
 from .model import VISIBLE, Model, Unknown, blank, own_unknowns, refit, trusted
+from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .screen import Base, Promise, based, promises
 from .unnamed import Block, at_place, unnamed
 
@@ -24,12 +29,9 @@ ALWAYS, HOPELESS = 3, 0.3  # so many are fitted always, others where they promis
 NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 MOST = 3  # effects that are named together
-PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
+FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
 WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
-IMPERFECT = 0.01  # share of the evidence for effects that may be due to their form; a guess
-FORM = 0.2  # prior odds that an effect has another form than its law here, where another effect is the rival; a guess
-ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,39 +71,73 @@ def select(
     say("noise of the recordings")
     noise = first_noise(runs)
     floor = noise.variance
-    own = own_unknowns(layout, runs[0].asked)
-    model = blank(Fit(runs, noise), layout, (), own)
-    best, found = trusting(*settled(model, floor), own)
+    own = own_unknowns(layout, runs[0].moves)
+    known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
+    best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
+    other = begun(best.fit, best.vector())
+    if any(now is not then for now, then in zip(other.runs, runs, strict=True)):
+        best, found = settled(replace(best, fit=other), floor)
+    best, found = trusting(best, found, own)
     sizes, less = sizes_of(best, found), mimicry or {}
-    candidates = catalogue(layout, runs[0].asked, sizes)
+    candidates = catalogue(layout, runs[0].moves, sizes)
     candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
-    if effects is not None:
-        candidates = tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
+    candidates = _asked_for(candidates, effects)
+    if echoes := heard(best.fit.runs, found, candidates):
+        best, found = settled(replace(best, fit=replace(best.fit, runs=echoes.runs)), floor)
+        best, found = trusting(best, found, own)
     strongest = set[str]()
-    for _ in range(MOST):
+    for _ in range(MOST - len(best.effects)):
         mine = list(best.unknowns[: len(own)])
         own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
         say(f"score tests of {len(candidates)} effects at their places")
-        base = based(best, found)
-        fitted: list[Model] = []
-        ranked = _promising(best, base, layout, candidates)
+        begins = [(model, based(model, found)) for model in (best, *_as_the_file_has_it(best, found, own))]
+        ranked, where = _from_all(begins, layout, candidates)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
+        fitted: list[Model] = []
         for promise in _near(ranked):
             if not _hopeless(promise, fitted, best):
                 say(f"fitting {promise.placed.name}")
-                fitted.append(extended(best, base, layout, promise.placed, promise.begin, found))
+                model, base = begins[where[promise.placed.name]]
+                fitted.append(extended(model, base, layout, promise.placed, promise.begin, found))
         fitted.sort(key=lambda m: -m.log_evidence)
         if not fitted or worth(fitted[0], best, own_alone, candidates) < 0.0:
             break
         best, found = trusting(*settled(fitted[0], floor), own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong, sizes, less, say)
+    return _judged(best, found, own, candidates, strong, sizes, less, echoes, say)
+
+
+def _level(found: Sequence[Filtered]) -> float:
+    """Log-likelihood but for the squares of the innovations."""
+    return -0.5 * sum(float(np.sum(np.log(f.variance))) for f in found)
+
+
+def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
+    if effects is None:
+        return candidates
+    return tuple(placed for placed in candidates if {placed.effect, placed.name} & set(effects))
+
+
+def _begin(
+    layout: Layout, fit: Fit, own: list[Unknown], mistake: Placed | None, floor: Array
+) -> tuple[Model, list[Filtered]]:
+    """The refit without effects, or with a gross mistake if that is likelier; InputError where both diverge."""
+    begins = []
+    for effects in [(), (mistake,)] if mistake else [()]:
+        try:
+            begins.append(settled(blank(fit, layout, effects, own), floor))
+        except InputError:
+            if not mistake:
+                raise
+    if not begins:
+        return settled(blank(fit, layout, (), own), floor)
+    return max(begins, key=lambda pair: pair[0].log_evidence + _level(pair[1]))
 
 
 def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
     """The fit and its noise, each at the other's, twice; floor, least: as of `rigid.noise.settle`."""
-    for factors in (FACTORS, FACTORS[-1:]):
-        noise, found = settle(model.fit, model.vector(), floor, factors, least)
+    for enough in (ENOUGH, ALL):
+        noise, found = settle(model.fit, model.vector(), floor, enough, least)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
     return model, model.fit.filter(model.vector())
@@ -139,6 +175,31 @@ def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Pl
     return promises(model, base, layout, some)
 
 
+def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Unknown]) -> list[Model]:
+    """The model with own parameters as the file has them, if they have gone far, where a search begins a second time.
+
+    What is turned round, in another unit or late drives own parameters so far away that mending it alone helps little.
+    """
+    moved = best.theta[: len(own)] / [u.scale for u in own]
+    if not moved.size or np.max(np.abs(moved)) < FAR_OFF:
+        return []
+    return [refit(best, found, np.concatenate([np.zeros(len(own)), best.theta[len(own) :]]), steps=0)]
+
+
+def _from_all(
+    begins: Sequence[tuple[Model, Base]], layout: Layout, candidates: Sequence[Placed]
+) -> tuple[list[Promise], dict[str, int]]:
+    """Promises of all candidates over the first model, the most promising first, and from which model each is."""
+    best, where = dict[str, Promise](), dict[str, int]()
+    for n, (model, base) in enumerate(begins):
+        behind = model.log_evidence - begins[0][0].log_evidence
+        for promise in _promising(model, base, layout, candidates):
+            name = promise.placed.name
+            if name not in best or promise.gain + behind > best[name].gain:
+                best[name], where[name] = replace(promise, gain=promise.gain + behind), n
+    return sorted(best.values(), key=lambda promise: -promise.gain), where
+
+
 def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
     """Those that are fitted."""
     if not ranked:
@@ -153,33 +214,9 @@ def _hopeless(promise: Promise, fitted: Sequence[Model], model: Model) -> bool:
     return len(fitted) >= ALWAYS and promise.gain < HOPELESS * gains[-1] - NEAR
 
 
-def log_prior(model: Model, candidates: Sequence[Placed]) -> float:
-    """Prior of a set of effects: each name alike, each of its places alike."""
-    if not model.effects:
-        return float(np.log(PRIOR["parameters"] if model.unknowns else PRIOR["none"]))
-    total = float(np.log(1.0 - sum(PRIOR.values())))
-    kinds = {placed.effect for placed in candidates}
-    for n, placed in enumerate(model.effects):
-        places = sum(other.effect == placed.effect for other in candidates)
-        total -= placed.mimicry
-        total -= float(np.log(len(kinds) * places)) - (float(np.log(ANOTHER)) if n else 0.0)
-    return total
-
-
-def worth(wider: Model, model: Model, own: Model, candidates: Sequence[Placed]) -> float:
-    """Log odds of a model with one more effect, at one noise.
-
-    An effect has hardly the very form that its law has here, nor has a simulator: IMPERFECT of what the effects before
-    have gained may be due to that, and is not laid to one more.
-    """
-    mimicked = IMPERFECT * max(model.log_evidence - own.log_evidence, 0.0)
-    gained = wider.log_evidence - model.log_evidence - mimicked
-    return gained + log_prior(wider, candidates) - log_prior(model, candidates)
-
-
 def _judged(
     best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], strong: tuple[Placed, ...],
-    sizes: Sizes, less: Mapping[str, float], say: Callable[[str], None],
+    sizes: Sizes, less: Mapping[str, float], echoes: Echoes | None, say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
     """All sets near the best at its noise, and free-form parts beside it; posterior probabilities.
 
@@ -211,38 +248,37 @@ def _judged(
             model = gained[-1]
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
-    weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
-    for name, model in sets.items():
-        parts = [other for other in sets.values() if set(other.names) < set(model.names) and other.effects]
-        if parts:
-            weights[name] -= IMPERFECT * max(0.0, max(p.log_evidence for p in parts) - refitted.log_evidence)
+    weights = prior_odds(sets, refitted, nominal, candidates)
     for name in {_key(model) for model in lesser} - {"parameters"}:
-        weights[name] += float(np.logaddexp(0.0, np.log(FORM) + _form(sets[name], found, sizes)))
+        weights[name] += imperfect(_form(sets[name], found, sizes), sets[name], refitted)
     top = sets[max(sets, key=lambda name: weights[name])]
     if top is not best:
         best = top
         found = best.fit.filter(best.vector())
+    if echoes:
+        heard_too = replace(best, effects=(*best.effects, echoes.placed), log_evidence=best.log_evidence + echoes.gain)
+        late = echoes.gain + log_prior(heard_too, candidates) - log_prior(best, candidates)
+        if late > 0.0:
+            weights[_key(heard_too)] = weights[_key(best)] + late
+            best = sets[_key(heard_too)] = heard_too
     say("what has no name")
 
-    def nameless(model: Model, there: list[Filtered]) -> list[Block]:
+    def free_form(model: Model, there: list[Filtered]) -> list[Block]:
         every = unnamed(model, there, based(model, there), sizes)
         every = [replace(block, gain=block.gain - less.get(f"unknown@{block.place}", 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
-    blocks = alone = nameless(best, found)
-    ground = best
+    blocks = alone = free_form(best, found)
+    ground, mimicry = best, -np.inf
     if best.effects:
         there = refitted.fit.filter(refitted.vector())
         ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
-        wider = sum(float(np.sum(np.log(g.variance / f.variance))) for f, g in zip(found, there, strict=True))
-        ground = replace(ground, log_evidence=ground.log_evidence - 0.5 * wider)
-        alone = nameless(ground, there)
-        # a cause that is named, and something left beside it
-        weights[_key(best)] += float(np.logaddexp(0.0, np.log(FORM) + blocks[0].gain))
-    spread = np.log(PRIOR["unknown"] / max(len(alone), 1))
-    for block in (block for block in alone if block.size > VISIBLE):
-        mimicked = IMPERFECT * max(ground.log_evidence - nominal.log_evidence, 0.0)
-        weights[f"unknown@{block.place}"] = ground.log_evidence + block.gain - mimicked + spread
+        ground = replace(ground, log_evidence=ground.log_evidence + _level(there) - _level(found))
+        alone = free_form(ground, there)
+        left = max((block.gain for block in blocks if block.size > VISIBLE), default=-np.inf)
+        mimicry = weights[_key(best)] + imitated(left, best, refitted)
+        weights[_key(best)] += imperfect(left, best, refitted)
+    weights |= nameless(alone, ground, nominal, mimicry)
     level = max(weights.values())
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
@@ -305,14 +341,26 @@ def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
     hull = runs[0].hull(p)
     inertia = np.diag(hull.body + hull.water)
     force = np.zeros(6)
-    for run in runs:
-        force = np.maximum(force, np.sqrt(np.mean(run.drive(p).thrust ** 2, axis=0)))
+    for path in model.fit.paths(p, found):
+        steered = path.drive.thrust + _lift(path, hull.body + hull.water)
+        force = np.maximum(force, np.sqrt(np.mean(steered**2, axis=0)))
     force = np.maximum(force, 0.2 * inertia * speed)  # [1/s] an axis that no thruster pushes turns round in seconds
     duration = float(max(np.ptp(run.time_s) for run in runs))
     asked = np.max([np.abs(run.inputs).max(axis=0, initial=0.0) for run in runs], axis=0)
     length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
     waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
     return Sizes(force, speed, away, duration, length, runs[0].reach, np.maximum(asked, 1e-9), waves)
+
+
+def _lift(path: Path, inertia: Array) -> Array:
+    """Wrench of all fins along a path, (N, 6): what is missing where they lift and drag nothing."""
+    layout, p = path.run.layout, path.p.copy()
+    if not layout.vehicle.fins:
+        return np.zeros(6)
+    p[layout.at([f"{slot}@{fin.name}" for fin in layout.vehicle.fins for slot in ("pressure", "induced_drag")])] = 0.0
+    without_fins = path.cause(p)
+    assert without_fins is not None
+    return -without_fins[0] @ inertia.T
 
 
 def _waves(time_s: Array, disturbance: Array) -> tuple[float, ...]:

@@ -60,7 +60,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     A disturbance follows a force that nobody has named; beside a free-form force that does as well it can be smaller.
     """
     runs = model.fit.runs
-    asked = [int(i) for i in np.flatnonzero(runs[0].asked)]
+    asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
     blocks = [_axis(model, base, sizes, axis) for axis in asked]
     blocks += [_thruster(base, k) for k in range(len(runs[0].layout.pushes))]
     blocks += [_column(base, found, c) for c in _suspects(runs, found)]
@@ -84,8 +84,7 @@ def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, 
 
 def _disturbance(model: Model, sizes: Sizes) -> Array:
     """Disturbance of each axis over what it usually is pushed with."""
-    inertia = _inertia(model.fit.runs[0], model.vector())
-    return np.asarray(model.fit.noise.sigma * inertia / sizes.force)
+    return np.asarray(model.fit.noise.sigma * _inertia(model.fit.runs[0], model.vector()) / sizes.force)
 
 
 def _inertia(run: Recorded, p: Array) -> Array:
@@ -180,7 +179,7 @@ def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
     told = [run.value[at] - f.innovation[at] for run, at, f in zip(runs, mine, found, strict=True)]
     before = [path.way.before[at] for path, at in zip(base.paths, mine, strict=True)]
     variables = {"reading": told}
-    for i in map(int, np.flatnonzero(runs[0].asked)):
+    for i in map(int, np.flatnonzero(runs[0].moves)):
         variables[f"{AXES[i]} speed"] = [x[:, 6 + i] for x in before]
     for i, name in ((3, "roll"), (4, "pitch"), (5, "heading")):
         variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]

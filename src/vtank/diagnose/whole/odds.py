@@ -1,0 +1,95 @@
+"""Odds of explanations of a whole vehicle's gap: what is held beforehand, and what is left beside them says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from ...rigid.places import Placed
+from ..imitation import IMPERFECT, imitating
+from .model import VISIBLE, Model
+from .unnamed import Block
+
+PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
+NAMED = 1.0 - sum(PRIOR.values())
+FORM = 0.2  # prior odds that an effect has another form than its law here, or its simulator another; a guess
+OWN_IMPERFECT = 0.001  # share of the evidence for own parameters that may be due to the form of their laws; a guess
+ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
+
+
+def log_prior(model: Model, candidates: tuple[Placed, ...]) -> float:
+    """Prior of a set of effects: each name alike, each of its places alike."""
+    if not model.effects:
+        return float(np.log(PRIOR["parameters"] if model.unknowns else PRIOR["none"]))
+    total = float(np.log(NAMED))
+    kinds = {placed.effect for placed in candidates}
+    for n, placed in enumerate(model.effects):
+        places = sum(other.effect == placed.effect for other in candidates)
+        total -= placed.mimicry
+        total -= float(np.log(len(kinds) * places)) - (float(np.log(ANOTHER)) if n else 0.0)
+    return total
+
+
+def worth(wider: Model, model: Model, own: Model, candidates: tuple[Placed, ...]) -> float:
+    """Log odds of a model with one more effect, at one noise.
+
+    An effect has hardly the very form that its law has here, nor has a simulator: IMPERFECT of what the effects before
+    have gained may be due to that, and is not laid to one more.
+    """
+    gained = wider.log_evidence - model.log_evidence - IMPERFECT * explained(model, own)
+    return gained + log_prior(wider, candidates) - log_prior(model, candidates)
+
+
+def explained(model: Model, own: Model) -> float:
+    """Log evidence that the effects of a model gain on own parameters alone."""
+    return max(model.log_evidence - own.log_evidence, 0.0)
+
+
+def prior_odds(
+    sets: Mapping[str, Model], own: Model, nominal: Model, candidates: tuple[Placed, ...]
+) -> dict[str, float]:
+    """Log evidence and prior of every set, less what its effects may gain by the form of what others explain.
+
+    Others are the laws of own parameters, and of one effect less.
+    """
+    formed = OWN_IMPERFECT * explained(own, nominal)
+    weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
+    for name, model in sets.items():
+        parts = [explained(o, own) for o in sets.values() if o.effects and set(o.names) < set(model.names)]
+        weights[name] -= (formed if model.effects else 0.0) + IMPERFECT * max(parts, default=0.0)
+    return weights
+
+
+def imperfect(left: float, model: Model, own: Model) -> float:
+    """What a named cause gains by log evidence `left` beside it, of its own form's or of its simulator's making.
+
+    What is left is, as a share of what the cause and it explain together, exponentially distributed about IMPERFECT
+    where the cause is the named one; of a cause that the named one but imitates, any share is as likely (`imitated`).
+    """
+    share = max(left, 0.0) / max(left + explained(model, own), 1.0)
+    return float(np.logaddexp(0.0, np.log(FORM) - share / IMPERFECT + left))
+
+
+def imitated(left: float, model: Model, own: Model) -> float:
+    """What a cause without a name, which the named one but imitates, gains on that by log evidence `left` beside it."""
+    seen = float(np.sqrt(2.0 * explained(model, own)))
+    return float(np.log(PRIOR["unknown"] / NAMED) + np.logaddexp(left + np.log(IMPERFECT), np.log(imitating(seen))))
+
+
+def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: float) -> dict[str, float]:
+    """Log odds of a cause without a name at each place.
+
+    blocks: beside own parameters alone, whose fit is ground. mimicry: log odds of one that a named cause imitates,
+    which is where the blocks say.
+    """
+    base = ground.log_evidence - OWN_IMPERFECT * explained(ground, nominal)
+    spread = np.log(PRIOR["unknown"] / max(len(blocks), 1))
+    seen = [block for block in blocks if block.size > VISIBLE]
+    total, found = np.logaddexp.reduce([block.gain for block in seen or blocks]), dict[str, float]()
+    for block in seen or blocks:
+        by_itself = base + block.gain + spread if seen else -np.inf
+        there = np.logaddexp(by_itself, mimicry + block.gain - total)
+        name = f"unknown@{block.place}"
+        found[name] = float(np.logaddexp(found.get(name, -np.inf), there))
+    return found

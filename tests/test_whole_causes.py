@@ -1,0 +1,147 @@
+"""Causes that a diagnosis of a whole vehicle took for others, or did not see, in tanks that have them."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from test_rigid_motion import multisine
+
+import vtank as vt
+from vtank.experiment.whole import fly_vehicle
+from vtank.experiment.whole_scenario import fly_whole, scenario_of
+from vtank.record.table import Table
+from vtank.rigid.fit import Fit, begun
+from vtank.rigid.layout import FIN, HULL, LEFT, SUCTION, THRUSTER
+from vtank.rigid.motion import fin_force
+from vtank.rigid.noise import first_noise
+from vtank.rigid.places import Sizes, catalogue
+from vtank.rigid.recorded import record
+from vtank.tank.places import read_placed
+
+REMUS, ROV, PHOENIX = (vt.load_vehicle(name) for name in ("remus100", "bluerov2", "phoenix"))
+FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
+ZIGZAG = """
+vehicle = "phoenix"
+duration_s = 60
+seed = 687676889
+depth_m = 50.0
+[[excite]]
+axis = "yaw"
+kind = "zigzag"
+amplitude_share = 0.2973
+heading_rad = 0.2229
+[[hold]]
+axis = "surge"
+speed_m_s = 0.480
+bandwidth_rad_s = 0.3
+otherwise = "leave"
+[[hold]]
+axis = "heave"
+bandwidth_rad_s = 0.4
+otherwise = "leave"
+[[hold]]
+axis = "pitch"
+bandwidth_rad_s = 0.4
+otherwise = "leave"
+"""
+
+
+def flown_with(vehicle, seconds: float, **effects) -> vt.Run:
+    """A flight in the tank with effects at places, named EFFECT__PLACE."""
+    named = {name.replace("__", "@"): values for name, values in effects.items()}
+    placed = read_placed(Table(Path("trial"), "effects", named), vehicle)
+    told = multisine(vehicle, seconds, 3)
+    return fly_vehicle(vehicle, told, seconds, 3, effects=placed)
+
+
+def diagnosed(vehicle, name: str, seconds: float = 40.0, **effects):
+    """Values that are found of an effect, sought alone, and the verdict."""
+    found = vt.diagnose([flown_with(vehicle, seconds, **effects)], nominal=vehicle, effects=[name])
+    return {p.name: found.selection.best.values(p) for p in found.selection.best.effects}, found.verdict
+
+
+def test_a_fin_that_lost_half_its_area_makes_half_its_force_whatever_its_angle():
+    _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
+    p, first = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes)
+    whole = np.array(fin_force(p, first, 0.1, (1.5, 0.1, 0.05)))
+    p[first + LEFT] = 0.5
+    np.testing.assert_allclose(fin_force(p, first, 0.1, (1.5, 0.1, 0.05)), 0.5 * whole, rtol=1e-12)
+
+
+def test_with_all_suction_lift_is_square_to_the_flow_and_without_the_force_is_square_to_the_fin():
+    _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
+    p, first, angle = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes) + FIN, 0.15  # the rudder
+    flow = np.array([1.4, -0.1, 0.0])
+    plate = np.array(fin_force(p, first, angle, tuple(flow)))
+    beside = [abs(plate @ np.array([np.cos(a), np.sin(a), 0.0])) for a in (angle, -angle)]
+    assert min(beside) < 1e-12 * np.linalg.norm(plate) + 1e-12
+    p[first + SUCTION] = 1.0
+    wing = np.array(fin_force(p, first, angle, tuple(flow)))
+    assert wing @ flow == pytest.approx(0.0, abs=1e-12)
+    assert np.linalg.norm(wing) > 0.1
+
+
+def test_a_fin_that_lost_part_of_its_area_is_named_with_that_part():
+    values, verdict = diagnosed(REMUS, "fin_weak", fin_weak__rudder={"share": 0.4})
+    assert (verdict.effects, verdict.places) == (("fin_weak",), ("rudder",))
+    assert values["fin_weak@rudder"]["size"][0] == pytest.approx(-0.4, abs=0.02)
+
+
+def test_a_thruster_that_obeys_very_late_is_found():
+    """Far from the truth a delay of six tenths of a second promises nothing: fits begin at several."""
+    values, verdict = diagnosed(FEW, "command_delay", command_delay__thruster_3={"d_s": 0.6})
+    assert (verdict.effects, verdict.places) == (("command_delay",), ("thruster_3",))
+    assert values["command_delay@thruster_3"]["size"][0] == pytest.approx(0.6, abs=0.01)
+
+
+def test_speeds_of_which_nothing_tells_begin_at_rest_and_their_drag_is_free():
+    run = fly_whole(scenario_of(ZIGZAG, "run_1"), PHOENIX).run
+    selection = importlib.import_module("vtank.diagnose.whole.model")
+    layout, seen, _ = record([run], PHOENIX)
+    assert not seen[0].asked[0] and seen[0].moves[0], "nothing tells of surge"
+    free = {u.name for u in selection.own_unknowns(layout, seen[0].moves)}
+    assert {"quadratic_drag@surge", "added_mass@sway"} <= free
+    noise = replace(first_noise(seen), sigma=np.full(6, 1e-4))
+    fit = Fit(seen, noise)
+    assert begun(fit, layout.null).runs[0] is seen[0]
+    doubting = replace(fit, runs=(seen[0].drifting,))
+    level = [sum(_level(f) for f in some.filter(layout.null)) for some in (fit, doubting)]
+    assert level[0] > level[1]
+
+
+def _level(f) -> float:
+    return -0.5 * float(np.sum(f.innovation**2 / f.variance + np.log(f.variance)))
+
+
+def test_rates_alone_may_be_in_degrees():
+    layout, seen, _ = record([fly_vehicle(ROV, multisine(ROV, 5.0, 1), 5.0, 1)], ROV)
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
+    units = {c.name: c.parameters[0].slots for c in catalogue(layout, seen[0].moves, sizes) if c.effect == "wrong_unit"}
+    assert all("rate" in slot for slot in units["wrong_unit@imu:degrees"])
+    assert all("rate" not in slot for slot in units["wrong_unit@mocap:degrees"])
+
+
+def test_echoes_are_heard_by_being_late_and_are_left_out_of_what_else_is_sought():
+    echoes = importlib.import_module("vtank.diagnose.whole.echoes")
+    rng = np.random.default_rng(4)
+    layout, (run,), _ = record([flown_with(ROV, 40.0)], ROV)
+    layout = replace(layout, columns=tuple("ping.range_m" if c == 0 else n for c, n in enumerate(layout.columns)))
+    run = replace(run, layout=layout)
+    mine = np.flatnonzero(run.column == 0)
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
+    known = [c for c in catalogue(replace(layout, sensors=("ping",)), run.moves, sizes) if c.effect == echoes.NAME]
+    stray = rng.choice(mine, mine.size // 15, replace=False)
+    for sign, told in ((1.0, True), (rng.choice([-1.0, 1.0], stray.size), False)):
+        e = 0.02 * rng.normal(size=run.time_s.size)
+        e[stray] += 1.4 * sign
+        found = echoes.heard([run], [SimpleNamespace(innovation=e)], known)
+        assert (found is not None) == told
+        if found:
+            p, extra = (q.starts[0] for q in found.placed.parameters)
+            assert p == pytest.approx(1 / 15, rel=0.1) and extra == pytest.approx(1.4, abs=0.02)
+            assert run.time_s.size - found.runs[0].time_s.size == stray.size

@@ -1,0 +1,54 @@
+"""What is left beside a named cause speaks for it, or for a cause without a name that it imitates."""
+
+from __future__ import annotations
+
+import importlib
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+odds = importlib.import_module("vtank.diagnose.whole.odds")
+
+
+def _model(log_evidence: float) -> SimpleNamespace:
+    return SimpleNamespace(log_evidence=log_evidence, effects=(), names=(), unknowns=(1,))
+
+
+def _named_over_unknown(explained: float, left: float) -> float:
+    best, own = _model(explained), _model(0.0)
+    return float(odds.imperfect(left, best, own) - odds.imitated(left, best, own))
+
+
+@pytest.mark.parametrize("explained", [300.0, 3e4])
+def test_what_is_left_decides_by_its_share(explained):
+    assert _named_over_unknown(explained, 0.0) > 3.0
+    assert _named_over_unknown(explained, 0.003 * explained) > 2.0
+    assert _named_over_unknown(explained, 0.15 * explained) < -3.0
+    shares = [_named_over_unknown(explained, share * explained) for share in (0.01, 0.03, 0.1, 0.3, 1.0)]
+    assert shares == sorted(shares, reverse=True)
+
+
+def test_what_leaves_nothing_is_the_surer_the_more_it_explains():
+    sure = [_named_over_unknown(explained, -3.0) for explained in (50.0, 500.0, 5000.0)]
+    assert sure == sorted(sure)
+
+
+def test_free_form_parts_of_one_place_add_up():
+    """Of an instrument with several columns the least of them counted, whatever the others gained."""
+
+    def block(place: str, gain: float) -> SimpleNamespace:
+        return SimpleNamespace(place=place, gain=gain, size=1.0)
+
+    ground = _model(0.0)
+    several = odds.nameless([block("ahrs", 500.0), block("yaw", 40.0), block("ahrs", -6.0)], ground, ground, -np.inf)
+    assert several["unknown@ahrs"] > several["unknown@yaw"] + 400.0
+
+
+def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
+    def block(place: str, gain: float) -> SimpleNamespace:
+        return SimpleNamespace(place=place, gain=gain, size=1.0)
+
+    found = odds.nameless([block("yaw", 30.0), block("imu", 10.0)], _model(0.0), _model(0.0), 1000.0)
+    assert found["unknown@yaw"] == pytest.approx(1000.0, abs=0.01)
+    assert found["unknown@imu"] == pytest.approx(980.0, abs=0.01)
