@@ -145,3 +145,14 @@ def test_echoes_are_heard_by_being_late_and_are_left_out_of_what_else_is_sought(
             p, extra = (q.starts[0] for q in found.placed.parameters)
             assert p == pytest.approx(1 / 15, rel=0.1) and extra == pytest.approx(1.4, abs=0.02)
             assert run.time_s.size - found.runs[0].time_s.size == stray.size
+
+
+def test_a_standing_wave_is_found_with_frequency_and_phase():
+    wave = {"amplitude_m_s": 0.08, "frequency_rad_s": 0.7, "phase_rad": 2.5}
+    values, verdict = diagnosed(FEW, "seiche", 60.0, seiche__surge=wave)
+    assert verdict.effects == ("seiche",)
+    (found,) = values.values()
+    sine, cosine = found["sine"][0], found["cosine"][0]
+    assert np.hypot(sine, cosine) == pytest.approx(0.08, rel=0.02)
+    assert found["frequency"][0] + found["detuning"][0] == pytest.approx(0.7, rel=0.01)
+    assert np.arctan2(cosine, sine) == pytest.approx(2.5, abs=0.1)

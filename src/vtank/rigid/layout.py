@@ -28,7 +28,7 @@ MASS, CENTRE, INERTIA, ADDED, COUPLED = 0, 1, 4, 7, 13
 LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
 CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
-DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_PHASE, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
+DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
 HULL = 110
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED = 14, 15, 16, 17, 18, 19, 20, 21, 22
@@ -55,7 +55,7 @@ def _hull_names() -> list[str]:
         "tether@hull", "coriolis@hull", "munk@hull", *(f"coupling@{axis}" for axis in COUPLES),
         "crossflow_h@hull", "crossflow_v@hull", "length@hull",
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
-        *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_phase") for axis in AXES[:3]),
+        *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
         *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ),
     ]  # fmt: skip
 

@@ -53,7 +53,7 @@ from .layout import (
     STALL,
     SUCTION,
     SWELL,
-    SWELL_PHASE,
+    SWELL_AHEAD,
     SWELL_RATE,
     TETHER,
     THRUSTER,
@@ -155,10 +155,12 @@ def axis_force(i, t, x, speed, away, hull):
     p = hull.p
     speed = speed - p[DRIFT + i] - x[12 + i]
     force = p[FORCE + i] - p[SPRING + i] * away
-    if i < 3 and p[SWELL + i] != 0.0:
-        phase = p[SWELL_RATE + i] * t + p[SWELL_PHASE + i]
-        speed -= p[SWELL + i] * math.sin(phase)
-        force += (hull.body[i, i] + hull.water[i, i]) * p[SWELL + i] * p[SWELL_RATE + i] * math.cos(phase)
+    if i < 3 and (p[SWELL + i] != 0.0 or p[SWELL_AHEAD + i] != 0.0):
+        phase = p[SWELL_RATE + i] * t
+        sine, cosine = math.sin(phase), math.cos(phase)
+        speed -= p[SWELL + i] * sine + p[SWELL_AHEAD + i] * cosine
+        carried = p[SWELL_RATE + i] * (p[SWELL + i] * cosine - p[SWELL_AHEAD + i] * sine)
+        force += (hull.body[i, i] + hull.water[i, i]) * carried
     if p[FRICTION + i] != 0.0:
         force -= p[FRICTION + i] * math.tanh(x[6 + i] / hull.creep[i])
     return force + resisted(p, i, speed)

@@ -29,7 +29,6 @@ UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("degrees, its rates in rad/s", ANGLES, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
     ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
 )  # fmt: skip
-QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)  # [rad] of a wave, where fits begin
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
@@ -132,11 +131,12 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield one("ambient_current", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
     yield one("tether", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0)
     yield one("constant_force", "force", newton, 0.3 * F, "something pushes all the time")
-    for w in s.waves[i] if i < 3 else ():  # begun with some amplitude: without, nothing tells of frequency and phase
+    for w in s.waves[i] if i < 3 else ():
         yield Placed("seiche", axis, HYDRODYNAMICS, (
-            Parameter("amplitude", (f"swell@{axis}",), speed, 0.3 * U, 0.0, starts=(0.1 * U,)),
-            Parameter("frequency", (f"swell_rate@{axis}",), "rad/s", w, 0.5 * w, 2.0 * w, (w,)),
-            Parameter("phase", (f"swell_phase@{axis}",), "rad", 2.0, -7.0, 7.0, QUARTERS),
+            Parameter("sine", (f"swell@{axis}",), speed, 0.3 * U),
+            Parameter("cosine", (f"swell_ahead@{axis}",), speed, 0.3 * U),
+            Parameter("frequency", (f"swell_rate@{axis}",), "rad/s", 0.0, starts=(w,)),
+            Parameter("detuning", (f"swell_rate@{axis}",), "rad/s", np.pi / s.duration_s, -0.5 * w, 0.5 * w),
         ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s")  # fmt: skip
     yield Placed("wake_memory", axis, HYDRODYNAMICS, (
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),

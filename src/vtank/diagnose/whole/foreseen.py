@@ -191,13 +191,14 @@ def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Itera
 
 def _placed(layout: Layout, placed: Placed, prior: Array, chance: float, share: float) -> Hypothesis:
     """An effect where its fit would begin, or at a share of its prior's deviation."""
-    values, numbers, known = {}, [], []
+    values: dict[str, float] = {}
+    numbers, known = [], []
     for number in placed.parameters:
         step = share * number.scale * (1.0 if number.high > 0.0 else -1.0)
         size = number.starts[0] if number.starts else step
         for slot in number.slots:
             base = float(layout.null[layout.slot(slot)])
-            values[slot] = (base if np.isfinite(number.null) else 0.0) + size
+            values[slot] = (values.get(slot, base) if np.isfinite(number.null) else 0.0) + size
         if number.scale > 0.0:
             numbers.append(Free(number.slots, 1e-3 * number.scale, number.low - size, number.high - size))
             known.append(number.scale**-2.0)
