@@ -14,8 +14,6 @@ from ...rigid.places import Placed
 from ...rigid.recorded import Recorded
 from ..outliers import multipath
 
-NAME = "sonar_multipath"
-
 
 @dataclass(frozen=True, eq=False)
 class Echoes:
@@ -31,14 +29,17 @@ class Echoes:
 
 
 def heard(runs: Sequence[Recorded], found: Sequence[Filtered], candidates: Sequence[Placed]) -> Echoes | None:
-    """The clearest echoes; None where no sonar hears any. found: filters along the runs."""
+    """The clearest echoes; None where no sonar hears any. found: filters along the runs.
+
+    The effect of a range that moves no simulation is that of echoes.
+    """
     best = None
     layout = runs[0].layout
-    for placed in (placed for placed in candidates if placed.effect == NAME):
+    for placed in (placed for placed in candidates if not any(number.slots for number in placed.parameters)):
         for c, column in enumerate(layout.columns):
             if channel(column) == "range_m" and layout.vehicle.instrument(column) == placed.place:
                 e = np.concatenate([f.innovation[run.column == c] for run, f in zip(runs, found, strict=True)])
-                gain, p, extra_m = multipath(BY_NAME[NAME], e)
+                gain, p, extra_m = multipath(BY_NAME[placed.effect], e)
                 if gain > (best.gain if best else 0.0):
                     numbers = [replace(q, starts=(v,)) for q, v in zip(placed.parameters, (p, extra_m), strict=True)]
                     late = [(run.column == c) & (f.innovation > 0.5 * extra_m)

@@ -31,13 +31,9 @@ def log_prior(model: Model, candidates: tuple[Placed, ...]) -> float:
     return total
 
 
-def worth(wider: Model, model: Model, own: Model, candidates: tuple[Placed, ...]) -> float:
-    """Log odds of a model with one more effect, at one noise.
-
-    An effect has hardly the very form that its law has here, nor has a simulator: IMPERFECT of what the effects before
-    have gained may be due to that, and is not laid to one more.
-    """
-    gained = wider.log_evidence - model.log_evidence - IMPERFECT * explained(model, own)
+def worth(wider: Model, model: Model, own: Model, candidates: tuple[Placed, ...], form: float = np.inf) -> float:
+    """Log odds of a model with one more effect, at one noise; form: as of `formed`."""
+    gained = wider.log_evidence - model.log_evidence - formed(model, own, form)
     return gained + log_prior(wider, candidates) - log_prior(model, candidates)
 
 
@@ -46,18 +42,27 @@ def explained(model: Model, own: Model) -> float:
     return max(model.log_evidence - own.log_evidence, 0.0)
 
 
+def formed(model: Model, own: Model, form: float = np.inf) -> float:
+    """What one more effect may gain by the form of those before, hardly the very one that their laws have here.
+
+    IMPERFECT of what they explain, but no more than another form of theirs, at their places, would gain: form.
+    """
+    return min(IMPERFECT * explained(model, own), max(form, 0.0))
+
+
 def prior_odds(
-    sets: Mapping[str, Model], own: Model, nominal: Model, candidates: tuple[Placed, ...]
+    sets: Mapping[str, Model], own: Model, nominal: Model, candidates: tuple[Placed, ...], forms: Mapping[str, float]
 ) -> dict[str, float]:
     """Log evidence and prior of every set, less what its effects may gain by the form of what others explain.
 
-    Others are the laws of own parameters, and of one effect less.
+    Others are the laws of own parameters, and of one effect less. forms: by name of a set, as of `formed`.
     """
-    formed = OWN_IMPERFECT * explained(own, nominal)
+    of_own = OWN_IMPERFECT * explained(own, nominal)
     weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
     for name, model in sets.items():
-        parts = [explained(o, own) for o in sets.values() if o.effects and set(o.names) < set(model.names)]
-        weights[name] -= (formed if model.effects else 0.0) + IMPERFECT * max(parts, default=0.0)
+        parts = [formed(other, own, forms.get(part, np.inf)) for part, other in sets.items()
+                 if other.effects and set(other.names) < set(model.names)]  # fmt: skip
+        weights[name] -= (of_own if model.effects else 0.0) + max(parts, default=0.0)
     return weights
 
 

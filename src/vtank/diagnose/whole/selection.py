@@ -100,11 +100,12 @@ def select(
                 model, base = begins[where[promise.placed.name]]
                 fitted.append(extended(model, base, layout, promise.placed, promise.begin, found))
         fitted.sort(key=lambda m: -m.log_evidence)
-        if not fitted or worth(fitted[0], best, own_alone, candidates) < 0.0:
+        form = _form(best, found, sizes) if best.effects else 0.0
+        if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
             break
         best, found = trusting(*settled(fitted[0], floor), own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong, sizes, less, echoes, say)
+    return _judged(best, found, own, candidates, strong=strong, sizes=sizes, less=less, echoes=echoes, say=say)
 
 
 def _level(found: Sequence[Filtered]) -> float:
@@ -215,8 +216,9 @@ def _hopeless(promise: Promise, fitted: Sequence[Model], model: Model) -> bool:
 
 
 def _judged(
-    best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], strong: tuple[Placed, ...],
-    sizes: Sizes, less: Mapping[str, float], echoes: Echoes | None, say: Callable[[str], None],
+    best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], *,
+    strong: tuple[Placed, ...], sizes: Sizes, less: Mapping[str, float], echoes: Echoes | None,
+    say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
     """All sets near the best at its noise, and free-form parts beside it; posterior probabilities.
 
@@ -248,9 +250,10 @@ def _judged(
             model = gained[-1]
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
-    weights = prior_odds(sets, refitted, nominal, candidates)
+    forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
+    weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
-        weights[name] += imperfect(_form(sets[name], found, sizes), sets[name], refitted)
+        weights[name] += imperfect(forms[name], sets[name], refitted)
     top = sets[max(sets, key=lambda name: weights[name])]
     if top is not best:
         best = top

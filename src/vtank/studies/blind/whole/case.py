@@ -29,6 +29,7 @@ GIVEN, HELD = (2, 4), 1  # runs
 SPREAD = 0.1  # deviation of the logarithm of each drag and added mass over the file's; a choice
 SIZES = (0.5, 4.0)  # drawn log-uniformly
 SEEN, LARGER, TRIES = 1.0, 2.5, 4  # least signal, factor on a size that is not seen, and how often; choices
+SHIFTED = ("north_m", "east_m", "depth_m", "heading_rad", "range_m")  # where a vehicle starts, nothing else tells
 QUIET = 1e-3  # noise of an instrument that states none, in its unit; a choice
 
 
@@ -111,7 +112,10 @@ def other_numbers(random: np.random.Generator, vehicle: Vehicle) -> Vehicle:
 
 
 def signal(vehicle: Vehicle, plain: Sequence[Run], runs: Sequence[Run]) -> dict[str, float]:
-    """How far each measured channel departs from the same flights without the cause: RMS over its noise."""
+    """How far each measured channel departs from the same flights without the cause: RMS over its noise.
+
+    That a place is another all along, from the start on, can be seen by nobody.
+    """
     found = {}
     for sensor in vehicle.sensors:
         for channel, noise in zip(sensor.channels, sensor.each("noise"), strict=True):
@@ -120,7 +124,8 @@ def signal(vehicle: Vehicle, plain: Sequence[Run], runs: Sequence[Run]) -> dict[
                 if column in one.columns and column in other.columns:
                     (t, z), (at, x) = one.samples(column), other.samples(column)
                     gap = x - np.interp(at, t, z)
-                    off.append((gap + np.pi) % (2.0 * np.pi) - np.pi if channel in WRAPPED else gap)
+                    gap = (gap + np.pi) % (2.0 * np.pi) - np.pi if channel in WRAPPED else gap
+                    off.append(gap - gap.mean() if channel in SHIFTED else gap)
             if off:
                 found[column] = float(np.sqrt(np.mean(np.concatenate(off) ** 2)) / (noise or QUIET))
     return found
