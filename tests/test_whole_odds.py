@@ -52,3 +52,12 @@ def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
     found = odds.nameless([block("yaw", 30.0), block("imu", 10.0)], _model(0.0), _model(0.0), 1000.0)
     assert found["unknown@yaw"] == pytest.approx(1000.0, abs=0.01)
     assert found["unknown@imu"] == pytest.approx(980.0, abs=0.01)
+
+
+def test_an_unknown_along_which_the_motion_runs_away_tells_nothing():
+    model = importlib.import_module("vtank.diagnose.whole.model")
+    unknown = SimpleNamespace(step=0.5, high=np.inf)
+    answers = np.array([[1.0, 1e200, np.nan], [2.0, 1.0, 1.0]])
+    fit = SimpleNamespace(answers=lambda paths, moved: answers)
+    some = SimpleNamespace(unknowns=[unknown] * 3, theta=np.zeros(3), vector=lambda theta: theta, fit=fit)
+    np.testing.assert_array_equal(model.slopes(some, []), [[2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])

@@ -26,6 +26,7 @@ SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wal
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
+RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 PROMISE = 0.02  # log-likelihood that a further step must promise
 
 
@@ -204,7 +205,8 @@ def slopes(model: Model, paths: Sequence[Path]) -> Array:
     """Derivative of the residuals with respect to a model's unknowns along the paths, (sum M, U)."""
     side = _sides(model.unknowns, model.theta)
     moved = [model.vector(model.theta + side * (np.arange(side.size) == i)) for i in range(side.size)]
-    return np.asarray(model.fit.answers(paths, moved) / side)
+    changed = model.fit.answers(paths, moved) / side
+    return np.where(np.all(np.abs(changed) < RUNS_AWAY, axis=0), changed, 0.0)
 
 
 def _sides(unknowns: Sequence[Unknown], theta: Array) -> Array:

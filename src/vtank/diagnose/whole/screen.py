@@ -13,12 +13,11 @@ from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
 from ...rigid.tangent import Path
-from .model import Model, slopes
+from .model import RUNS_AWAY, Model, slopes
 
 Array = NDArray[np.float64]
 TOGETHER = 64  # trials whose answers are held at a time; a choice
 STEP = 0.02  # of finite differences, as a share of a prior deviation
-RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and promises nothing
 
 
 @dataclass(frozen=True, eq=False)

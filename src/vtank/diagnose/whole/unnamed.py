@@ -21,9 +21,9 @@ from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
-from .model import VISIBLE, Model
+from .model import RUNS_AWAY, VISIBLE, Model
 from .pursuit import pursue
-from .screen import RUNS_AWAY, Base, based
+from .screen import Base, based
 
 Array = NDArray[np.float64]
 Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
