@@ -17,6 +17,7 @@ from ...rigid.layout import Layout
 from ...rigid.noise import cut
 from ...rigid.places import Placed
 from ...rigid.recorded import Recorded
+from .model import blank
 
 CLEARLY = 20.0  # log-likelihood on a part of the recording by which a mistake is worth a fit of its own; a choice
 
@@ -29,9 +30,7 @@ def mistaken(layout: Layout, runs: Sequence[Recorded], noise: Noise, candidates:
     fit = Fit(cut(runs), noise)
 
     def level(placed: Placed | None) -> float:
-        p = layout.null.copy()
-        for number in placed.parameters if placed else ():
-            p[layout.at(number.slots)] += number.starts[0]
+        p = blank(fit, layout, (placed,) if placed else (), ()).vector()
         try:
             return sum(log_likelihood(f.innovation, f.variance) for f in fit.filter(p))
         except InputError:
