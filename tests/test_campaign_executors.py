@@ -109,6 +109,27 @@ def test_after_an_exception_nothing_is_forgotten() -> None:
     assert sorted([*done, *left]) == list(range(10)) and 5 in left
 
 
+def test_a_chunk_that_never_ends_is_asked_about_and_not_forgotten(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vtank.studies.campaign.executors.SILENCE_S", 0.01)
+
+    class Deaf(Lazy):
+        def submit(self, work, /, *args, **kwargs):  # type: ignore[no-untyped-def]
+            return Future() if args == (2,) else super().submit(work, *args, **kwargs)
+
+    asked: list[int] = []
+
+    def silent() -> None:
+        asked.append(len(asked))
+        if len(asked) == 3:
+            raise ConnectionError
+
+    left, done = deque(range(10)), []
+    with pytest.raises(ConnectionError):
+        for number in flow(Deaf(), lambda number: number, left, 3, silent):
+            done.append(number)
+    assert len(asked) == 3 and sorted(done) == [0, 1, 3, 4, 5, 6, 7, 8, 9] and list(left) == [2]
+
+
 def fall_once(flag: Path, number: int) -> int:
     """The number; whoever is the first to be given 3 is killed."""
     if number == 3 and not flag.exists():

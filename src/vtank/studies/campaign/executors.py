@@ -27,6 +27,7 @@ R = TypeVar("R")
 CRASHES = 3  # in a row, without one chunk done, before giving up; as Dask's allowed-failures
 PATIENCE_S = 10.0  # [s] for a scheduler to answer; a choice
 RESTART_S = 60.0  # [s] for one that went to come back, with a worker; a choice
+SILENCE_S = 1.0  # [s] without a result, after which the scheduler is asked whether it still is the same one; a choice
 
 
 class Executor(ABC):
@@ -45,15 +46,23 @@ class Executor(ABC):
         """End what was started."""
 
 
-def flow(pool: Pool, work: Callable[[T], R], left: deque[T], window: int) -> Generator[R, None, None]:
-    """Results as they come; at most `window` chunks under way. After an exception `left` has those not yielded."""
+def flow(
+    pool: Pool, work: Callable[[T], R], left: deque[T], window: int, silent: Callable[[], None] = lambda: None
+) -> Generator[R, None, None]:
+    """Results as they come; at most `window` chunks under way. After an exception `left` has those not yielded.
+
+    `silent` is called after every SILENCE_S without a result: its exception ends the waiting.
+    """
     flying: dict[Future[R], T] = {}
     try:
         while left or flying:
             while left and len(flying) < window:
                 flying[pool.submit(work, left[0])] = left[0]
                 left.popleft()
-            for future in wait(flying, return_when=FIRST_COMPLETED).done:
+            done = wait(flying, SILENCE_S, FIRST_COMPLETED).done
+            if not done:
+                silent()
+            for future in done:
                 result = future.result()
                 del flying[future]
                 yield result
@@ -119,7 +128,8 @@ class Cluster(Executor):
         left, unable = deque(chunks), dict[str, str]()
         while left:
             try:
-                with closing(flow(self._pool(unable), partial(_attempted, work), left, 2 * self.workers)) as attempts:
+                pool, attempt = self._pool(unable), partial(_attempted, work)
+                with closing(flow(pool, attempt, left, 2 * self.workers, self._same_scheduler())) as attempts:
                     for result in attempts:
                         if isinstance(result, Unable):
                             unable[result.worker] = result.reason
@@ -143,6 +153,20 @@ class Cluster(Executor):
             said = "; ".join(f"{worker}: {reason}" for worker, reason in unable.items())
             raise InputError(f"{self.address}: no worker is left that can work: {said}")
         return self.client.get_executor(pure=False, workers=able)
+
+    def _same_scheduler(self) -> Callable[[], None]:
+        """What raises CancelledError once the scheduler is another one than now, or gone.
+
+        A client that connects again by itself cancels what it waits for, but not a result that was just being fetched:
+        that one would be waited for without end.
+        """
+        client, identity = self.client, self.client.scheduler_info()["id"]
+
+        def ask() -> None:
+            if client.status == "closed" or client.scheduler_info()["id"] != identity:
+                raise CancelledError
+
+        return ask
 
     def _find_again(self) -> None:
         """Connect anew to the scheduler, which was started again; InputError where it is not."""
