@@ -12,11 +12,12 @@ import pytest
 from test_rigid_motion import multisine
 
 import vtank as vt
+from vtank.diagnose.whole.model import own_unknowns
 from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
 from vtank.rigid.fit import Fit, begun
-from vtank.rigid.layout import FIN, HULL, LEFT, SUCTION, THRUSTER
+from vtank.rigid.layout import FIN, HULL, LEFT, SUCTION, THRUSTER, masses
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -25,6 +26,7 @@ from vtank.tank.places import read_placed
 
 REMUS, ROV, PHOENIX = (vt.load_vehicle(name) for name in ("remus100", "bluerov2", "phoenix"))
 FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
+PUSHES = (("bow", 0.5), ("stern", 0.8))  # [rad/s]
 ZIGZAG = """
 vehicle = "phoenix"
 duration_s = 60
@@ -63,6 +65,32 @@ def diagnosed(vehicle, name: str, seconds: float = 40.0, **effects):
     """Values that are found of an effect, sought alone, and the verdict."""
     found = vt.diagnose([flown_with(vehicle, seconds, **effects)], nominal=vehicle, effects=[name])
     return {p.name: found.selection.best.values(p) for p in found.selection.best.effects}, found.verdict
+
+
+def test_moments_of_added_mass_are_own_parameters():
+    """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right."""
+    true = PHOENIX.added_mass.copy()
+    true[1, 5] = true[5, 1] = 1.25 * true[1, 5]
+    time_s = np.arange(0.0, 60.0, 0.1)
+    sideways = {f"tunnel_{end}_lateral_rev_s": 45.0 * np.sign(np.sin(w * time_s)) for end, w in PUSHES}
+    run = fly_vehicle(replace(PHOENIX, added_mass=true), {"time_s": time_s} | sideways, 60.0, 3)
+    best = vt.diagnose([run], nominal=PHOENIX, effects=["linear_drag"]).selection.best
+    i = next(i for i, unknown in enumerate(best.unknowns) if unknown.name == "added_mass_sway_yaw@hull")
+    found, sd = best.unknowns[i].base[0] + best.theta[i], best.sd[i]
+    assert abs(found - true[1, 5]) < 2.5 * sd and sd < 0.25 * (true[1, 5] - PHOENIX.added_mass[1, 5])
+
+
+@pytest.mark.parametrize("name", ["phoenix", "remus100", "kingfisher", "bluerov2"])
+def test_wherever_moments_of_added_mass_are_sought_no_direction_is_without_mass(name: str):
+    vehicle = vt.load_vehicle(name)
+    layout, (run,), _ = record([fly_vehicle(vehicle, multisine(vehicle, 4.0, 1), 4.0, 1)], vehicle)
+    moments = [u for u in own_unknowns(layout, run.moves) if u.name.endswith("@hull")]
+    assert len(moments) == {"phoenix": 2, "remus100": 2}.get(name, 0)
+    for ends in np.ndindex(*(2 for _ in moments)):
+        p = layout.null.copy()
+        for u, end in zip(moments, ends, strict=True):
+            p[u.slots] += (u.low, u.high)[end]
+        masses(p, run.moves)  # refuses what is not positive definite
 
 
 def test_a_fin_that_lost_half_its_area_makes_half_its_force_whatever_its_angle():

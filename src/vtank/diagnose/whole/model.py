@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit
 from ...rigid.known import channel
-from ...rigid.layout import AXES, Layout
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
 from ...rigid.tangent import Path
@@ -24,6 +24,7 @@ Array = NDArray[np.float64]
 STEPS = 8  # of a fit, at most
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
+STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
@@ -48,7 +49,7 @@ class Unknown:
 
 
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
-    """Drag, added mass, gain and lag of thrusters of a kind, where the vehicle file has them.
+    """Drag, added mass and its moments, gain and lag of thrusters of a kind, where the vehicle file has them.
 
     And what no file states: how a wall stands, and how much of their lift fins pay for with drag.
     """
@@ -63,6 +64,13 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             share = (OWN_OF_AXIS | OWN_OF_THRUSTERS)[name.partition("@")[0]]
             size = float(np.mean(p[at]))
             found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
+    for k, (i, j) in enumerate(COUPLED_AT):  # moments of added mass, which the file has wrong as it has its masses
+        size = abs(p[COUPLED + k])
+        if size > 0.0 and (asked[i] or asked[j]):
+            room = STIFF * float(np.sqrt(p[ADDED + i] * p[ADDED + j]))
+            name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
+            low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
+            found.append(Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, 1e-3 * size))
     fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
     if fins.size:
         found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))
