@@ -67,6 +67,23 @@ def diagnosed(vehicle, name: str, seconds: float = 40.0, **effects):
     return {p.name: found.selection.best.values(p) for p in found.selection.best.effects}, found.verdict
 
 
+def test_a_pilot_who_answers_noise_does_not_foresee_it():
+    """Averaged samples are true before the answer to any of them: what is left has nothing to do with the answer."""
+
+    def steadied(time_s: float, readings):
+        rate = readings.get("imu.pitch_rate_rad_s", 0.0)
+        return {"propeller_rev_s": 12.0, "plane_rad": float(np.clip(40.0 * rate, -0.2, 0.2))}
+
+    layout, (run,), _ = record([fly_vehicle(REMUS, steadied, 60.0, 1, depth_m=50.0)], REMUS)
+    (found,) = Fit((run,), first_noise((run,))).filter(layout.null)
+    mine = run.column == layout.columns.index("imu.pitch_rate_rad_s")
+    time_s, z = run.time_s[mine], (found.innovation / np.sqrt(found.variance))[mine]
+    assert np.median(np.diff(time_s)) == pytest.approx(0.1), "five samples each"
+    plane = run.angles[np.searchsorted(run.stamps, time_s) - 1, [fin.name for fin in REMUS.fins].index("plane")]
+    turned = np.diff(plane)
+    assert abs(z[1:] @ turned) < 3.5 * np.sqrt(turned @ turned) and np.std(turned) > 0.02
+
+
 def test_moments_of_added_mass_are_own_parameters():
     """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right."""
     true = PHOENIX.added_mass.copy()

@@ -54,6 +54,13 @@ def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
     assert found["unknown@imu"] == pytest.approx(980.0, abs=0.01)
 
 
+def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():
+    """An effect is as likely as beforehand, not ruled out; one that gains far more is not held back by it."""
+    own, nominal = _model(0.0), _model(-50_000.0)
+    assert odds.of_own(own, nominal, 6.0) == 6.0 and odds.of_own(own, nominal, -2.0) == 0.0
+    assert odds.of_own(own, nominal, 900.0) == 50_000.0 * odds.OWN_IMPERFECT
+
+
 def test_an_unknown_along_which_the_motion_runs_away_tells_nothing():
     model = importlib.import_module("vtank.diagnose.whole.model")
     unknown = SimpleNamespace(step=0.5, high=np.inf)

@@ -53,6 +53,7 @@ TELLS = {  # channel -> axes whose motion it tells
 }  # fmt: skip
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
+TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -239,10 +240,14 @@ def record(
     reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
                           run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
-    bins = _bins(runs, used)
+    inputs = [_inputs(run, layout) for run in runs]
+    bins = _bins(runs, used, [stamps for stamps, _, _ in inputs])
     if max(bins.values()) > BIN_S:
         notes.append(f"a long recording: samples are averaged over {max(bins.values()):.2g} s")
-    return layout, tuple(_recorded(run, layout, asked, known, reach, tables, bins) for run in runs), tuple(notes)
+    seen_runs = (
+        _recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in zip(runs, inputs, strict=True)
+    )
+    return layout, tuple(seen_runs), tuple(notes)
 
 
 def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
@@ -265,11 +270,14 @@ def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measure
 
 def _recorded(
     run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array,
-    bins: dict[str, float],
+    driven: tuple[Array, Array, Array], bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
-    """One run; InputError where it holds nothing that was asked for."""
+    """One run; driven: of `_inputs`. InputError where it holds nothing that was asked for."""
+    stamps, inputs, angles = driven
     parts = [
-        (c, *_thinned(*_samples(run, name), bins[name])) for c, name in enumerate(layout.columns) if name in run.columns
+        (c, *_thinned(*_samples(run, name), bins[name], stamps))
+        for c, name in enumerate(layout.columns)
+        if name in run.columns
     ]
     parts = [part for part in parts if part[1].size >= FEWEST]
     if not parts:
@@ -279,7 +287,6 @@ def _recorded(
     order = np.argsort(time, kind="stable")
     kind = np.array([CHANNELS.index(channel(name)) for name in layout.columns])[column]
     sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
-    stamps, inputs, angles = _inputs(run, layout)
     start, spread = _start(layout, run)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
@@ -292,18 +299,21 @@ def _recorded(
     )  # fmt: skip
 
 
-def _bins(runs: Sequence[Run], columns: Sequence[str]) -> dict[str, float]:
+def _bins(runs: Sequence[Run], columns: Sequence[str], stamps: Sequence[Array]) -> dict[str, float]:
     """Time over which samples of each column are averaged [s]: longer where there are very many of them."""
-    each = {name: [_samples(run, name) for run in runs if name in run.columns] for name in columns}
+    each = {
+        name: [(*_samples(run, name), at) for run, at in zip(runs, stamps, strict=True) if name in run.columns]
+        for name in columns
+    }
     bins = {name: min(_bin_s(*samples) for samples in each[name]) for name in columns}
-    count = sum(min(time.size, float(np.ptp(time)) / bins[name]) for name in columns for time, _ in each[name])
+    count = sum(min(time.size, float(np.ptp(time)) / bins[name]) for name in columns for time, _, _ in each[name])
     return {name: bin_s * max(1.0, count / MOST) for name, bin_s in bins.items()}
 
 
-def _bin_s(time: Array, value: Array) -> float:
+def _bin_s(time: Array, value: Array, stamps: Array) -> float:
     """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s]."""
     bin_s, least = BIN_S, scatter(value)
-    while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s)[1]) > least:
+    while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s, stamps)[1]) > least:
         bin_s *= 0.5
     return bin_s
 
@@ -312,14 +322,16 @@ def _interval_s(time: Array) -> float:
     return float(np.median(np.diff(time))) if time.size > 1 else np.inf
 
 
-def _thinned(time: Array, value: Array, bin_s: float) -> tuple[Array, Array]:
-    """Samples that come faster averaged over bins of a time [s].
+def _thinned(time: Array, value: Array, bin_s: float, stamps: Array) -> tuple[Array, Array]:
+    """Samples that come faster averaged over bins of a time [s], each from after a stamp of the input up to another.
 
-    What averaging takes off where a series curves, half its curvature times the spread of the times, is given back.
+    A pilot that goes by these samples answers their noise: an average that held it, about a time after the answer,
+    would seem to have foreseen it. What averaging takes off where a series curves, half its curvature times the spread
+    of the times, is given back.
     """
     if time.size < 3 or bin_s <= ALMOST * _interval_s(time):
         return time, value
-    bins = np.floor((time - time[0]) / bin_s + 1e-9).astype(int)
+    bins = np.searchsorted(_edges(time[0], time[-1], bin_s, stamps), time - TICK_S, side="right")
     count = np.bincount(bins)
     full = count > 0
     at, mean, square = (np.bincount(bins, series)[full] / count[full] for series in (time, value, time * time))
@@ -327,6 +339,17 @@ def _thinned(time: Array, value: Array, bin_s: float) -> tuple[Array, Array]:
     bend = 2.0 * ((mean[2:] - mean[1:-1]) / ahead - (mean[1:-1] - mean[:-2]) / behind) / (ahead + behind)
     mean[1:-1] -= 0.5 * (square - at * at)[1:-1] * bend
     return at, mean
+
+
+def _edges(first: float, last: float, bin_s: float, stamps: Array) -> Array:
+    """Ends of bins: a time apart, or, within half of it, at the nearest stamp."""
+    edges = [first]
+    while edges[-1] < last:
+        end = edges[-1] + bin_s
+        i = int(np.searchsorted(stamps, end))
+        near = min(stamps[max(i - 1, 0) : i + 1], key=lambda stamp: abs(stamp - end), default=end)
+        edges.append(float(near) if abs(near - end) <= 0.5 * bin_s else end)
+    return np.array(edges[1:])
 
 
 def _samples(run: Run, name: str) -> tuple[Array, Array]:

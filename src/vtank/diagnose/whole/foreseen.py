@@ -183,7 +183,7 @@ def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Itera
     """The catalogue, one form of each name; or of the effects that are asked for."""
     some = None if effects is None else set(effects)
     found: dict[str, Placed] = {}
-    for placed in catalogue(layout, seen[0].asked, sizes):
+    for placed in catalogue(layout, seen[0].moves, sizes):
         if some is None or {placed.effect, placed.name} & some:
             found.setdefault(placed.name, placed)
     return list(found.values())

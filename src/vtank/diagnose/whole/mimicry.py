@@ -14,13 +14,13 @@ from .unnamed import unnamed
 
 def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
     """Log evidence that EFFECT@PLACE and unknown@PLACE find beside own parameters, at least 0."""
-    asked = fit.runs[0].asked
+    moves = fit.runs[0].moves
     model, found = settled(
-        blank(fit, layout, (), own_unknowns(layout, asked)), fit.noise.variance, KEPT * fit.noise.variance
+        blank(fit, layout, (), own_unknowns(layout, moves)), fit.noise.variance, KEPT * fit.noise.variance
     )
     sizes, base = sizes_of(model, found), based(model, found)
     tried = [(promise.placed.effect, promise.placed.place, promise.gain)
-             for promise in promises(model, base, layout, catalogue(layout, asked, sizes))]  # fmt: skip
+             for promise in promises(model, base, layout, catalogue(layout, moves, sizes))]  # fmt: skip
     tried += [("unknown", block.place, block.gain) for block in unnamed(model, found, base, sizes)]
     gains: dict[str, float] = {}
     for effect, place, gain in tried:

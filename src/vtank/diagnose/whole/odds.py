@@ -57,13 +57,20 @@ def prior_odds(
 
     Others are the laws of own parameters, and of one effect less. forms: by name of a set, as of `formed`.
     """
-    of_own = OWN_IMPERFECT * explained(own, nominal)
     weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
     for name, model in sets.items():
         parts = [formed(other, own, forms.get(part, np.inf)) for part, other in sets.items()
                  if other.effects and set(other.names) < set(model.names)]  # fmt: skip
-        weights[name] -= (of_own if model.effects else 0.0) + max(parts, default=0.0)
+        weights[name] -= of_own(own, nominal, explained(model, own)) + max(parts, default=0.0)
     return weights
+
+
+def of_own(own: Model, nominal: Model, gained: float) -> float:
+    """What of the log evidence gained on own parameters may be due to the form of their laws.
+
+    All of it, where it is small beside what they explain: then the odds are those held beforehand.
+    """
+    return min(OWN_IMPERFECT * explained(own, nominal), max(gained, 0.0))
 
 
 def imperfect(left: float, model: Model, own: Model) -> float:
@@ -88,12 +95,12 @@ def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: fl
     blocks: beside own parameters alone, whose fit is ground. mimicry: log odds of one that a named cause imitates,
     which is where the blocks say.
     """
-    base = ground.log_evidence - OWN_IMPERFECT * explained(ground, nominal)
     spread = np.log(PRIOR["unknown"] / max(len(blocks), 1))
     seen = [block for block in blocks if block.size > VISIBLE]
     total, found = np.logaddexp.reduce([block.gain for block in seen or blocks]), dict[str, float]()
     for block in seen or blocks:
-        by_itself = base + block.gain + spread if seen else -np.inf
+        gain = block.gain - of_own(ground, nominal, block.gain)
+        by_itself = ground.log_evidence + gain + spread if seen else -np.inf
         there = np.logaddexp(by_itself, mimicry + block.gain - total)
         name = f"unknown@{block.place}"
         found[name] = float(np.logaddexp(found.get(name, -np.inf), there))

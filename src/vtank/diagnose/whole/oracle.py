@@ -84,7 +84,7 @@ def _oracle(
     model: Model, found: list[Filtered], layout: Layout, is_true: Callable[[str], bool], floor: np.ndarray
 ) -> Model | None:
     """The true effect at its place beside own parameters; None where the catalogue of recordings has none such."""
-    known = catalogue(layout, model.fit.runs[0].asked, sizes_of(model, found))
+    known = catalogue(layout, model.fit.runs[0].moves, sizes_of(model, found))
     true = [placed for placed in known if is_true(placed.name)]
     base = based(model, found)
     fitted = [extended(model, base, layout, promise.placed, promise.begin, found)
