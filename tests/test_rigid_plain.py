@@ -67,9 +67,11 @@ def test_thrusters_of_a_kind_are_wrong_alike():
     run = fly_vehicle(phoenix, multisine(phoenix, 4.0, 1), 4.0, 1)
     layout, (seen,), _ = record([run], phoenix)
     gains = {u.name: u.slots.size for u in own_unknowns(layout, seen.asked) if u.name.startswith("gain@")}
-    assert gains["gain@propeller_port/propeller_starboard"] == 2 and sorted(gains.values()) == [2, 4]
+    assert gains["gain@propeller_port/propeller_starboard"] == 2 and sorted(gains.values()) == [2, 2, 2]
+    assert gains["gain@tunnel_bow_vertical/tunnel_stern_vertical"] == 2, "and none of the lateral ones"
     rov, (seen,), _ = record([fly_vehicle(ROV, multisine(ROV, 4.0, 1), 4.0, 1)], ROV)
-    assert [u.slots.size for u in own_unknowns(rov, seen.asked) if u.name == "gain@thrusters"] == [8]
+    own = {u.name: u.slots.size for u in own_unknowns(rov, seen.asked)}
+    assert own["lag@thrusters"] == 8 and sorted(n for name, n in own.items() if name.startswith("gain@")) == [4, 4]
 
 
 def test_how_a_wall_stands_is_no_parameter_of_the_simulator():

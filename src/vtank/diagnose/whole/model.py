@@ -6,7 +6,7 @@ for all that are compared, so that no hypothesis can hide misfit in noise of its
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,8 +55,10 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
-    for kind, names in _kinds(layout.pushes).items():
-        groups |= {f"{q}@{kind}": [f"{q}@{name}" for name in names] for q in OWN_OF_THRUSTERS}
+    for q, alike in (("gain", _kind_and_way), ("lag", _kind)):
+        groups |= {
+            f"{q}@{place}": [f"{q}@{name}" for name in names] for place, names in _groups(layout.pushes, alike).items()
+        }
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
@@ -82,13 +84,24 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     return found
 
 
-def _kinds(pushes: Sequence[Push]) -> dict[str, list[str]]:
-    """Thrusters that are alike but for their place, which are wrong alike; "thrusters" where all are."""
-    kinds: dict[object, list[str]] = {}
+def _kind(push: Push) -> object:
+    """What thrusters share that differ but in their place, and are wrong in alike."""
+    return push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
+
+
+def _kind_and_way(push: Push) -> object:
+    """As `_kind`; what the hull takes of a thrust is another across its deck than along it."""
+    return _kind(push), abs(push.direction[2]) > np.hypot(*push.direction[:2])
+
+
+def _groups(pushes: Sequence[Push], alike: Callable[[Push], object]) -> dict[str, list[str]]:
+    """Names of thrusters that are alike, by what they are called together; "thrusters" where all are."""
+    groups: dict[object, list[str]] = {}
     for push in pushes:
-        made = push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
-        kinds.setdefault(made, []).append(push.name)
-    return {"thrusters": [*kinds.values()][0]} if len(kinds) == 1 else {"/".join(some): some for some in kinds.values()}
+        groups.setdefault(alike(push), []).append(push.name)
+    if len(groups) == 1:
+        return {"thrusters": [*groups.values()][0]}
+    return {"/".join(names): names for names in groups.values()}
 
 
 def effect_unknowns(layout: Layout, placed: Placed) -> list[Unknown]:
