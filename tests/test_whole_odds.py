@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+diagnosis = importlib.import_module("vtank.diagnose.whole.diagnosis")
 odds = importlib.import_module("vtank.diagnose.whole.odds")
 
 
@@ -52,6 +54,29 @@ def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
     found = odds.nameless([block("yaw", 30.0), block("imu", 10.0)], _model(0.0), _model(0.0), 1000.0)
     assert found["unknown@yaw"] == pytest.approx(1000.0, abs=0.01)
     assert found["unknown@imu"] == pytest.approx(980.0, abs=0.01)
+
+
+@dataclass
+class Disturbed:
+    """What the chance of a strange disturbance is read from: 100 kg, pushed by 10 N, 1 % of which is usual."""
+
+    best: SimpleNamespace
+    probabilities: dict[str, float]
+    runs = (SimpleNamespace(hull=lambda p: SimpleNamespace(body=100.0 * np.eye(6), water=np.zeros((6, 6)))),)
+    sizes = SimpleNamespace(force=10.0 * np.ones(6))
+
+
+@pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.65), (0.02, 0.9), (0.05, 0.99)])
+def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(sigma: float, chance: float):
+    """The surer the larger it is; what is within 10 % of the usual force, or 10 mm/s2, is water."""
+    fit = SimpleNamespace(noise=SimpleNamespace(sigma=np.array([0.0, sigma, 0.0, 0.0, 0.0, 0.0])))
+    best = SimpleNamespace(effects=(), vector=lambda: None, fit=fit)
+    before = {"none": 0.8, "parameters": 0.1, "linear_drag@yaw": 0.1}
+    after = diagnosis.disturbed(Disturbed(best, before)).probabilities
+    assert sum(after.values()) == pytest.approx(1.0)
+    assert (after == before) if chance == 0.0 else (chance < after["unknown@sway"] < chance + 0.1)
+    named = SimpleNamespace(**(vars(best) | {"effects": ("linear_drag@yaw",)}))
+    assert diagnosis.disturbed(Disturbed(named, before)).probabilities == before
 
 
 def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():

@@ -80,6 +80,8 @@ def sentence(document: Document) -> str:
         said += f"It explains {percent(explained)} of the mean square error of simulation."
     if verdict["kind"] in ("effect", "effects") and len(verdict["class"]) > 1:
         said += f" This data does not rule out {', '.join(verdict['class'][1:])}."
+    if verdict["kind"] == "unknown" and verdict["doubt"]:
+        said += f" There {DOUBTS[verdict['doubt']]}, and it does not go with the motion."
     if verdict["unexplained"]:
         said += f" Something that repeats and has no name is left at {', '.join(verdict['unexplained'])}."
     elif left > 0.1:

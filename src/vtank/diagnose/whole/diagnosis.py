@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..likeness import Likeness, doubted
 from .against import Plant, plant_of
 from .budget import Budget, budget
 from .model import Model
+from .odds import strange
 from .selection import Selection, narrowed, select
 
 Array = NDArray[np.float64]
@@ -28,9 +29,7 @@ RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
-TURBULENT = (
-    0.01  # [m/s2, rad/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
-)
+TURBULENT = 0.01  # [m/s2, rad/s2] of a disturbance that is plausible at any rate: still tanks 0.1 to 5 mm/s2; a guess
 
 
 @dataclass(frozen=True)
@@ -41,7 +40,8 @@ class Verdict:
         kind: none, parameters, effect, effects, unknown or undecided.
         effects, places: parallel, the effects that are named and where. rivals: what the data does not rule out.
         channel: hydrodynamics, actuator, sensor or None. probability: of the kind, or of the set.
-        unexplained: where something is left that repeats and has no name. doubt: why it is undecided.
+        unexplained: where something is left that repeats and has no name. doubt: why it is undecided; "disturbance"
+            where what has no name is a disturbance that no water makes.
     """
 
     kind: str
@@ -144,19 +144,32 @@ def places_of(selection: Selection) -> dict[str, float]:
     return {place: p for place, p in sorted(found.items(), key=lambda item: -item[1]) if p >= 1e-3}
 
 
+def disturbed(selection: Selection, missed: Array | float = 0.0) -> Selection:
+    """The selection with the chance that a disturbance too large for water is a cause, where none is named.
+
+    missed: as of `too_large`.
+    """
+    axis, octaves = too_large(selection, missed)
+    if not axis or selection.best.effects:
+        return selection
+    chances = dict(selection.probabilities)
+    name, calm = f"unknown@{axis}", max(chances.get("none", 0.0), chances.get("parameters", 0.0))
+    chances[name] = chances.get(name, 0.0) + calm * float(np.exp(strange(octaves)))
+    total = sum(chances.values())
+    return replace(selection, probabilities={name: chance / total for name, chance in chances.items()})
+
+
 def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0) -> Verdict:
-    """The verdict, from probabilities and budget; missed: as of `implausible`."""
+    """The verdict, from probabilities and budget; missed: as of `too_large`."""
     chances = dict(sorted(selection.probabilities.items(), key=lambda item: -item[1]))
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
     left = tuple(dict.fromkeys(block.place for block in selection.blocks if block.repeats))
     if sum(unknown.values()) >= chance:
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
-        return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left)
+        doubt = "disturbance" if place == too_large(selection, missed)[0] and place not in left else ""
+        return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left, doubt)
     if name in ("none", "parameters"):
-        axis = implausible(selection, missed)
-        if axis:
-            return Verdict("undecided", (), (axis,), (), None, chance, left, "disturbance")
         return Verdict(name, (), (), (), None, chance, left)
     model = selection.sets[name]
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
@@ -171,17 +184,19 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
                    doubt)  # fmt: skip
 
 
-def implausible(selection: Selection, missed: Array | float = 0.0) -> str:
-    """The axis whose disturbance is too large for turbulence, measured by what its thrusters push with; "" for none.
+def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, float]:
+    """The axis whose disturbance is too large for turbulence, held against its usual force, and by how many octaves.
 
-    missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,).
+    missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,). "" and 0
+    where all are plausible.
     """
     best = selection.best
     hull = selection.runs[0].hull(best.vector())
     sigma = np.sqrt(np.maximum(best.fit.noise.sigma**2 - np.square(missed), 0.0))
     share = sigma * np.diag(hull.body + hull.water) / selection.sizes.force
-    share = np.where(sigma > TURBULENT, share, 0.0)
-    return AXES[int(np.argmax(share))] if share.max() > PLAUSIBLE else ""
+    beyond = np.minimum(share / PLAUSIBLE, sigma / TURBULENT)
+    axis = int(np.argmax(beyond))
+    return (AXES[axis], float(np.log2(beyond[axis]))) if beyond[axis] > 1.0 else ("", 0.0)
 
 
 def _channel(selection: Selection, place: str) -> str | None:
@@ -216,7 +231,9 @@ def diagnose(
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
     assert math.isfinite(selection.best.cost)
-    verdict = verdict_of(selection, spent, plant.sigma if plant else 0.0)
+    missed = plant.sigma if plant else 0.0
+    selection = disturbed(selection, missed)
+    verdict = verdict_of(selection, spent, missed)
     if like:
         like = like.beside({channel(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)

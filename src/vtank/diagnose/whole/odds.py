@@ -15,6 +15,7 @@ PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared
 NAMED = 1.0 - sum(PRIOR.values())
 FORM = 0.2  # prior odds that an effect has another form than its law here, or its simulator another; a guess
 OWN_IMPERFECT = 0.001  # share of the evidence for own parameters that may be due to the form of their laws; a guess
+WATER = 2.0  # deviations above the usual up to which water's disturbance is plausible; a choice
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
 
@@ -87,6 +88,15 @@ def imitated(left: float, model: Model, own: Model) -> float:
     """What a cause without a name, which the named one but imitates, gains on that by log evidence `left` beside it."""
     seen = float(np.sqrt(2.0 * explained(model, own)))
     return float(np.log(PRIOR["unknown"] / NAMED) + np.logaddexp(left + np.log(IMPERFECT), np.log(imitating(seen))))
+
+
+def strange(octaves: float) -> float:
+    """Log odds, over water, of a cause without a name behind a disturbance that is not plausible.
+
+    octaves: factors of two beyond what is plausible, which is WATER deviations above what is usual, a factor of two
+    each.
+    """
+    return float(np.log(PRIOR["unknown"] / PRIOR["none"]) + 0.5 * (WATER + octaves) ** 2 - 1.0)
 
 
 def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: float) -> dict[str, float]:
