@@ -86,6 +86,22 @@ def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():
     assert odds.of_own(own, nominal, 900.0) == 50_000.0 * odds.OWN_IMPERFECT
 
 
+def test_an_effect_is_not_held_to_the_form_of_one_that_explains_far_less():
+    """B is found beside A and beside C; that B alone was looked at, too, takes nothing from A and B together."""
+
+    def of(log_evidence: float, *names: str) -> SimpleNamespace:
+        effects = tuple(SimpleNamespace(effect=name, place="surge", name=name, mimicry=0.0) for name in names)
+        return SimpleNamespace(log_evidence=log_evidence, effects=effects, names=names, unknowns=(1,))
+
+    own = of(0.0)
+    sets = {"A": of(160_000.0, "A"), "A+B": of(162_000.0, "A", "B"), "A+C": of(161_900.0, "A", "C")}
+    sets |= {"B": of(18_000.0, "B"), "parameters": own}
+    candidates = tuple(of(0.0, *"ABC").effects)
+    found = odds.prior_odds(sets, own, own, candidates, {"A": 30.0, "B": 5000.0})
+    assert found["A+B"] - found["A+C"] == pytest.approx(100.0)
+    assert found["A+B"] < 162_000.0 - 30.0
+
+
 def test_an_unknown_along_which_the_motion_runs_away_tells_nothing():
     model = importlib.import_module("vtank.diagnose.whole.model")
     unknown = SimpleNamespace(step=0.5, high=np.inf)

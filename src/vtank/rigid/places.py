@@ -7,7 +7,7 @@ thrusters made along that axis, speeds by its speeds, so that no number here bel
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,7 @@ UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
 )  # fmt: skip
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
+LATE_S = (0.4, 0.8, 1.6, 3.2)  # [s] by which an instrument may be grossly late or early; choices
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
 
@@ -44,6 +45,7 @@ class Parameter:
         null: value that does nothing, added to what the vehicle file has.
         low, high: bounds, about the vehicle file's.
         starts: where fits begin.
+        far: gross values, each farther off than the one before: a fit that begins at none of them never gets there.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Parameter:
     high: float = np.inf
     starts: tuple[float, ...] = ()
     null: float = 0.0
+    far: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -222,9 +225,10 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     def placed(effect: str, words: str, *numbers: Parameter, detail: str = "") -> Placed:
         return Placed(effect, place, SENSOR_CHANNEL, numbers, words, detail)
 
-    yield placed("sensor_latency", "it is recorded late", Parameter("d", (f"latency@{name}",), "s", 0.3, 0.0, 30.0))
-    yield placed("clock_offset", "its clock is apart from the others'",
-                 Parameter("o", (f"latency@{name}",), "s", 0.3, -30.0, 0.0))  # fmt: skip
+    late = Parameter("d", (f"latency@{name}",), "s", 0.3, 0.0, 30.0, far=LATE_S)
+    yield placed("sensor_latency", "it is recorded late", late)
+    early = replace(late, name="o", low=-30.0, high=0.0, far=tuple(-late_s for late_s in LATE_S))
+    yield placed("clock_offset", "its clock is apart from the others'", early)
     yield placed("clock_skew", "its clock runs slow or fast",
                  Parameter("s", (f"skew@{name}",), "-", 0.3 / s.duration_s, -0.1, 0.1))  # fmt: skip
     if len(_group(channels)) > 1:

@@ -53,6 +53,7 @@ TELLS = {  # channel -> axes whose motion it tells
 }  # fmt: skip
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
+WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
@@ -71,6 +72,7 @@ class Recorded:
         time_s, kind, sensor, column, value: of the measurements, (M,).
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
         wall: distance to the wall ahead of the start [m].
+        later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
     """
 
     name: str
@@ -91,6 +93,7 @@ class Recorded:
     start: Array
     spread: Array
     wall: float
+    later: Array
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -149,10 +152,22 @@ class Recorded:
 
     @cached_property
     def late(self) -> Array:
-        """Nominal delay of each measurement, (M,) [s]."""
-        first = self.layout.starts[2]
-        block = self.layout.null[first : first + SENSOR * len(self.layout.sensors)].reshape(-1, SENSOR)
-        return np.asarray(block[self.sensor, LATENCY])
+        """Delay of each measurement at which they are put in order, (M,) [s]."""
+        return np.asarray((self._delays(self.layout.null) + self.later)[self.sensor])
+
+    def _delays(self, p: Array) -> Array:
+        """Of the instruments, (S,) [s]."""
+        return p[self.layout.starts[2] :][: SENSOR * len(self.layout.sensors)].reshape(-1, SENSOR)[:, LATENCY]
+
+    def ordered(self, p: Array) -> Recorded:
+        """The run, its measurements in the order in which they were true at the delays of p.
+
+        The same run where these are nearly its own: to wind a motion back goes well for a short while only.
+        """
+        later = self._delays(p) - self._delays(self.layout.null)
+        if np.all(np.abs(later - self.later) < WOUND_S):
+            return self
+        return replace(self, later=later, _drives={})
 
     @cached_property
     def steps(self) -> Steps:
@@ -295,7 +310,8 @@ def _recorded(
     return Recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
         angles=angles, reach=reach, tables=tables, start=start, spread=spread,
-        wall=_wall(layout, start, sensor, kind, value), **{name: a[order] for name, a in measured.items()},
+        wall=_wall(layout, start, sensor, kind, value), later=np.zeros(len(layout.sensors)),
+        **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""Gross mistakes: what is turned round, exchanged or in another unit, looked for before anything is fitted.
+"""Gross mistakes: what is turned round, exchanged, in another unit or late, looked for before anything is fitted.
 
 A simulation that takes metres for feet follows its instruments somewhere else, and own parameters are fitted to that:
 from there no small change tells of the mistake. So each is tried as it is, with the vehicle as its file has it.
@@ -7,6 +7,7 @@ from there no small change tells of the mistake. So each is tried as it is, with
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -23,22 +24,38 @@ CLEARLY = 20.0  # log-likelihood on a part of the recording by which a mistake i
 
 
 def mistaken(layout: Layout, runs: Sequence[Recorded], noise: Noise, candidates: Sequence[Placed]) -> Placed | None:
-    """The mistake of no free number that the recordings are likeliest with, where they are so beyond doubt.
+    """The mistake that the recordings are likeliest with, where they are so beyond doubt, to be fitted from there.
 
-    noise: that recordings begin with, which forgives all but gross mistakes.
+    Of those without a free number, and of those with one that has gross values. noise: that recordings begin with,
+    which forgives all but gross mistakes.
     """
     fit = Fit(cut(runs), noise)
 
     def level(placed: Placed | None) -> float:
         p = blank(fit, layout, (placed,) if placed else (), ()).vector()
+        there = replace(fit, runs=tuple(run.ordered(p) for run in fit.runs))
         try:
-            return sum(log_likelihood(f.innovation, f.variance) for f in fit.filter(p))
+            found = sum(log_likelihood(f.innovation, f.variance) for f in there.filter(p))
         except InputError:
             return -np.inf
+        return found if np.isfinite(found) else -np.inf
 
     fixed = [c for c in candidates if c.parameters and all(q.slots and q.scale == 0.0 for q in c.parameters)]
-    if not fixed:
+    gross = [c for c in candidates if any(q.far for q in c.parameters)]
+    if not fixed and not gross:
         return None
-    levels = [level(placed) for placed in fixed]
-    best = int(np.argmax(np.nan_to_num(levels, nan=-np.inf)))
-    return fixed[best] if levels[best] > max(level(None), -1e300) + CLEARLY else None
+    right = level(None)
+    tried = [(level(placed), placed) for placed in fixed]
+    for placed in gross:
+        before, (number,) = right, placed.parameters
+        for value in number.far:  # for as long as it gets better
+            there = replace(placed, parameters=(replace(number, starts=(value,)),))
+            now = level(there)
+            if now < before:
+                break
+            tried.append((now, there))
+            before = now
+    if not tried:
+        return None
+    most, mistake = max(tried, key=lambda pair: pair[0])
+    return mistake if most > max(right, -1e300) + CLEARLY else None

@@ -87,9 +87,9 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     else:
         layout, runs, _ = record([run], vehicle, axes)
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
-    fit = Fit(runs, noise)
     found: dict[str, dict[str, float]] = {}
     vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}
+    fit = Fit(tuple(seen.ordered(vectors["diagnosed"]) for seen in runs), noise)
     models = {part: Model(fit, (), (), np.array([]), p) for part, p in vectors.items()}
     spikes = spikes_of(models["diagnosed"])
     for part, model in models.items():

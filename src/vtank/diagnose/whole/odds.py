@@ -56,13 +56,15 @@ def prior_odds(
 ) -> dict[str, float]:
     """Log evidence and prior of every set, less what its effects may gain by the form of what others explain.
 
-    Others are the laws of own parameters, and of one effect less. forms: by name of a set, as of `formed`.
+    Others are the laws of own parameters, and of the likeliest with an effect less. forms: by name of a set, as of
+    `formed`.
     """
     weights = {name: model.log_evidence + log_prior(model, candidates) for name, model in sets.items()}
     for name, model in sets.items():
-        parts = [formed(other, own, forms.get(part, np.inf)) for part, other in sets.items()
-                 if other.effects and set(other.names) < set(model.names)]  # fmt: skip
-        weights[name] -= of_own(own, nominal, explained(model, own)) + max(parts, default=0.0)
+        lesser = [(other.log_evidence, formed(other, own, forms.get(part, np.inf))) for part, other in sets.items()
+                  if other.effects and set(other.names) < set(model.names)]  # fmt: skip
+        bare, formed_too = (max((e + k * form for e, form in lesser), default=0.0) for k in (0.0, 1.0))
+        weights[name] -= of_own(own, nominal, explained(model, own)) + formed_too - bare
     return weights
 
 

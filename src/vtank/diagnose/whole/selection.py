@@ -75,7 +75,7 @@ def select(
     known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
     best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
     other = begun(best.fit, best.vector())
-    if any(now is not then for now, then in zip(other.runs, runs, strict=True)):
+    if any(now is not then for now, then in zip(other.runs, best.fit.runs, strict=True)):
         best, found = settled(replace(best, fit=other), floor)
     best, found = trusting(best, found, own)
     sizes, less = sizes_of(best, found), mimicry or {}
@@ -137,6 +137,8 @@ def _begin(
 
 def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
     """The fit and its noise, each at the other's, twice; floor, least: as of `rigid.noise.settle`."""
+    p = model.vector()
+    model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
     for enough in (ENOUGH, ALL):
         noise, found = settle(model.fit, model.vector(), floor, enough, least)
         model = replace(model, fit=replace(model.fit, noise=noise))
