@@ -84,6 +84,26 @@ def test_a_pilot_who_answers_noise_does_not_foresee_it():
     assert abs(z[1:] @ turned) < 3.5 * np.sqrt(turned @ turned) and np.std(turned) > 0.02
 
 
+@pytest.mark.slow
+def test_a_grossly_late_instrument_is_found_and_read_in_its_time():
+    """0.9 s, far beyond what a motion can be wound back by, on an instrument that is not alone in what it tells."""
+    values, verdict = diagnosed(FEW, "sensor_latency", 60.0, sensor_latency__ahrs={"d_s": 0.9})
+    assert verdict.effects == ("sensor_latency",) and verdict.places == ("ahrs",)
+    assert values["sensor_latency@ahrs"]["d"][0] == pytest.approx(0.9, abs=0.02)
+
+
+def test_measurements_are_put_in_order_at_other_delays_only_where_these_are_far_off():
+    layout, (run,), _ = record([fly_vehicle(FEW, multisine(FEW, 4.0, 1), 4.0, 1)], FEW)
+    p, late = layout.null.copy(), layout.slot("latency@ahrs")
+    p[late] += 0.1
+    assert run.ordered(p) is run
+    p[late] += 0.8
+    there = run.ordered(p)
+    of_ahrs = run.sensor == layout.sensors.index("ahrs")
+    np.testing.assert_allclose(there.late - run.late, 0.9 * of_ahrs)
+    assert there.ordered(p) is there and there.ordered(layout.null).late == pytest.approx(run.late)
+
+
 def test_moments_of_added_mass_are_own_parameters():
     """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right."""
     true = PHOENIX.added_mass.copy()

@@ -28,6 +28,7 @@ FITTED = 6  # promising effects that are fitted, beside all that promise nearly 
 ALWAYS, HOPELESS = 3, 0.3  # so many are fitted always, others where they promise this share of the best's gain; choices
 NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
+LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
 WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
@@ -160,7 +161,24 @@ def extended(
     own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
     wider = blank(model.fit, layout, (*model.effects, placed), own)
     free = [b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
-    return refit(wider, found, np.concatenate([model.theta, free]), base.J)
+    return leapt(refit(wider, found, np.concatenate([model.theta, free]), base.J), found, base.J)
+
+
+def leapt(model: Model, found: Sequence[Filtered], held: Array) -> Model:
+    """The fit, or a better one a grain or two beside it, for as long as there is one; held: as of `refit`."""
+    grains = {f"{placed.name}.{number.name}": number.grain for placed in model.effects for number in placed.parameters}
+    for i, unknown in enumerate(model.unknowns):
+        grain = grains.get(unknown.name, 0.0)
+        for _ in range(LEAPS if grain else 0):
+            beside = [model.theta + k * grain * (np.arange(model.theta.size) == i) for k in (-2, -1, 1, 2)]
+            beside = [theta for theta in beside if unknown.low <= theta[i] <= unknown.high]
+            e = model.fit.residuals([model.vector(theta) for theta in beside], found)
+            best = beside[int(np.argmin(np.sum(e * e, axis=0)))]
+            there = refit(model, found, best, held)
+            if there.log_evidence <= model.log_evidence:
+                break
+            model = there
+    return model
 
 
 def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filtered]) -> Model:
