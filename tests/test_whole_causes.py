@@ -16,7 +16,7 @@ from vtank.diagnose.whole.model import own_unknowns
 from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
-from vtank.rigid.fit import Fit, begun
+from vtank.rigid.fit import RUNAWAY, Fit, begun
 from vtank.rigid.layout import FIN, HULL, LEFT, SUCTION, THRUSTER, masses
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
@@ -128,6 +128,15 @@ def test_wherever_moments_of_added_mass_are_sought_no_direction_is_without_mass(
         for u, end in zip(moments, ends, strict=True):
             p[u.slots] += (u.low, u.high)[end]
         masses(p, run.moves)  # refuses what is not positive definite
+
+
+def test_masses_that_no_body_has_are_as_far_off_as_can_be():
+    """A fit that steps there turns back; it does not end in an error."""
+    _, seen, _ = record([fly_vehicle(PHOENIX, multisine(PHOENIX, 4.0, 1), 4.0, 1)], PHOENIX)
+    fit, p = Fit(seen, first_noise(seen)), seen[0].layout.null.copy()
+    found = fit.filter(p)
+    p[seen[0].layout.slot("added_mass_sway_yaw@hull")] = 1e4
+    assert np.all(fit.residuals([p], found) == RUNAWAY)
 
 
 def test_a_fin_that_lost_half_its_area_makes_half_its_force_whatever_its_angle():

@@ -62,8 +62,14 @@ class Disturbed:
 
     best: SimpleNamespace
     probabilities: dict[str, float]
-    runs = (SimpleNamespace(hull=lambda p: SimpleNamespace(body=100.0 * np.eye(6), water=np.zeros((6, 6)))),)
+    told: tuple[bool, ...] = (True,) * 6
     sizes = SimpleNamespace(force=10.0 * np.ones(6))
+
+    @property
+    def runs(self) -> tuple[SimpleNamespace]:
+        body = np.diag([100.0] * 3 + [1.0] * 3)  # 0.1 m off its axes
+        hull = SimpleNamespace(body=body, water=np.zeros((6, 6)))
+        return (SimpleNamespace(hull=lambda p: hull, asked=np.array(self.told)),)
 
 
 @pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.65), (0.02, 0.9), (0.05, 0.99)])
@@ -75,8 +81,19 @@ def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(sigma: floa
     after = diagnosis.disturbed(Disturbed(best, before)).probabilities
     assert sum(after.values()) == pytest.approx(1.0)
     assert (after == before) if chance == 0.0 else (chance < after["unknown@sway"] < chance + 0.1)
+    untold = (True, False, True, True, True, True)
+    assert diagnosis.disturbed(Disturbed(best, before, untold)).probabilities == before
     named = SimpleNamespace(**(vars(best) | {"effects": ("linear_drag@yaw",)}))
     assert diagnosis.disturbed(Disturbed(named, before)).probabilities == before
+
+
+@pytest.mark.parametrize(("sigma", "axis"), [(0.09, ""), (0.2, "roll")])
+def test_what_turns_a_slender_hull_a_little_is_water(sigma: float, axis: str):
+    """1 N m is usual, and 0.1 rad/s2 moves a point 0.1 m off the axis by 10 mm/s2."""
+    fit = SimpleNamespace(noise=SimpleNamespace(sigma=np.array([0.0, 0.0, 0.0, sigma, 0.0, 0.0])))
+    trial = Disturbed(SimpleNamespace(effects=(), vector=lambda: None, fit=fit), {})
+    trial.sizes = SimpleNamespace(force=np.array([10.0] * 3 + [0.5] * 3))
+    assert diagnosis.too_large(trial)[0] == axis
 
 
 def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():

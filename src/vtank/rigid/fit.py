@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from . import kernels
 from .filtered import Filtered, Noise, bent, filtered, share
 from .recorded import Recorded
@@ -83,7 +84,10 @@ def log_likelihood(innovation: Array, variance: Array) -> float:
 
 
 def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
-    return weighed(innovations(run, p, f.gain, memory_s), f)
+    try:
+        return weighed(innovations(run, p, f.gain, memory_s), f)
+    except InputError:  # masses that no body has: as far off as can be
+        return np.full(run.time_s.size, RUNAWAY)
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:

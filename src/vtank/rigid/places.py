@@ -31,7 +31,7 @@ UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
 )  # fmt: skip
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 HELD_S = 0.1  # [s] for which inputs are held in most recordings; a delay may be off by that and fit well; a guess
-LATE_S = (0.4, 0.8, 1.6, 3.2)  # [s] by which an instrument may be grossly late or early; choices
+LATE_S = (0.4, 0.8, 1.6, 3.2)  # [s] by which an instrument may be grossly late or early, or what it moves; choices
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
 
@@ -190,7 +190,7 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield one("thrust_asymmetry", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)
     yield one("thrust_lag", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2, 1.0))
     yield one("command_delay", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0),
-              grain=HELD_S)  # fmt: skip
+              far=LATE_S, grain=HELD_S)  # fmt: skip
     flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
     yield one("thrust_loss", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
               "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
@@ -215,7 +215,9 @@ def _fin(name: str) -> Iterator[Placed]:
         ("fin_delay", "late", "s", 0.3, 0.0, "it obeys late"),
         ("fin_drag", "induced_drag", "N s2/m2", 5.0, 0.0, "it drags with the square of its angle"),
     ):
-        number = Parameter("size", (f"{slot}@{name}",), unit, scale, low, grain=HELD_S if slot == "late" else 0.0)
+        number = Parameter("size", (f"{slot}@{name}",), unit, scale, low)
+        if slot == "late":
+            number = replace(number, far=LATE_S, grain=HELD_S)
         yield Placed(effect, name, ACTUATOR, (number,), words)
 
 

@@ -29,7 +29,7 @@ RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
-TURBULENT = 0.01  # [m/s2, rad/s2] of a disturbance that is plausible at any rate: still tanks 0.1 to 5 mm/s2; a guess
+TURBULENT = 0.01  # [m/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
 
 
 @dataclass(frozen=True)
@@ -187,14 +187,17 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
 def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, float]:
     """The axis whose disturbance is too large for turbulence, held against its usual force, and by how many octaves.
 
+    Of those of which something tells; about an axis it is that of a point as far off it as its mass is on average.
     missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,). "" and 0
     where all are plausible.
     """
     best = selection.best
     hull = selection.runs[0].hull(best.vector())
     sigma = np.sqrt(np.maximum(best.fit.noise.sigma**2 - np.square(missed), 0.0))
-    share = sigma * np.diag(hull.body + hull.water) / selection.sizes.force
-    beyond = np.minimum(share / PLAUSIBLE, sigma / TURBULENT)
+    inertia = np.diag(hull.body + hull.water)
+    lever_m = np.append(np.ones(3), np.sqrt(inertia[3:] / inertia[:3].mean()))
+    share = sigma * inertia / selection.sizes.force
+    beyond = np.minimum(share / PLAUSIBLE, sigma * lever_m / TURBULENT) * selection.runs[0].asked
     axis = int(np.argmax(beyond))
     return (AXES[axis], float(np.log2(beyond[axis]))) if beyond[axis] > 1.0 else ("", 0.0)
 
