@@ -28,6 +28,8 @@ FITTED = 6  # promising effects that are fitted, beside all that promise nearly 
 ALWAYS, HOPELESS = 3, 0.3  # so many are fitted always, others where they promise this share of the best's gain; choices
 NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
+NEARER = (1.0, 0.3, 0.1, 0.03)  # of what a score test says, where a fit begins; choices
+LOST = 50.0  # log evidence that no number of an effect costs: a fit that lies so far behind ran away; a choice
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
@@ -157,11 +159,15 @@ def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tup
 def extended(
     model: Model, base: Base, layout: Layout, placed: Placed, begin: Sequence[float], found: Sequence[Filtered]
 ) -> Model:
-    """The model with one more effect, fitted from where its score test says."""
+    """The model with one more effect, fitted from where its score test says, or nearer where it runs away there."""
     own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
     wider = blank(model.fit, layout, (*model.effects, placed), own)
-    free = [b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
-    return leapt(refit(wider, found, np.concatenate([model.theta, free]), base.J), found, base.J)
+    free = np.array([b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0])
+    for share in NEARER:
+        fitted = refit(wider, found, np.concatenate([model.theta, share * free]), base.J)
+        if fitted.log_evidence > model.log_evidence - LOST:
+            break
+    return leapt(fitted, found, base.J)
 
 
 def leapt(model: Model, found: Sequence[Filtered], held: Array) -> Model:
