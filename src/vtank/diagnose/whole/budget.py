@@ -49,7 +49,8 @@ class Share:
 class Budget:
     """Lines in all and by column; root mean square errors by column of nominal, refit and diagnosed, and the noise.
 
-    visible: by effect, how much of the error that is left without it it takes off at best (95 %).
+    visible: by effect, how much it takes off the error that is left without it: at best (95 %) of all together, or at
+        least (5 %) of one column, where others may drift far beyond what an instrument can be off by.
     """
 
     lines: tuple[Share, ...]
@@ -122,11 +123,18 @@ def budget(selection: Selection) -> Budget:
     for c in np.flatnonzero(seen):
         root = [float(np.sqrt(e[:, c].sum() / count[:, c].sum())) for e in squares]
         rms[names[c]] = {"nominal": root[0], "refit": root[1], "diagnosed": root[-1], "noise": float(np.sqrt(noise[c]))}
-    drawn = np.array([levels(weight, seen) for weight in draws])
-    taken = np.percentile(1.0 - drawn[:, 1:] / np.maximum(drawn[:, :-1], 1e-12), 95.0, axis=0)
+
+    def taken(columns: NDArray[np.bool_], percentile: float) -> Array:
+        """Share of the error that each step of the ladder takes off what is left before it."""
+        drawn = np.array([levels(weight, columns) for weight in draws])
+        gone = 1.0 - drawn[:, 1:] / np.maximum(drawn[:, :-1], 1e-12)
+        return np.asarray(np.percentile(gone, percentile, axis=0))
+
+    surely = [taken(np.arange(len(names)) == c, 5.0) for c in np.flatnonzero(seen)]
+    most = np.max([taken(seen, 95.0), *surely], axis=0)
     still = {placed.name for placed in selection.best.effects if not any(q.slots for q in placed.parameters)}
-    effects = zip(steps[1:], taken, strict=True)  # but those of readings that stand alone, which move no simulation
-    visible = {name: float(most) for (name, kind, _), most in effects if kind == "effect" and name not in still}
+    effects = zip(steps[1:], most, strict=True)  # but those of readings that stand alone, which move no simulation
+    visible = {name: float(share) for (name, kind, _), share in effects if kind == "effect" and name not in still}
     return Budget(shares(seen), each, rms, visible)
 
 
