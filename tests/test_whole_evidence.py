@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import replace
 
 import numpy as np
@@ -83,3 +84,11 @@ def test_an_error_of_a_compass_is_no_smaller_for_the_turns_that_were_made():
     few = ("magnetometer_bias", "gyro_bias", "sensor_latency")
     verdict = vt.diagnose([replace(run, columns=off)], nominal="kingfisher", effects=few).verdict
     assert (verdict.kind, verdict.places) == ("unknown", ("compass",))
+
+
+def test_of_a_short_run_one_half_is_left_out_and_the_other_tells():
+    """With one part alone nothing was left to tell of an effect, which passed for too small to be seen."""
+    budget = importlib.import_module("vtank.diagnose.whole.budget")
+    for span_s, many in ((18.0, 2), (20.0, 2), (60.0, 4)):
+        parts = budget._stretches(np.linspace(0.0, span_s, 500))
+        assert set(parts) == set(range(many)) and np.all(np.diff(parts) >= 0)

@@ -7,7 +7,7 @@ that tells enough of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -62,13 +62,15 @@ def settle(
     the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
     which none is believed whatever the innovations are.
     """
-    noise, runs = fit.noise, cut(fit.runs, enough)
+    noise, runs, first = fit.noise, cut(fit.runs, enough), True
     least = np.maximum(least, KEPT * _rounding(fit.runs))
     for factor in FACTORS:
         for _ in range(ROUNDS):
             about = replace(fit, runs=runs, noise=noise).filter(p)
             trials = partial(_tried, runs, about, noise.memory_s)
             best = start = trials([noise])[0]
+            if first:
+                best, first = max((best, _all_white(runs, trials, noise)), key=_likelihood), False
             for axis in np.flatnonzero(noise.sigma > 0.0):
                 for _ in range(FURTHEST):
                     before = best.likelihood
@@ -92,6 +94,22 @@ class Tried:
     noise: Noise
     likelihood: float
     found: list[Filtered]
+
+
+def _all_white(runs: Sequence[Recorded], trials: Callable[[Sequence[Noise]], list[Tried]], noise: Noise) -> Tried:
+    """All that a still water leaves taken for white errors: where the search may begin as well.
+
+    Known motion brings its own noise into an accelerometer, which from below looks like a disturbance.
+    """
+    still = replace(noise, sigma=np.where(noise.sigma > 0.0, LEAST_SIGMA, 0.0))
+    (alone,) = trials([still])
+    column = np.concatenate([run.column for run in runs])
+    e = np.concatenate([f.innovation for f in alone.found])
+    variance = noise.variance.copy()
+    for c in range(variance.size):
+        if (column == c).any():
+            variance[c] = max(variance[c], float(np.mean(e[column == c] ** 2)))
+    return trials([replace(still, variance=variance)])[0]
 
 
 def _likelihood(tried: Tried) -> float:

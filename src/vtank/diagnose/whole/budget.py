@@ -190,9 +190,9 @@ def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memo
 
 
 def _stretches(time_s: Array) -> NDArray[np.int64]:
-    """Number of the stretch of each measurement."""
+    """Number of the stretch of each measurement; two at least, so that one can be left out and the other tells."""
     span = float(np.ptp(time_s)) or 1.0
-    many = max(1, round(span / STRETCH_S))
+    many = max(2, round(span / STRETCH_S))
     return np.minimum(((time_s - time_s.min()) / span * many).astype(int), many - 1)
 
 

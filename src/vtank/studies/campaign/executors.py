@@ -160,10 +160,10 @@ class Cluster(Executor):
         A client that connects again by itself cancels what it waits for, but not a result that was just being fetched:
         that one would be waited for without end.
         """
-        client, identity = self.client, self.client.scheduler_info()["id"]
+        client, identity = self.client, self.client.scheduler_info().get("id")
 
         def ask() -> None:
-            if client.status == "closed" or client.scheduler_info()["id"] != identity:
+            if client.status == "closed" or client.scheduler_info().get("id") != identity:
                 raise CancelledError
 
         return ask
