@@ -107,10 +107,14 @@ def test_exchanged_wires_are_named_by_both_thrusters() -> None:
 
 # --- what could be told --------------------------------------------------------------------------------------------
 def test_what_could_be_told_grows_with_the_cause(known: Known) -> None:
-    """A third of the drag stands out about a third as far, and none of it not at all."""
+    """A third of the drag stands out a third as far or farther, the less so the more motion is left to it; none not.
+
+    Beside quadratic drag c |r| r a linear one of k takes about k / (k + c |r|) off the rate r: 0.5 of what 3 k takes
+    off where c |r| is as large as k, 0.33 where it is far larger.
+    """
     weak = fitted(0.2)
     assert known.d > 10.0
-    assert 0.2 * known.d < weak.d < 0.5 * known.d
+    assert 0.25 * known.d < weak.d < 0.65 * known.d
     assert fitted(0.0).d < 1.0
 
 
