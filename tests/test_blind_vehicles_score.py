@@ -110,7 +110,7 @@ def test_what_could_be_told_grows_with_the_cause(known: Known) -> None:
     """A third of the drag stands out a third as far or farther, the less so the more motion is left to it; none not.
 
     Beside quadratic drag c |r| r a linear one of k takes about k / (k + c |r|) off the rate r: 0.5 of what 3 k takes
-    off where c |r| is as large as k, 0.33 where it is far larger.
+    off where c |r| is 3 k, 0.33 where it is far larger.
     """
     weak = fitted(0.2)
     assert known.d > 10.0
