@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 from vtank.water import Body
 
 Array = NDArray[np.float64]
+GAUSS = np.polynomial.legendre.leggauss(8)
 
 
 def skew(a: Array) -> Array:
@@ -66,8 +67,7 @@ def kirchhoff(mass: Array, nu: Array) -> Array:
 def strips(hull: Array, nu: Array, exact: bool = False) -> Array:
     """Cross-flow drag (Healey and Lienard 1993) by Gauss's eight strips; exact: by ten thousand alike."""
     tail, nose, sway, heave = hull
-    x, dx = np.polynomial.legendre.leggauss(8)
-    x, dx = tail + 0.5 * (x + 1.0) * (nose - tail), 0.5 * dx * (nose - tail)
+    x, dx = tail + 0.5 * (GAUSS[0] + 1.0) * (nose - tail), 0.5 * GAUSS[1] * (nose - tail)
     if exact:
         edges = np.linspace(tail, nose, 10001)
         x, dx = 0.5 * (edges[1:] + edges[:-1]), np.diff(edges)

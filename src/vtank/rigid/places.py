@@ -209,15 +209,15 @@ def _force(layout: Layout, k: int, reach: float) -> float:
 
 
 def _fin(name: str) -> Iterator[Placed]:
-    for effect, slot, unit, scale, low, words in (
-        ("fin_offset", "offset", "rad", 0.1, -1.5, "it does not stand straight when it is told to"),
-        ("fin_weak", "share", "-", 0.5, -1.0, "part of its area is lost"),
-        ("fin_delay", "late", "s", 0.3, 0.0, "it obeys late"),
-        ("fin_drag", "induced_drag", "N s2/m2", 5.0, 0.0, "it drags with the square of its angle"),
+    def size(slot: str, unit: str, scale: float, low: float, **more: float | tuple[float, ...]) -> Parameter:
+        return Parameter("size", (f"{slot}@{name}",), unit, scale, low, **more)  # type: ignore[arg-type]
+
+    for effect, number, words in (
+        ("fin_offset", size("offset", "rad", 0.1, -1.5), "it does not stand straight when it is told to"),
+        ("fin_weak", size("share", "-", 0.5, -1.0), "part of its area is lost"),
+        ("fin_delay", size("late", "s", 0.3, 0.0, far=LATE_S, grain=HELD_S), "it obeys late"),
+        ("fin_drag", size("induced_drag", "N s2/m2", 5.0, 0.0), "it drags with the square of its angle"),
     ):
-        number = Parameter("size", (f"{slot}@{name}",), unit, scale, low)
-        if slot == "late":
-            number = replace(number, far=LATE_S, grain=HELD_S)
         yield Placed(effect, name, ACTUATOR, (number,), words)
 
 

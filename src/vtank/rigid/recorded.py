@@ -358,14 +358,13 @@ def _thinned(time: Array, value: Array, bin_s: float, stamps: Array) -> tuple[Ar
 
 
 def _edges(first: float, last: float, bin_s: float, stamps: Array) -> Array:
-    """Ends of bins: a time apart, or, within half of it, at the nearest stamp."""
-    edges = [first]
-    while edges[-1] < last:
-        end = edges[-1] + bin_s
-        i = int(np.searchsorted(stamps, end))
-        near = min(stamps[max(i - 1, 0) : i + 1], key=lambda stamp: abs(stamp - end), default=end)
-        edges.append(float(near) if abs(near - end) <= 0.5 * bin_s else end)
-    return np.array(edges[1:])
+    """Ends of bins: a time apart, each moved to the nearest stamp within half of it."""
+    ends = first + bin_s * np.arange(1.0, np.ceil((last - first) / bin_s) + 1.0)
+    after = np.searchsorted(stamps, ends)
+    around = np.r_[-np.inf, stamps, np.inf]
+    before, behind = around[after], around[after + 1]
+    near = np.where(ends - before < behind - ends, before, behind)
+    return np.unique(np.where(np.abs(near - ends) <= 0.5 * bin_s, near, ends))
 
 
 def _samples(run: Run, name: str) -> tuple[Array, Array]:

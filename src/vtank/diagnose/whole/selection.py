@@ -126,15 +126,14 @@ def _begin(
     layout: Layout, fit: Fit, own: list[Unknown], mistake: Placed | None, floor: Array
 ) -> tuple[Model, list[Filtered]]:
     """The refit without effects, or with a gross mistake if that is likelier; InputError where both diverge."""
-    begins = []
+    begins, why = [], ""
     for effects in [(), (mistake,)] if mistake else [()]:
         try:
             begins.append(settled(blank(fit, layout, effects, own), floor))
-        except InputError:
-            if not mistake:
-                raise
+        except InputError as error:
+            why = str(error)
     if not begins:
-        return settled(blank(fit, layout, (), own), floor)
+        raise InputError(why)
     return max(begins, key=lambda pair: pair[0].log_evidence + _level(pair[1]))
 
 

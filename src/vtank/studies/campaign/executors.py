@@ -47,7 +47,7 @@ class Executor(ABC):
 
 
 def flow(
-    pool: Pool, work: Callable[[T], R], left: deque[T], window: int, silent: Callable[[], None] = lambda: None
+    workers: Pool, work: Callable[[T], R], left: deque[T], window: int, silent: Callable[[], None] = lambda: None
 ) -> Generator[R, None, None]:
     """Results as they come; at most `window` chunks under way. After an exception `left` has those not yielded.
 
@@ -57,7 +57,7 @@ def flow(
     try:
         while left or flying:
             while left and len(flying) < window:
-                flying[pool.submit(work, left[0])] = left[0]
+                flying[workers.submit(work, left[0])] = left[0]
                 left.popleft()
             done = wait(flying, SILENCE_S, FIRST_COMPLETED).done
             if not done:
@@ -81,8 +81,8 @@ class Threads(Executor):
 
     def results(self, work: Callable[[T], R], chunks: Sequence[T]) -> Generator[R, None, None]:
         """See `Executor`."""
-        with ThreadPoolExecutor(self.workers) as pool:
-            yield from flow(pool, work, deque(chunks), 2 * self.workers)
+        with ThreadPoolExecutor(self.workers) as threads:
+            yield from flow(threads, work, deque(chunks), 2 * self.workers)
 
 
 class Processes(Executor):
@@ -128,8 +128,8 @@ class Cluster(Executor):
         left, unable = deque(chunks), dict[str, str]()
         while left:
             try:
-                pool, attempt = self._pool(unable), partial(_attempted, work)
-                with closing(flow(pool, attempt, left, 2 * self.workers, self._same_scheduler())) as attempts:
+                workers, attempt = self._able(unable), partial(_attempted, work)
+                with closing(flow(workers, attempt, left, 2 * self.workers, self._same_scheduler())) as attempts:
                     for result in attempts:
                         if isinstance(result, Unable):
                             unable[result.worker] = result.reason
@@ -144,7 +144,7 @@ class Cluster(Executor):
                 what = " ".join(f"{type(error).__name__}: {error}".split())
                 raise InputError(f"{self.address}: do the scheduler and all workers have this vtank? {what}") from error
 
-    def _pool(self, unable: Mapping[str, str]) -> Pool:
+    def _able(self, unable: Mapping[str, str]) -> Pool:
         """The cluster without some of its workers; InputError where these are all."""
         if not unable:
             return self.client.get_executor(pure=False)
