@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean
-from .kernels import SIZE, moved, parted, seen
-from .layout import FIN, HULL, LATENCY, SENSOR, SKEW, SPRING, TETHER, THRUSTER, WATERLINE
+from .kernels import SIZE, lateness, moved, parted, seen, told
+from .layout import SPRING, TETHER, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
 from .steps import TOUCH_S
@@ -90,10 +90,11 @@ def transition(t, x, y, h, i, drive, hull, F, scratch):
 @lean
 def reach(m, record, hull):
     """Range of the motion that a measurement may depend on; of one that is wound back, all of it."""
-    p, kind = hull.p, record.kind[m]
-    s = HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
-    if kind >= ACCEL or abs(p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]) > TOUCH_S:
+    kind = record.kind[m]
+    if abs(lateness(m, record, hull)) > TOUCH_S:
         return 0, 12
+    if kind >= ACCEL:
+        return 0 if pulled(hull) else 3, 12
     if kind < ROLL:
         return 0, 6
     return (3, 6) if kind < SURGE else (3, 12) if kind < ROLL_RATE else (9, 12)
@@ -107,18 +108,25 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
     for a in range(6):
         d[a] = s[12 + a]
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
-    first, last = reach(m, record, hull)
     for c in range(SIZE):
         H[c] = 0.0
+    if record.kind[m] >= ACCEL:
+        late, rate = abs(lateness(m, record, hull)) > TOUCH_S, scratch[1]
+        for c in range(6):
+            if late:
+                d[c] += NUDGE
+                there = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
+                d[c] = s[12 + c]
+            else:  # a disturbance is an acceleration itself
+                rate[6 + c] += NUDGE
+                there = told(m, x, rate, record, hull)
+                rate[6 + c] -= NUDGE
+            H[12 + c] = (there - here) / NUDGE
+    first, last = reach(m, record, hull)
     for c in range(first, last):
         x[c] += NUDGE
         H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
         x[c] = s[c]
-    if record.kind[m] >= ACCEL:
-        for c in range(6):
-            d[c] += NUDGE
-            H[12 + c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
-            d[c] = s[12 + c]
     return here
 
 

@@ -73,12 +73,24 @@ def wound(x, d, t, late, steps, drive, i, hull, k, y):
 
 
 @lean
+def lateness(m, record, hull):
+    """How much later [s] than at the nominal delay the state is that measurement m tells of; earlier where negative."""
+    p, s = hull.p, HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
+    return p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]
+
+
+@lean
+def told(m, x, rate, record, hull):
+    """What measurement m reads in the state x where that changes at `rate`, both (18,)."""
+    kind, sensor, column = record.kind[m], record.sensor[m], record.column[m]
+    return read(kind, sensor, column, x, rate, hull.p, hull.counts, record.wall, record.bearing)
+
+
+@lean
 def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     """Prediction of measurement m in the state x under disturbances d; i is the step that comes next."""
-    p, x0, rate, k, y = hull.p, scratch[0], scratch[1], scratch[2:7], scratch[7]
-    s = HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
-    late = p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]
-    here = x
+    x0, rate, k, y = scratch[0], scratch[1], scratch[2:7], scratch[7]
+    late, here = lateness(m, record, hull), x
     if abs(late) > TOUCH_S:
         for a in range(18):
             x0[a] = x[a]
@@ -90,9 +102,7 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
             ended, begins = drive.thrust[before, a] + drive.swing[before, a], drive.thrust[j, a] - drive.swing[j, a]
             thrust[a] = 0.5 * (ended + begins)
         rates(t, here, thrust, drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
-    return read(
-        record.kind[m], record.sensor[m], record.column[m], here, rate, p, hull.counts, record.wall, record.bearing
-    )
+    return told(m, here, rate, record, hull)
 
 
 @lean

@@ -138,7 +138,8 @@ class Path:
         root = np.sqrt(self.f.variance)
         z = self.innovation / root
         slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # of the bent residuals
-        return found * (slope / root)[:, None]
+        found *= (slope / root)[:, None]
+        return found
 
 
 def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDArray[np.bool_]]:

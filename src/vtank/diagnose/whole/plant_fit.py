@@ -83,7 +83,7 @@ def likeliest_flow(model: Model, found: Sequence[Filtered], did: Usual, flow: Fl
         pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in along.T]
         parts.append(path.follow([(push, np.zeros(path.run.time_s.size)) for push in pushes]))
     columns = np.concatenate(parts)
-    gram = base.gram(np.column_stack([base.e, columns]))
+    gram = base.gram([np.column_stack([base.e, columns])])
     shares = likeliest(gram[1:, 1:], gram[1:, 0])
     sizes = flow.sizes.copy()
     sizes[asked] += shares.reshape(asked.size, -1) * did.force[asked, None]

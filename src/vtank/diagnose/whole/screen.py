@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,18 +34,26 @@ class Base:
     """A fitted model's innovations e, (M,), and the derivative J, (M, U), that others are projected off.
 
     paths: along which changes are followed. whitened: J such that J'J and the priors together are one: what the model's
-    own unknowns take up of a column c is whitened (whitened' c).
+    own unknowns take up of a column c is whitened (whitened' c). given: whitened' e.
     """
 
     paths: list[Path]
     e: Array
     J: Array
     whitened: Array
+    given: Array
 
-    def gram(self, columns: Array) -> Array:
-        """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors."""
-        taken = self.whitened.T @ columns
-        return np.asarray(columns.T @ columns - taken.T @ taken)
+    def gram(self, columns: Iterable[Array]) -> Array:
+        """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors.
+
+        columns: (M, L), in pieces one after the other, such as those of each run, none of which is kept.
+        """
+        inner, taken, first = np.zeros(()), np.zeros(()), 0
+        for piece in columns:
+            last = first + len(piece)
+            inner, taken = inner + piece.T @ piece, taken + self.whitened[first:last].T @ piece
+            first = last
+        return np.asarray(inner - taken.T @ taken)
 
 
 def based(model: Model, found: Sequence[Filtered]) -> Base:
@@ -54,7 +62,8 @@ def based(model: Model, found: Sequence[Filtered]) -> Base:
     e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
     A = J * np.array([u.scale for u in model.unknowns])
     R = np.asarray(np.linalg.qr(np.vstack([A, np.eye(A.shape[1])]), mode="r"))  # R'R = 1 + A'A, whatever its condition
-    return Base(paths, e, J, np.ascontiguousarray(np.linalg.solve(R.T, A.T).T))
+    whitened = np.ascontiguousarray(np.linalg.solve(R.T, A.T).T)
+    return Base(paths, e, J, whitened, whitened.T @ e)
 
 
 def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
@@ -72,10 +81,13 @@ def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Plac
     best: dict[str, Promise] = {}
     for first in range(0, len(trials), TOGETHER):
         some = trials[first : first + TOGETHER]
-        e = base.e[:, None] + model.fit.answers(base.paths, [v for *_, sides in some for v in sides])
+        answers = model.fit.answers(base.paths, [v for *_, sides in some for v in sides])
+        with np.errstate(over="ignore", invalid="ignore"):  # what ran away is left out below
+            adapted = base.whitened.T @ answers
         place = 0
         for placed, begin, steps, sides in some:
-            promise = _promise(placed, begin, steps, e[:, place : place + len(sides)], base)
+            mine = slice(place, place + len(sides))
+            promise = _promise(placed, begin, steps, answers[:, mine], adapted[:, mine], base)
             place += len(sides)
             if promise is not None and (placed.name not in best or promise.gain > best[placed.name].gain):
                 best[placed.name] = promise
@@ -103,17 +115,26 @@ def _sides(p: Array, layout: Layout, placed: Placed, begin: Sequence[float]) -> 
     return steps, sides
 
 
-def _promise(placed: Placed, begin: tuple[float, ...], steps: list[float], sides: Array, base: Base) -> Promise | None:
-    """Gain of log evidence, linear about the start, own unknowns readapted, each number within its prior."""
+def _promise(
+    placed: Placed, begin: tuple[float, ...], steps: list[float], answers: Array, adapted: Array, base: Base
+) -> Promise | None:
+    """Gain of log evidence, linear about the start, own unknowns readapted, each number within its prior.
+
+    answers: changes of the innovations at the start, and at a step of each number from there; adapted: whitened' of
+    them.
+    """
     free = [(number, b) for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
-    columns = np.column_stack([base.e, sides[:, 0], (sides[:, 1:] - sides[:, :1]) / np.array(steps)])
-    changed = columns[:, 1:] - columns[:, :1] * ([1.0] + [0.0] * len(free))
-    if not np.all(np.abs(columns) < RUNS_AWAY) or not np.any(changed):
+    if not np.all(np.abs(answers) < RUNS_AWAY) or not np.any(answers):
         return None
+
+    def sided(none: Array, sides: Array) -> Array:
+        return np.column_stack([none, none + sides[:, 0], (sides[:, 1:] - sides[:, :1]) / np.array(steps)])
+
+    columns, less = sided(base.e, answers), sided(base.given, adapted)
+    gram = columns.T @ columns - less.T @ less
     scale = np.array([number.scale for number, _ in free])
     start = np.array([b for _, b in free])
     low, high = np.array([n.low for n, _ in free]), np.array([n.high for n, _ in free])
-    gram = base.gram(columns)
     before, at_start, pull, H = gram[0, 0], gram[1, 1], gram[2:, 1], gram[2:, 2:]
     move = -np.linalg.solve(H + np.diag(scale**-2.0), pull + start * scale**-2.0) if free else start
     end = np.clip(start + move, low, high)

@@ -235,9 +235,9 @@ def _near(ranked: Sequence[Promise]) -> Sequence[Promise]:
 
 
 def _hopeless(promise: Promise, fitted: Sequence[Model], model: Model) -> bool:
-    """Whether others have gained so much more than this promises that its fit would not bring it to the front."""
+    """Whether its fit would not bring it to the front: it promises nothing, or others gained so much more."""
     gains = sorted(other.log_evidence - model.log_evidence for other in fitted)
-    return len(fitted) >= ALWAYS and promise.gain < HOPELESS * gains[-1] - NEAR
+    return len(fitted) >= ALWAYS and promise.gain < max(HOPELESS * gains[-1] - NEAR, 0.0)
 
 
 def _judged(
@@ -267,12 +267,12 @@ def _judged(
     parents = smaller or [refitted]
     for parent in parents:
         base = based(parent, found)
-        gained: list[Model] = []
+        beside = [model for model in (best, *lesser) if set(parent.names) < set(model.names)]
         for promise in _near(_promising(parent, base, layout, strong)):
-            if _hopeless(promise, gained, parent):
+            if _hopeless(promise, beside, parent):
                 continue
-            gained.append(extended(parent, base, layout, promise.placed, promise.begin, found))
-            model = gained[-1]
+            model = extended(parent, base, layout, promise.placed, promise.begin, found)
+            beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}

@@ -27,11 +27,12 @@ from .screen import Base, based
 
 Array = NDArray[np.float64]
 Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
-Answer = Callable[[Path, int, list[Array]], Array]  # of a run, its number and the columns of all groups for it
+Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 WINDOWS = 12  # of a recording, for what acts for a while
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
+PIECE = 4096  # measurements whose columns are put side by side at a time; a choice
 QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
 
 
@@ -157,13 +158,15 @@ def _thruster(base: Base, k: int) -> Block:
 def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push: Array) -> Block:
     """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
 
-    def answer(path: Path, n: int, columns: list[Array]) -> Array:
+    def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         still = np.zeros(path.run.time_s.size)
 
         def follow(block: Array) -> Array:
+            if not block.any():  # what acts for a while in another run
+                return np.zeros((path.run.time_s.size, block.shape[1]))
             return path.follow([(np.outer(g, push), still) for g in block.T])
 
-        return np.hstack(share([partial(follow, block) for block in columns]))
+        return share([partial(follow, block) for block in columns])
 
     return _block(base, place, channel, groups, answer)
 
@@ -187,7 +190,7 @@ def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
     times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
     groups = list(_groups(variables, pairs, times))
 
-    def answer(path: Path, n: int, columns: list[Array]) -> Array:
+    def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         still = np.zeros((path.run.steps.now.size, 6))
 
         def follow(block: Array) -> Array:
@@ -195,7 +198,7 @@ def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
             shifts[mine[n]] = unit * block
             return path.follow([(still, shift) for shift in shifts.T])
 
-        return np.hstack(share([partial(follow, block) for block in columns]))
+        return share([partial(follow, block) for block in columns])
 
     return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
 
@@ -222,14 +225,22 @@ def _groups(
 
 def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer: Answer) -> Block:
     """The block of groups, whose columns change the innovations as `answer` says."""
-    parts, columns, first = [], [base.e[:, None]], 1
-    answers = [answer(path, n, [values[n] for _, values in groups]) for n, path in enumerate(base.paths)]
-    for _, values in groups:
-        parts.append(slice(first, first + values[0].shape[1]))
-        first = parts[-1].stop
-    followed = np.concatenate(answers)
-    columns.append(np.where(np.all(np.abs(followed) < RUNS_AWAY, axis=0), followed, 0.0))
-    gain, chosen, c = pursue(base.gram(np.hstack(columns)), parts)
+    sizes = [values[0].shape[1] for _, values in groups]
+    ends = np.cumsum([1, *sizes])
+    parts = [slice(int(end) - size, int(end)) for size, end in zip(sizes, ends[1:], strict=True)]
+    rows = np.cumsum([0, *(path.run.time_s.size for path in base.paths)])
+
+    def columns() -> Iterator[Array]:
+        for n, path in enumerate(base.paths):
+            each = [base.e[rows[n] : rows[n + 1], None], *answer(path, n, [v[n] for _, v in groups])]
+            for first in range(0, path.run.time_s.size, PIECE):
+                yield np.hstack([some[first : first + PIECE] for some in each])
+
+    with np.errstate(over="ignore", invalid="ignore"):
+        gram = base.gram(columns())
+    lost = ~(np.abs(np.diag(gram)) < RUNS_AWAY**2)
+    gram[lost], gram[:, lost] = 0.0, 0.0
+    gain, chosen, c = pursue(gram, parts)
     told = [np.hstack([values[n] for _, values in groups]) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
     return Block(place, channel, gain, tuple(groups[n][0] for n in chosen), size)
