@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -14,26 +14,41 @@ from ..errors import InputError
 from .kalman import Way, again, kalman
 from .kernels import SIZE
 from .recorded import Recorded
+from .tint import FAR, Tint, tint_of
 
 Array = NDArray[np.float64]
-FAR = 4.0  # deviations beyond which a measurement counts less and less; a choice
 THREADS = 2  # that share simulations out; each is computed alike on any number
 
 
 @dataclass(frozen=True)
 class Noise:
-    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s]."""
+    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s].
+
+    slow, slow_s: deviation [its unit] and memory [s] of the slow error of each column, (C,); none by default.
+    """
 
     variance: Array
     sigma: Array
     memory_s: float = 2.0
+    slow: Array = field(default_factory=lambda: np.zeros(1))
+    slow_s: Array = field(default_factory=lambda: np.ones(1))
+
+    @property
+    def even(self) -> Noise:
+        """Without slow errors."""
+        return replace(self, slow=np.zeros_like(self.variance), slow_s=np.ones_like(self.variance))
+
+    @property
+    def errors(self) -> Array:
+        """Variance of all errors of each column, (C,) [its unit squared]."""
+        return np.asarray(self.variance + self.slow**2)
 
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
     """Of one run at parameters p: innovations, variances, gains, and the variance that the state explains.
 
-    Shapes (M,) and, of the gains, (M, 18); way: the filter's path, linearised.
+    Shapes (M,) and, of the gains, (M, 18); way: the filter's path, linearised; tint: the slow errors of instruments.
     """
 
     p: Array
@@ -42,6 +57,25 @@ class Filtered:
     gain: Array
     explained: Array
     way: Way
+    tint: Tint
+
+    @property
+    def root(self) -> Array:
+        """Deviation of the innovations once slow errors are out of them, (M,)."""
+        return np.asarray(np.sqrt(self.tint.variance))
+
+    @property
+    def z(self) -> Array:
+        """Innovations without slow errors, over their deviations, (M,)."""
+        return np.asarray(self.tint.without(self.innovation) / self.root)
+
+    def tinted(self, run: Recorded, noise: Noise) -> Filtered:
+        """At the slow errors of another noise that is the same but for them."""
+        return replace(self, tint=_tint(run, self.innovation, self.variance, noise))
+
+
+def _tint(run: Recorded, innovation: Array, variance: Array, noise: Noise) -> Tint:
+    return tint_of(run.column, run.time_s, innovation, variance, noise.slow, noise.slow_s)
 
 
 def bent(z: Array) -> Array:
@@ -78,7 +112,7 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     if not np.isfinite(innovation).all():
         lost = run.time_s[~np.isfinite(innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
-    return Filtered(p, innovation, variance, gain, explained, way)
+    return Filtered(p, innovation, variance, gain, explained, way, _tint(run, innovation, variance, noise))
 
 
 def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way, Array]:
@@ -98,4 +132,4 @@ def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> Fil
         f.way, run.steps, run.spread, noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, memory_s,
         f.gain, f.innovation, out, variance, gain, explained,
     )  # fmt: skip
-    return Filtered(f.p, out, variance, gain, explained, f.way)
+    return Filtered(f.p, out, variance, gain, explained, f.way, _tint(run, out, variance, noise))

@@ -71,16 +71,21 @@ def begun(fit: Fit, p: Array) -> Fit:
     def likelier(run: Recorded) -> Recorded:
         if (drifting := run.drifting) is None:
             return run
-        level = [log_likelihood(f.innovation, f.variance) for f in replace(fit, runs=(run, drifting)).filter(p)]
-        return drifting if level[1] > level[0] else run
+        calm, adrift = map(log_likelihood, replace(fit, runs=(run, drifting)).filter(p))
+        return drifting if adrift > calm else run
 
     return replace(fit, runs=tuple(map(likelier, fit.runs)))
 
 
-def log_likelihood(innovation: Array, variance: Array) -> float:
+def log_likelihood(f: Filtered) -> float:
     """Of innovations, far ones by Huber's measure."""
-    z = bent(innovation / np.sqrt(variance))
-    return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * variance)))
+    z = bent(f.z)
+    return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.tint.variance)))
+
+
+def level(found: Sequence[Filtered]) -> float:
+    """Log-likelihood but for the squares of the innovations."""
+    return -0.5 * sum(float(np.sum(np.log(f.tint.variance))) for f in found)
 
 
 def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
@@ -91,9 +96,10 @@ def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:
-    """Innovations over their deviations, bent where they are far; what ran away is held."""
-    e = np.nan_to_num(innovation / np.sqrt(f.variance), nan=RUNAWAY, posinf=RUNAWAY, neginf=-RUNAWAY)
-    return bent(np.clip(e, -RUNAWAY, RUNAWAY))
+    """Innovations without slow errors over their deviations, bent where they are far; what ran away is held."""
+    most = RUNAWAY * np.sqrt(f.variance)
+    e = np.clip(np.nan_to_num(innovation, nan=np.inf), -most, most)
+    return bent(np.clip(f.tint.without(e) / f.root, -RUNAWAY, RUNAWAY))
 
 
 def innovations(

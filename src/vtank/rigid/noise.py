@@ -7,16 +7,17 @@ that tells enough of them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import FAR, Filtered, Noise, refiltered, share
+from .filtered import Filtered, Noise, refiltered, share
 from .fit import Fit, log_likelihood
 from .recorded import Recorded, scatter
+from .tint import FAR, likelihoods
 
 Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
@@ -26,6 +27,9 @@ FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 4  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
+SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # slow errors of an instrument, as a variance over its white error; a choice
+SLOW_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
+SURELY = 4.6  # log-likelihood from which an instrument has a slow error: odds of a hundred
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
 
@@ -37,7 +41,7 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
         for c in range(len(columns))
     ]
     variance = np.maximum(np.array(found) ** 2, _rounding(runs))
-    return Noise(variance, np.where(runs[0].moves, FIRST_SIGMA, 0.0))
+    return Noise(variance, np.where(runs[0].moves, FIRST_SIGMA, 0.0)).even
 
 
 def _rounding(runs: Sequence[Recorded]) -> Array:
@@ -62,29 +66,37 @@ def settle(
     the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
     which none is believed whatever the innovations are.
     """
-    noise, runs, first = fit.noise, cut(fit.runs, enough), True
-    least = np.maximum(least, KEPT * _rounding(fit.runs))
+    runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
+    begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
     for factor in FACTORS:
         for _ in range(ROUNDS):
-            about = replace(fit, runs=runs, noise=noise).filter(p)
-            trials = partial(_tried, runs, about, noise.memory_s)
-            best = start = trials([noise])[0]
-            if first:
-                best, first = max((best, _all_white(runs, trials, noise)), key=_likelihood), False
-            for axis in np.flatnonzero(noise.sigma > 0.0):
-                for _ in range(FURTHEST):
-                    before = best.likelihood
-                    best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
-                    if best.likelihood - before < PROMISE:
-                        break
-            best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
-            floor = np.minimum(floor, _fastest(runs, best))
-            whiter = replace(best.noise, variance=np.maximum(_white(runs, best), np.maximum(KEPT * floor, least)))
-            best = max((best, *trials([whiter])), key=_likelihood)
-            noise = best.noise
-            if best.likelihood - start.likelihood < PROMISE:
+            rounds = [_round(replace(fit, runs=runs, noise=noise), p, floor, least, factor) for noise in begins]
+            before, best = max(rounds, key=lambda pair: pair[1].likelihood)
+            floor, begins = np.minimum(floor, _fastest(runs, best)), [best.noise]
+            if best.likelihood - before < PROMISE:
                 break
-    return noise, replace(fit, noise=noise).filter(p)
+    return best.noise, replace(fit, noise=best.noise).filter(p)
+
+
+def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float) -> tuple[float, Tried]:
+    """Each part of a noise once about the filter at it: the likelihood before, and the likeliest noise.
+
+    factor: by which sizes are tried larger and smaller. floor, least: as of `settle`.
+    """
+    runs, noise = fit.runs, fit.noise
+    trials = partial(_tried, runs, fit.filter(p), noise.memory_s)
+    best = start = trials([noise])[0]
+    for axis in np.flatnonzero(noise.sigma > 0.0):
+        for _ in range(FURTHEST):
+            before = best.likelihood
+            best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
+            if best.likelihood - before < PROMISE:
+                break
+    best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
+    enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, best)), least)
+    best = max((best, *trials([replace(best.noise, variance=np.maximum(_white(runs, best), enough))])), key=_likelihood)
+    best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
+    return start.likelihood, best
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,20 +108,20 @@ class Tried:
     found: list[Filtered]
 
 
-def _all_white(runs: Sequence[Recorded], trials: Callable[[Sequence[Noise]], list[Tried]], noise: Noise) -> Tried:
+def _all_white(fit: Fit, p: Array) -> Noise:
     """All that a still water leaves taken for white errors: where the search may begin as well.
 
     Known motion brings its own noise into an accelerometer, which from below looks like a disturbance.
     """
-    still = replace(noise, sigma=np.where(noise.sigma > 0.0, LEAST_SIGMA, 0.0))
-    (alone,) = trials([still])
-    column = np.concatenate([run.column for run in runs])
-    e = np.concatenate([f.innovation for f in alone.found])
-    variance = noise.variance.copy()
+    still = replace(fit.noise, sigma=np.where(fit.noise.sigma > 0.0, LEAST_SIGMA, 0.0)).even
+    found = replace(fit, noise=still).filter(p)
+    column = np.concatenate([run.column for run in fit.runs])
+    e = np.concatenate([f.innovation for f in found])
+    variance = still.variance.copy()
     for c in range(variance.size):
         if (column == c).any():
             variance[c] = max(variance[c], float(np.mean(e[column == c] ** 2)))
-    return trials([replace(still, variance=variance)])[0]
+    return replace(still, variance=variance)
 
 
 def _likelihood(tried: Tried) -> float:
@@ -123,7 +135,7 @@ def _tried(
 
     def one(noise: Noise) -> Tried:
         found = [refiltered(run, f, memory_s, noise) for run, f in zip(runs, about, strict=True)]
-        return Tried(noise, sum(log_likelihood(f.innovation, f.variance) for f in found), found)
+        return Tried(noise, sum(map(log_likelihood, found)), found)
 
     return share([partial(one, noise) for noise in trials])
 
@@ -179,5 +191,24 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     for c in range(variance.size):
         mine = keep & (column == c)
         if mine.any():
-            variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine]))
+            variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine])) - tried.noise.slow[c] ** 2
     return variance
+
+
+def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:
+    """The noise with the slow error of each column that is likeliest in its innovations, where that is beyond doubt."""
+    slow, slow_s = np.zeros(tried.noise.variance.size), np.ones(tried.noise.variance.size)
+    shares, memories = (grid.ravel() for grid in np.meshgrid(SLOW, SLOW_S))
+    for c, white in enumerate(tried.noise.variance):
+        each = [(run.time_s, f.innovation, f.variance, run.column == c)
+                for run, f in zip(runs, tried.found, strict=True) if (run.column == c).any()]  # fmt: skip
+        if not each:
+            continue
+        time_s, e, variance = (np.concatenate([part[i][part[-1]] for part in each]) for i in range(3))
+        first = np.concatenate([np.arange(part[-1].sum()) == 0 for part in each])
+        sizes, gains = np.sqrt(shares * white), np.empty(shares.size)
+        likelihoods(time_s, e, variance, first, sizes, memories, gains)
+        best = int(np.argmax(gains))
+        if gains[best] > SURELY:
+            slow[c], slow_s[c] = sizes[best], memories[best]
+    return replace(tried.noise, slow=slow, slow_s=slow_s)

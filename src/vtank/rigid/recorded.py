@@ -327,8 +327,11 @@ def _bins(runs: Sequence[Run], columns: Sequence[str], stamps: Sequence[Array]) 
 
 
 def _bin_s(time: Array, value: Array, stamps: Array) -> float:
-    """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s]."""
-    bin_s, least = BIN_S, scatter(value)
+    """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s].
+
+    And no longer than inputs are held, lest an average hold noise that a pilot has answered meanwhile.
+    """
+    bin_s, least = min(BIN_S, _interval_s(stamps)), scatter(value)
     while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s, stamps)[1]) > least:
         bin_s *= 0.5
     return bin_s

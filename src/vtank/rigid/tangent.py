@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from .filtered import FAR, Filtered, bent, followed, share
+from .filtered import Filtered, bent, followed, share
 from .kernels import SIZE, seen
 from .layout import COLUMN, SENSOR, WAKE
 from .motion import rates
 from .recorded import Recorded
+from .tint import FAR
 
 Array = NDArray[np.float64]
 WIDE = 24  # changes that are followed at a time; a choice
@@ -135,8 +136,8 @@ class Path:
         found = np.empty((self.run.time_s.size, len(causes)))
         push, shift = (np.stack([cause[n] for cause in causes], axis=-1) for n in (0, 1))
         tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift, found)
-        root = np.sqrt(self.f.variance)
-        z = self.innovation / root
+        found, root = self.f.tint.without(found), self.f.root
+        z = self.f.tint.without(self.innovation) / root
         slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # of the bent residuals
         found *= (slope / root)[:, None]
         return found

@@ -82,7 +82,7 @@ def ladder(selection: Selection) -> list[tuple[str, str, Model]]:
 
 def budget(selection: Selection) -> Budget:
     """The budget; simulations of every model of the ladder."""
-    steps, noise = ladder(selection), selection.best.fit.noise.variance
+    steps, noise = ladder(selection), selection.best.fit.noise.errors
     spikes = spikes_of(selection.best)  # of the instruments themselves: they are the same whatever the model
     errors = share([partial(_squares, model, spikes) for _, _, model in steps])  # each (stretches, C), and counts
     count = errors[0][1]

@@ -125,7 +125,8 @@ def _foreseen(
     layout: Layout, run: Recorded, own: Sequence[Unknown], hypotheses: Sequence[Hypothesis], noise: Noise | None
 ) -> Foreseen:
     white = first_noise((run,))
-    level = replace(noise, variance=white.variance) if noise else replace(white, sigma=np.where(run.moves, STILL, 0.0))
+    still = replace(white, sigma=np.where(run.moves, STILL, 0.0))
+    level = replace(noise, variance=white.variance).even if noise else still
     fit, p = Fit((run,), level), layout.null
     steps, vectors = [unknown.step for unknown in own], [_moved(p, u.slots, u.step) for u in own]
     at, sides = [], []

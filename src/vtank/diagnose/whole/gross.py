@@ -35,7 +35,7 @@ def mistaken(layout: Layout, runs: Sequence[Recorded], noise: Noise, candidates:
         p = blank(fit, layout, (placed,) if placed else (), ()).vector()
         there = replace(fit, runs=tuple(run.ordered(p) for run in fit.runs))
         try:
-            found = sum(log_likelihood(f.innovation, f.variance) for f in there.filter(p))
+            found = sum(map(log_likelihood, there.filter(p)))
         except InputError:
             return -np.inf
         return found if np.isfinite(found) else -np.inf

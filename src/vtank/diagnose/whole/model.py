@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered
-from ...rigid.fit import Fit
+from ...rigid.fit import Fit, level
 from ...rigid.known import channel
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
@@ -295,7 +295,21 @@ def refit(
     inside = (theta > low) & (theta < high)
     whitened = np.eye(theta.size) + (J * scale).T @ (J * scale)
     occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
-    return replace(model, theta=theta, cost=cost, information=H, log_evidence=-cost - occam + _bounded(unknowns))
+    evidence = level(found) - cost - occam + _bounded(unknowns)
+    return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
+
+
+def even(model: Model, found: Sequence[Filtered]) -> list[tuple[Model, list[Filtered], float]]:
+    """The refit as if no instrument had slow errors, which may stand for what a model lacks; nothing where none has.
+
+    With the innovations that go with it, and what it gains in log evidence on the model as it is.
+    """
+    if not model.fit.noise.slow.any():
+        return []
+    noise = model.fit.noise.even
+    there = [f.tinted(run, noise) for run, f in zip(model.fit.runs, found, strict=True)]
+    other = refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta)
+    return [(other, there, other.log_evidence - refit(model, found, model.theta, steps=0).log_evidence)]
 
 
 def _bounded(unknowns: Sequence[Unknown]) -> float:

@@ -18,7 +18,7 @@ from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from .echoes import Echoes, heard
 from .gross import mistaken
-from .model import VISIBLE, Model, Unknown, blank, own_unknowns, refit, trusted
+from .model import VISIBLE, Model, Unknown, blank, even, own_unknowns, refit, trusted
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .screen import Base, Promise, based, promises
 from .unnamed import Block, at_place, unnamed
@@ -93,15 +93,16 @@ def select(
         mine = list(best.unknowns[: len(own)])
         own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
         say(f"score tests of {len(candidates)} effects at their places")
-        begins = [(model, based(model, found)) for model in (best, *_as_the_file_has_it(best, found, own))]
-        ranked, where = _from_all(begins, layout, candidates)
+        begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
+        begins += [(model, there) for model, there, _ in even(best, found)]
+        starts = [(model, based(model, there), there) for model, there in begins]
+        ranked, where = _from_all(starts, layout, candidates)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
         fitted: list[Model] = []
         for promise in _near(ranked):
             if not _hopeless(promise, fitted, best):
                 say(f"fitting {promise.placed.name}")
-                model, base = begins[where[promise.placed.name]]
-                fitted.append(extended(model, base, layout, promise.placed, promise.begin, found))
+                fitted.append(extended(*starts[where[promise.placed.name]], layout, promise.placed, promise.begin))
         fitted.sort(key=lambda m: -m.log_evidence)
         form = _form(best, found, sizes) if best.effects else 0.0
         if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
@@ -109,11 +110,6 @@ def select(
         best, found = trusting(*settled(fitted[0], floor), own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
     return _judged(best, found, own, candidates, strong=strong, sizes=sizes, less=less, echoes=echoes, say=say)
-
-
-def _level(found: Sequence[Filtered]) -> float:
-    """Log-likelihood but for the squares of the innovations."""
-    return -0.5 * sum(float(np.sum(np.log(f.variance))) for f in found)
 
 
 def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
@@ -134,7 +130,7 @@ def _begin(
             why = str(error)
     if not begins:
         raise InputError(why)
-    return max(begins, key=lambda pair: pair[0].log_evidence + _level(pair[1]))
+    return max(begins, key=lambda pair: pair[0].log_evidence)
 
 
 def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
@@ -156,7 +152,7 @@ def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tup
 
 
 def extended(
-    model: Model, base: Base, layout: Layout, placed: Placed, begin: Sequence[float], found: Sequence[Filtered]
+    model: Model, base: Base, found: Sequence[Filtered], layout: Layout, placed: Placed, begin: Sequence[float]
 ) -> Model:
     """The model with one more effect, fitted from where its score test says, or nearer where it runs away there."""
     own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
@@ -213,11 +209,11 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
 
 
 def _from_all(
-    begins: Sequence[tuple[Model, Base]], layout: Layout, candidates: Sequence[Placed]
+    begins: Sequence[tuple[Model, Base, list[Filtered]]], layout: Layout, candidates: Sequence[Placed]
 ) -> tuple[list[Promise], dict[str, int]]:
     """Promises of all candidates over the first model, the most promising first, and from which model each is."""
     best, where = dict[str, Promise](), dict[str, int]()
-    for n, (model, base) in enumerate(begins):
+    for n, (model, base, _) in enumerate(begins):
         behind = model.log_evidence - begins[0][0].log_evidence
         for promise in _promising(model, base, layout, candidates):
             name = promise.placed.name
@@ -271,7 +267,7 @@ def _judged(
         for promise in _near(_promising(parent, base, layout, strong)):
             if _hopeless(promise, beside, parent):
                 continue
-            model = extended(parent, base, layout, promise.placed, promise.begin, found)
+            model = extended(parent, base, found, layout, promise.placed, promise.begin)
             beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
@@ -301,7 +297,6 @@ def _judged(
     if best.effects:
         there = refitted.fit.filter(refitted.vector())
         ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
-        ground = replace(ground, log_evidence=ground.log_evidence + _level(there) - _level(found))
         alone = free_form(ground, there)
         left = max((block.gain for block in blocks if block.size > VISIBLE), default=-np.inf)
         mimicry = weights[_key(best)] + imitated(left, best, refitted)

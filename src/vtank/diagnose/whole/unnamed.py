@@ -21,7 +21,7 @@ from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
-from .model import RUNS_AWAY, VISIBLE, Model
+from .model import RUNS_AWAY, VISIBLE, Model, even
 from .pursuit import pursue
 from .screen import Base, based
 
@@ -58,19 +58,29 @@ class Block:
 def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
     """A block for every axis that is asked about, every thruster and the least white columns, the strongest first.
 
-    A disturbance follows a force that nobody has named; beside a free-form force that does as well it can be smaller.
+    A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
+    free-form part that does as well they can be smaller, or none.
     """
+    blocks = _blocks(model, found, base, sizes)
+    for other, there, ahead in even(model, found):
+        also = [replace(b, gain=b.gain + ahead) for b in _blocks(other, there, based(other, there), sizes)]
+        blocks = [max(pair, key=lambda block: block.gain) for pair in zip(blocks, also, strict=True)]
+    return sorted(blocks, key=lambda block: -block.gain)
+
+
+def _blocks(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
+    """As `unnamed`, at one noise: of axes, thrusters and columns."""
     runs = model.fit.runs
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
     blocks = [_axis(model, base, sizes, axis) for axis in asked]
     blocks += [_thruster(base, k) for k in range(len(runs[0].layout.pushes))]
     blocks += [_column(base, found, c) for c in _suspects(runs, found)]
-    blocks.sort(key=lambda block: -block.gain)
+    strongest = max(blocks, key=lambda block: block.gain).place
     disturbed = sorted(asked, key=lambda i: -_disturbance(model, sizes)[i])[:1]
-    for axis in dict.fromkeys([*disturbed, *(AXES.index(b.place) for b in blocks[:1] if b.place in AXES)]):
-        at = next(n for n, block in enumerate(blocks) if block.place == AXES[axis])
+    for axis in dict.fromkeys([*disturbed, *(i for i in asked if AXES[i] == strongest)]):
+        at = asked.index(axis)
         blocks[at] = _quieter(model, found, sizes, axis, blocks[at])
-    return sorted(blocks, key=lambda block: -block.gain)
+    return blocks
 
 
 def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, place: str) -> list[Block]:
@@ -113,7 +123,7 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
 
 
 def _level(found: Sequence[Filtered]) -> float:
-    return sum(log_likelihood(f.innovation, f.variance) for f in found)
+    return sum(map(log_likelihood, found))
 
 
 def _total(pair: tuple[float, Block]) -> float:
