@@ -120,18 +120,3 @@ def test_a_slow_error_does_not_hide_what_a_heading_misreads():
     bent = replace(run, columns={**run.columns, "ahrs.heading_rad": heading + 0.05 * np.sin(heading)})
     found = vt.diagnose([bent], nominal=FEW, effects=["gyro_bias", "linear_drag"])
     assert found.verdict.kind == "unknown" and found.verdict.places == ("ahrs",)
-
-
-def test_no_average_is_longer_than_inputs_are_held():
-    run = flown(10.0, 8)
-    often = np.round(np.arange(0.0, 10.0, 0.04), 6)
-    at = np.searchsorted(run.time_s, often)
-    columns = dict(run.columns)
-    for push in record([run], FEW)[0].pushes:
-        value = np.full(run.time_s.size, np.nan)
-        value[at] = 0.1 * np.sin(often + len(push.name)) + 1e-3 * np.cos(40.0 * often)
-        columns[push.column] = value
-    _, (seen,), _ = record([replace(run, columns=columns)], FEW)
-    layout = seen.layout
-    mine = seen.column == layout.columns.index("imu.accel_x_m_s2")
-    assert np.median(np.diff(seen.time_s[mine])) == pytest.approx(0.04, abs=0.005)

@@ -84,6 +84,22 @@ def test_a_pilot_who_answers_noise_does_not_foresee_it():
     assert abs(z[1:] @ turned) < 3.5 * np.sqrt(turned @ turned) and np.std(turned) > 0.02
 
 
+@pytest.mark.parametrize("gain", [0.0, 2.0])
+def test_noise_that_a_quick_pilot_answers_is_not_averaged_with_the_answer(gain: float):
+    """A gyro at 50 Hz, a loop as fast: each sample by itself; steered at 50 Hz by the clock alone: five together."""
+
+    def steadied(time_s: float, readings):
+        rate = readings.get("imu.pitch_rate_rad_s", 0.0)
+        plane = np.clip(gain * rate + 0.1 * np.sin(0.7 * time_s), -0.2, 0.2)
+        return {"propeller_rev_s": 12.0, "plane_rad": float(plane)}
+
+    run = fly_vehicle(REMUS, steadied, 20.0, 1, depth_m=50.0, period_s=0.02)
+    layout, (seen,), _ = record([run], REMUS)
+    gaps = {name: np.median(np.diff(seen.time_s[seen.column == c])) for c, name in enumerate(layout.columns)}
+    assert gaps["imu.pitch_rate_rad_s"] == pytest.approx(0.02 if gain else 0.1, abs=0.002)
+    assert gaps["imu.accel_x_m_s2"] == pytest.approx(0.1, abs=0.002), "nobody answers it"
+
+
 @pytest.mark.slow
 def test_a_grossly_late_instrument_is_found_and_read_in_its_time():
     """0.9 s, far beyond what a motion can be wound back by, on an instrument that is not alone in what it tells."""

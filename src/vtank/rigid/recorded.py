@@ -44,6 +44,7 @@ from .readings import CHANNELS, RANGE
 from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
+Driven = tuple[Array, Array, Array]  # stamps, inputs of thrusters and angles of fins: `_inputs`
 BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
 MOST = 150_000  # measurements of all runs; beyond, they are averaged over longer times, so that memory holds; a choice
 TELLS = {  # channel -> axes whose motion it tells
@@ -54,6 +55,7 @@ TELLS = {  # channel -> axes whose motion it tells
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
+ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
@@ -256,7 +258,7 @@ def record(
                           run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
     inputs = [_inputs(run, layout) for run in runs]
-    bins = _bins(runs, used, [stamps for stamps, _, _ in inputs])
+    bins = _bins(runs, used, inputs)
     if max(bins.values()) > BIN_S:
         notes.append(f"a long recording: samples are averaged over {max(bins.values()):.2g} s")
     seen_runs = (
@@ -285,7 +287,7 @@ def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measure
 
 def _recorded(
     run: Run, layout: Layout, asked: NDArray[np.bool_], known: NDArray[np.bool_], reach: Array, tables: Array,
-    driven: tuple[Array, Array, Array], bins: dict[str, float],
+    driven: Driven, bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
     """One run; driven: of `_inputs`. InputError where it holds nothing that was asked for."""
     stamps, inputs, angles = driven
@@ -315,26 +317,40 @@ def _recorded(
     )  # fmt: skip
 
 
-def _bins(runs: Sequence[Run], columns: Sequence[str], stamps: Sequence[Array]) -> dict[str, float]:
+def _bins(
+    runs: Sequence[Run], columns: Sequence[str], driven: Sequence[tuple[Array, Array, Array]]
+) -> dict[str, float]:
     """Time over which samples of each column are averaged [s]: longer where there are very many of them."""
-    each = {
-        name: [(*_samples(run, name), at) for run, at in zip(runs, stamps, strict=True) if name in run.columns]
-        for name in columns
-    }
-    bins = {name: min(_bin_s(*samples) for samples in each[name]) for name in columns}
-    count = sum(min(time.size, float(np.ptp(time)) / bins[name]) for name in columns for time, _, _ in each[name])
+    bins, count = dict[str, float](), 0.0
+    for name in columns:
+        each = [(*_samples(run, name), told) for run, told in zip(runs, driven, strict=True) if name in run.columns]
+        bins[name] = min(_bin_s(*samples) for samples in each)
+        count += sum(min(time.size, float(np.ptp(time)) / bins[name]) for time, _, _ in each)
     return {name: bin_s * max(1.0, count / MOST) for name, bin_s in bins.items()}
 
 
-def _bin_s(time: Array, value: Array, stamps: Array) -> float:
+def _bin_s(time: Array, value: Array, driven: Driven) -> float:
     """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s].
 
-    And no longer than inputs are held, lest an average hold noise that a pilot has answered meanwhile.
+    And no longer than inputs are held that answer the noise of these samples: an average would hold what a pilot has
+    answered meanwhile.
     """
-    bin_s, least = min(BIN_S, _interval_s(stamps)), scatter(value)
+    stamps, bin_s, least = driven[0], BIN_S, scatter(value)
+    if _interval_s(stamps) < BIN_S and _answered(time, value, driven):
+        bin_s = _interval_s(stamps)
     while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s, stamps)[1]) > least:
         bin_s *= 0.5
     return bin_s
+
+
+def _answered(time: Array, value: Array, driven: Driven) -> bool:
+    """Whether some input steps, at the stamp after a sample, with what is fast in it."""
+    stamps, inputs = driven[0], np.hstack(driven[1:])
+    fast, at = np.diff(value, 2), np.searchsorted(stamps, time[2:] - TICK_S)
+    there = (at > 0) & (at < stamps.size)
+    fast, steps = fast[there], inputs[at[there]] - inputs[at[there] - 1]
+    size = np.sqrt(np.sum(fast**2) * np.sum(steps**2, axis=0)) + 1e-300
+    return bool(np.any(np.abs(fast @ steps) > ANSWERED * size / np.sqrt(max(fast.size, 1))))
 
 
 def _interval_s(time: Array) -> float:
@@ -376,7 +392,7 @@ def _samples(run: Run, name: str) -> tuple[Array, Array]:
     return time, np.unwrap(value) if channel(name) in ATTITUDE else value
 
 
-def _inputs(run: Run, layout: Layout) -> tuple[Array, Array, Array]:
+def _inputs(run: Run, layout: Layout) -> Driven:
     """Stamps at which any input changes, and all inputs and fin angles from there on; what has no column rests."""
     fins = [fin.column for fin in layout.vehicle.fins]
     columns = [push.column for push in layout.pushes] + fins
