@@ -103,13 +103,16 @@ def test_slow_errors_are_found_where_they_are():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("modelled", [True, False])
-def test_an_instrument_that_drifts_is_no_gap(monkeypatch, modelled: bool):
+def test_an_instrument_that_drifts_is_no_gap(monkeypatch, tmp_path, modelled: bool):
     """Taken for white, the slow errors of a simulator's own twin are a cause without a name."""
     if not modelled:
         monkeypatch.setattr(search, "SURELY", np.inf)
     errors = {f"imu__accel_{axis}_m_s2": 0.04 for axis in "xyz"} | {"imu__pitch_rate_rad_s": 0.004}
     found = vt.diagnose([flown(60.0, 6, **errors)], nominal=FEW, effects=["gyro_bias", "linear_drag"])
     assert (found.verdict.kind == "none") == modelled
+    assert bool(found.document["slow_errors"]) == modelled
+    found.report(tmp_path / "gap.html")
+    assert ("Slow errors of instruments" in (tmp_path / "gap.html").read_text()) == modelled
 
 
 @pytest.mark.slow

@@ -101,6 +101,8 @@ class WholeDiagnosis:
             "parameters": _own(selection), "budget": [line.document() for line in self.budget.lines],
             "channels": {name: {"budget": [line.document() for line in lines], "rms": self.budget.rms[name]}
                          for name, lines in self.budget.columns.items()},
+            "slow_errors": {name: {"size": float(size), "memory_s": float(memory)} for name, size, memory
+                            in zip(selection.layout.columns, noise.slow, noise.slow_s, strict=True) if size > 0.0},
             "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)), "memory_s": noise.memory_s,
                             "unit": "m/s2, rad/s2"},
             "unexplained": {"share": self.budget.left,
