@@ -116,7 +116,9 @@ def details(document: Document) -> list[Block]:
         (name, *(number(c["rms"][key], 3) for key in ("nominal", "refit", "diagnosed", "noise")))
         for name, c in document["channels"].items()
     )
-    drifts = tuple((name, number(d["size"], 2), number(d["memory_s"], 2)) for name, d in document["slow_errors"].items())
+    drifts = tuple(
+        (name, number(d["size"], 2), number(d["memory_s"], 2)) for name, d in document["slow_errors"].items()
+    )
     slow = [Table(("column", "size, in its unit", "lasts [s]"), drifts, title="Slow errors of instruments, as noise")]
     return [
         *(likeness.tables(document)[1:] if "against" in document else ()),

@@ -28,6 +28,7 @@ from .screen import Base, based
 Array = NDArray[np.float64]
 Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
 Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
+FORCES = 2  # the strongest, that are sought once more as if no instrument drifted; a choice
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 WINDOWS = 12  # of a recording, for what acts for a while
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
@@ -55,42 +56,43 @@ class Block:
         return self.gain > REPEATS and self.size > VISIBLE
 
 
+Seeker = Callable[[Model, Sequence[Filtered], Base], Block]
+
+
 def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
     """A block for every axis that is asked about, every thruster and the least white columns, the strongest first.
 
     A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
     free-form part that does as well they can be smaller, or none.
     """
-    blocks = _blocks(model, found, base, sizes)
-    for other, there, ahead in even(model, found):
-        also = [replace(b, gain=b.gain + ahead) for b in _blocks(other, there, based(other, there), sizes)]
-        blocks = [max(pair, key=lambda block: block.gain) for pair in zip(blocks, also, strict=True)]
-    return sorted(blocks, key=lambda block: -block.gain)
-
-
-def _blocks(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
-    """As `unnamed`, at one noise: of axes, thrusters and columns."""
     runs = model.fit.runs
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
-    blocks = [_axis(model, base, sizes, axis) for axis in asked]
-    blocks += [_thruster(base, k) for k in range(len(runs[0].layout.pushes))]
-    blocks += [_column(base, found, c) for c in _suspects(runs, found)]
-    strongest = max(blocks, key=lambda block: block.gain).place
-    disturbed = sorted(asked, key=lambda i: -_disturbance(model, sizes)[i])[:1]
-    for axis in dict.fromkeys([*disturbed, *(i for i in asked if AXES[i] == strongest)]):
-        at = asked.index(axis)
-        blocks[at] = _quieter(model, found, sizes, axis, blocks[at])
-    return blocks
+    seekers: list[Seeker] = [partial(_axis, sizes=sizes, axis=axis) for axis in asked]
+    seekers += [partial(_thruster, k=k) for k in range(len(runs[0].layout.pushes))]
+    forces = len(seekers)
+    seekers += [partial(_column, c=c) for c in _suspects(runs, found)]
+    blocks = [seek(model, found, base) for seek in seekers]
+    ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
+    disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
+    for n in dict.fromkeys([disturbed, ranked[0]]):
+        if n < len(asked):
+            blocks[n] = _quieter(model, found, sizes, asked[n], blocks[n])
+    for other, there, ahead in even(model, found):
+        beside = based(other, there)
+        for n in [n for n in ranked if n < forces][:FORCES] + list(range(forces, len(seekers))):
+            also = seekers[n](other, there, beside)
+            blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
+    return sorted(blocks, key=lambda block: -block.gain)
 
 
 def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, place: str) -> list[Block]:
     """Free-form parts at a place: an axis, a thruster, or the columns of an instrument."""
     layout = model.fit.runs[0].layout
     if place in AXES:
-        return [_axis(model, base, sizes, AXES.index(place))]
-    blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
+        return [_axis(model, found, base, sizes, AXES.index(place))]
+    blocks = [_thruster(model, found, base, k) for k, push in enumerate(layout.pushes) if push.name == place]
     columns = [c for c, name in enumerate(layout.columns) if (layout.vehicle.instrument(name) or "recording") == place]
-    return blocks + [_column(base, found, c) for c in columns]
+    return blocks + [_column(model, found, base, c) for c in columns]
 
 
 def _disturbance(model: Model, sizes: Sizes) -> Array:
@@ -115,7 +117,7 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
         if not all(np.all(f.variance > 0.0) and np.isfinite(f.innovation).all() for f in there):
             break  # too quiet for what rounding leaves of a covariance
         quiet = replace(model, fit=replace(model.fit, noise=trial))
-        trials.append((_level(there), _axis(quiet, based(quiet, there), sizes, axis)))
+        trials.append((_level(there), _axis(quiet, there, based(quiet, there), sizes, axis)))
         if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
             break
     level, best = max(trials, key=_total)
@@ -130,7 +132,7 @@ def _total(pair: tuple[float, Block]) -> float:
     return pair[0] + pair[1].gain
 
 
-def _axis(model: Model, base: Base, sizes: Sizes, axis: int) -> Block:
+def _axis(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, axis: int) -> Block:
     """A free-form force along or about an axis."""
     unit = sizes.force[axis] / _inertia(model.fit.runs[0], model.vector())[axis]
     moving = [i for i in range(6) if sizes.speed[i] > 2e-4]
@@ -150,7 +152,7 @@ def _axis(model: Model, base: Base, sizes: Sizes, axis: int) -> Block:
     return _forced(base, AXES[axis], "hydrodynamics", list(_groups(variables, pairs, times)), push)
 
 
-def _thruster(base: Base, k: int) -> Block:
+def _thruster(model: Model, found: Sequence[Filtered], base: Base, k: int) -> Block:
     """A free-form force of a thruster, in the direction in which it pushes."""
     first = base.paths[0]
     gear, name = first.hull.gears[k], first.run.layout.pushes[k].name
@@ -181,7 +183,7 @@ def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push:
     return _block(base, place, channel, groups, answer)
 
 
-def _column(base: Base, found: Sequence[Filtered], c: int) -> Block:
+def _column(model: Model, found: Sequence[Filtered], base: Base, c: int) -> Block:
     """A free-form error of a column: of what it was expected to read, without its own noise, and of the motion."""
     runs = [path.run for path in base.paths]
     column = runs[0].layout.columns[c]
