@@ -56,10 +56,35 @@ def test_a_range_knows_how_the_wall_stands(off: float):
     assert layout.slot("wall_bearing@ping") == HULL + THRUSTER * len(layout.pushes) + SENSOR * sonar + BEARING
     x = np.zeros(18)
     x[0], x[5] = 2.0, off
-    told = read(RANGE, sonar, layout.columns.index("range_m"), x, np.zeros(18), p, layout.counts, seen.wall, off)
+    told = read(
+        RANGE, sonar, layout.columns.index("range_m"), x, np.zeros(18), p, layout.counts, np.zeros(2), seen.wall, off
+    )
     assert told == pytest.approx(8.0 / np.cos(off), abs=1e-9)
     bearing = next(u for u in own_unknowns(layout, seen.asked) if u.name == "wall_bearing@ping")
     assert not bearing.stated
+
+
+@pytest.mark.parametrize("north", [0.0, 4.0])
+def test_runs_that_start_before_one_wall_have_one(north: float):
+    """The first headings differ by their noise; wherever a run starts, its ranges tell of the same wall."""
+    runs = []
+    for heading, first in ((0.02, 0.013), (0.3, 0.31)):
+        columns = {f"{t.column}": np.zeros(40) for t in ROV.thrusters}
+        told = np.full(40, heading)
+        told[0] = first
+        columns |= {"range_m": np.full(40, 10.0 / np.cos(heading)), "heading_rad": told}
+        columns |= {"north_m": np.full(40, north), "east_m": np.zeros(40)}
+        time = 0.1 * np.arange(40)
+        runs.append(replace(fly_vehicle(FEW, multisine(FEW, 4.0, 1), 4.0, 1), columns=columns, time_s=time))
+    layout, seen, _ = record(runs, replace(ROV, sensors=tuple(replace(s, position_m=(0.0,) * 3) for s in ROV.sensors)))
+    assert seen[0].facing == seen[1].facing == 0.013
+    for run, heading in zip(seen, (0.02, 0.3), strict=True):
+        x, p = np.zeros(18), layout.null.copy()
+        x[0], x[5] = north + 2.0, heading
+        p[layout.slot("wall_bearing@ping")] = -0.013  # square to north
+        at = layout.sensors.index("ping"), layout.columns.index("range_m")
+        told = read(RANGE, *at, x, np.zeros(18), p, layout.counts, run.start[:2], run.wall, run.facing)
+        assert told == pytest.approx(8.0 / np.cos(heading), abs=0.15)
 
 
 def test_thrusters_of_a_kind_are_wrong_alike():

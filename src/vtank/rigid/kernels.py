@@ -22,7 +22,7 @@ ROLL, HEADING = ANGLES[0], ANGLES[2]
 
 
 class Record(NamedTuple):
-    """M measurements: channel, instrument, column, value, stamp [s] and nominal delay [s]; and the wall ahead.
+    """M measurements: channel, instrument, column, value, stamp [s] and nominal delay [s]; and the wall: of `read`.
 
     They are compared in the order in which they were true at the nominal delays, whatever delays are tried: gains
     belong to an order. What is later or earlier than that is read from a state that is wound back or on.
@@ -34,8 +34,9 @@ class Record(NamedTuple):
     value: np.ndarray
     stamp: np.ndarray
     late: np.ndarray
+    home: np.ndarray
     wall: float
-    bearing: float
+    facing: float
 
 
 @lean
@@ -83,7 +84,7 @@ def lateness(m, record, hull):
 def told(m, x, rate, record, hull):
     """What measurement m reads in the state x where that changes at `rate`, both (18,)."""
     kind, sensor, column = record.kind[m], record.sensor[m], record.column[m]
-    return read(kind, sensor, column, x, rate, hull.p, hull.counts, record.wall, record.bearing)
+    return read(kind, sensor, column, x, rate, hull.p, hull.counts, record.home, record.wall, record.facing)
 
 
 @lean

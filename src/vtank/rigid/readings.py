@@ -25,10 +25,11 @@ def pick(v, i):
 
 
 @lean
-def read(kind, sensor, column, x, rate, p, counts, wall, bearing):
+def read(kind, sensor, column, x, rate, p, counts, home, wall, bearing):
     """Reading of channel `kind` by an instrument, in the state x, shape (12,), which changes at `rate`, shape (12,).
 
-    wall: distance ahead of the start to the wall [m]; bearing: heading at the start [rad], near which it stands square.
+    home: north and east of the start [m]; wall: distance from there, ahead at the heading `bearing`, to the wall [m],
+    which stands about square to it.
     """
     i = HULL + THRUSTER * counts[0] + FIN * counts[1] + SENSOR * sensor
     c = HULL + THRUSTER * counts[0] + FIN * counts[1] + SENSOR * counts[2] + COLUMN * column
@@ -41,7 +42,7 @@ def read(kind, sensor, column, x, rate, p, counts, wall, bearing):
             value = x[kind - NORTH] + pick(arm, kind - NORTH)
         else:
             bearing += p[i + BEARING]
-            made = (x[0] + arm[0]) * math.cos(bearing) + (x[1] + arm[1]) * math.sin(bearing)
+            made = (x[0] - home[0] + arm[0]) * math.cos(bearing) + (x[1] - home[1] + arm[1]) * math.sin(bearing)
             value = (
                 made
                 if kind == POSITION

@@ -40,7 +40,7 @@ from .layout import (
 )  # fmt: skip
 from .motion import gears
 from .push import pushes
-from .readings import CHANNELS, RANGE
+from .readings import CHANNELS, POSITION, RANGE
 from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
@@ -55,6 +55,7 @@ TELLS = {  # channel -> axes whose motion it tells
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
+ASKEW = 0.4  # [rad] between the headings at which runs start before one wall; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
@@ -73,7 +74,7 @@ class Recorded:
         stamps: of the inputs [s], (I,); inputs of what pushes, (I, K), and angles of fins, (I, F).
         time_s, kind, sensor, column, value: of the measurements, (M,).
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
-        wall: distance to the wall ahead of the start [m].
+        wall: distance to the wall ahead of the start [m]; facing: heading [rad] near which one is square to it.
         later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
     """
 
@@ -95,6 +96,7 @@ class Recorded:
     start: Array
     spread: Array
     wall: float
+    facing: float
     later: Array
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
@@ -123,7 +125,8 @@ class Recorded:
     def record(self) -> Record:
         """The measurements for the kernels."""
         return Record(
-            self.kind, self.sensor, self.column, self.value, self.time_s, self.late, self.wall, float(self.start[5])
+            self.kind, self.sensor, self.column, self.value, self.time_s, self.late,
+            self.start[:2], self.wall, self.facing,
         )  # fmt: skip
 
     def until(self, end_s: float) -> Recorded:
@@ -261,10 +264,10 @@ def record(
     bins = _bins(runs, used, inputs)
     if max(bins.values()) > BIN_S:
         notes.append(f"a long recording: samples are averaged over {max(bins.values()):.2g} s")
-    seen_runs = (
+    recordings = [
         _recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in zip(runs, inputs, strict=True)
-    )
-    return layout, tuple(seen_runs), tuple(notes)
+    ]
+    return layout, _facing_walls(recordings), tuple(notes)
 
 
 def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
@@ -312,7 +315,7 @@ def _recorded(
     return Recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
         angles=angles, reach=reach, tables=tables, start=start, spread=spread,
-        wall=_wall(layout, start, sensor, kind, value), later=np.zeros(len(layout.sensors)),
+        wall=0.0, facing=float(start[5]), later=np.zeros(len(layout.sensors)),
         **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
 
@@ -427,14 +430,31 @@ def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
     return start, spread
 
 
-def _wall(layout: Layout, start: Array, sensor: NDArray[np.int64], kind: NDArray[np.int64], value: Array) -> float:
+def _facing_walls(runs: Sequence[Recorded]) -> tuple[Recorded, ...]:
+    """The runs before their walls: one wall for all that start at about one heading.
+
+    A wall stands still, while the first sample of a heading has its noise: of a wall of its own for each run, some
+    metres to the side a sonar would tell another heading than the compass.
+    """
+    found, facing = list[Recorded](), list[float]()
+    for run in runs:
+        heading, wall = float(run.start[5]), bool((run.kind == RANGE).any() and not (run.kind == POSITION).any())
+        near = (other for other in facing if abs(np.angle(np.exp(1j * (heading - other)))) < ASKEW)
+        square = next(near, heading) if wall else heading
+        facing += [square] if wall else []
+        found.append(replace(run, facing=square, wall=_wall(run, square)))
+    return tuple(found)
+
+
+def _wall(run: Recorded, facing: float) -> float:
     """Distance ahead of the start to the wall that the first ranges tell, by where their sonar sits [m]; 0 without."""
-    heard = np.flatnonzero(kind == RANGE)
+    heard, layout = np.flatnonzero(run.kind == RANGE), run.layout
     if not heard.size:
         return 0.0
-    at = layout.starts[2] + SENSOR * sensor[heard[0]] + SITE
-    ahead = Rotation.from_euler("ZYX", [0.0, start[4], start[3]]).as_matrix()[0]
-    first = value[heard[sensor[heard] == sensor[heard[0]]][:5]]
+    at = layout.starts[2] + SENSOR * run.sensor[heard[0]] + SITE
+    roll, pitch, heading = run.start[3:6]
+    ahead = Rotation.from_euler("ZYX", [heading - facing, pitch, roll]).as_matrix()[0]
+    first = run.value[heard[run.sensor[heard] == run.sensor[heard[0]]][:5]]
     return float(np.median(first) * ahead[0] + ahead @ layout.null[at : at + 3])
 
 
