@@ -56,9 +56,8 @@ def test_a_range_knows_how_the_wall_stands(off: float):
     assert layout.slot("wall_bearing@ping") == HULL + THRUSTER * len(layout.pushes) + SENSOR * sonar + BEARING
     x = np.zeros(18)
     x[0], x[5] = 2.0, off
-    told = read(
-        RANGE, sonar, layout.columns.index("range_m"), x, np.zeros(18), p, layout.counts, np.zeros(2), seen.wall, off
-    )
+    at = sonar, layout.columns.index("range_m")
+    told = read(RANGE, *at, x, np.zeros(18), p, layout.counts, np.zeros(2), seen.wall, off)
     assert told == pytest.approx(8.0 / np.cos(off), abs=1e-9)
     bearing = next(u for u in own_unknowns(layout, seen.asked) if u.name == "wall_bearing@ping")
     assert not bearing.stated
@@ -84,7 +83,7 @@ def test_runs_that_start_before_one_wall_have_one(north: float):
         p[layout.slot("wall_bearing@ping")] = -0.013  # square to north
         at = layout.sensors.index("ping"), layout.columns.index("range_m")
         told = read(RANGE, *at, x, np.zeros(18), p, layout.counts, run.start[:2], run.wall, run.facing)
-        assert told == pytest.approx(8.0 / np.cos(heading), abs=0.15)
+        assert told == pytest.approx(8.0 / np.cos(heading), abs=0.05)
 
 
 def test_thrusters_of_a_kind_are_wrong_alike():
