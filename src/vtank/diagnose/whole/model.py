@@ -299,14 +299,19 @@ def refit(
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
 
-def even(model: Model, found: Sequence[Filtered]) -> list[tuple[Model, list[Filtered], float]]:
-    """The refit as if no instrument had slow errors, which may stand for what a model lacks; nothing where none has.
+def even(
+    model: Model, found: Sequence[Filtered], column: int | None = None
+) -> list[tuple[Model, list[Filtered], float]]:
+    """The refit as if a column (default: any) had no slow errors, which may stand for what a model lacks.
 
-    With the innovations that go with it, and what it gains in log evidence on the model as it is.
+    With the innovations that go with it, and what it gains in log evidence on the model as it is; nothing where there
+    are none.
     """
-    if not model.fit.noise.slow.any():
+    noise, slow = model.fit.noise, model.fit.noise.slow
+    calm = np.zeros(slow.size, bool) if column is None else np.arange(slow.size) != column
+    if not slow[~calm].any():
         return []
-    noise = model.fit.noise.even
+    noise = replace(noise, slow=np.where(calm, slow, 0.0))
     there = [f.tinted(run, noise) for run, f in zip(model.fit.runs, found, strict=True)]
     other = refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta)
     return [(other, there, other.log_evidence - refit(model, found, model.theta, steps=0).log_evidence)]

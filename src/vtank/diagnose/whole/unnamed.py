@@ -69,19 +69,22 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
     seekers: list[Seeker] = [partial(_axis, sizes=sizes, axis=axis) for axis in asked]
     seekers += [partial(_thruster, k=k) for k in range(len(runs[0].layout.pushes))]
-    forces = len(seekers)
-    seekers += [partial(_column, c=c) for c in _suspects(runs, found)]
+    forces, columns = len(seekers), _suspects(runs, found)
+    seekers += [partial(_column, c=c) for c in columns]
     blocks = [seek(model, found, base) for seek in seekers]
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
         if n < len(asked):
             blocks[n] = _quieter(model, found, sizes, asked[n], blocks[n])
-    for other, there, ahead in even(model, found):
-        beside = based(other, there)
-        for n in [n for n in ranked if n < forces][:FORCES] + list(range(forces, len(seekers))):
-            also = seekers[n](other, there, beside)
-            blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
+    calmer: list[tuple[int | None, list[int]]] = [(None, [n for n in ranked if n < forces][:FORCES])]
+    calmer += [(c, [forces + k]) for k, c in enumerate(columns)]
+    for column, some in calmer:
+        for other, there, ahead in even(model, found, column):
+            beside = based(other, there)
+            for n in some:
+                also = seekers[n](other, there, beside)
+                blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
     return sorted(blocks, key=lambda block: -block.gain)
 
 
