@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from .plant.truth import Truth
     from .plant.vehicle import Vehicle
 
+Given = Run | Iterable[Run] | Path | str  # runs, or where they lie
 NOMINAL = "paper-ii"  # the simulator that is diagnosed where none is named
 
 
@@ -30,6 +31,17 @@ def load(path: Path | str) -> tuple[Run, ...]:
     recordings; a truth beside the runs is never opened.
     """
     return read_dataset(path).runs
+
+
+def _loaded(runs: Given) -> tuple[Run, ...]:
+    """Runs that are given as such, one alone, or by where they lie; InputError where it is something else."""
+    if isinstance(runs, str | Path):
+        return load(runs)
+    given = (runs,) if isinstance(runs, Run) else tuple(runs)
+    for run in given:
+        if not isinstance(run, Run):
+            raise InputError(f"runs: found {type(run).__name__}, expected runs, as vt.load gives them, or their folder")
+    return given
 
 
 def run(
@@ -74,7 +86,7 @@ def run(
 
 
 def identify(
-    runs: Iterable[Run],
+    runs: Given,
     model: str = "II",
     process_noise: bool | None = None,
     nominal: str | Path | Vehicle | None = None,
@@ -82,6 +94,7 @@ def identify(
 ) -> Estimate | WholeEstimate:
     """Maximum-likelihood estimate of a surge model from all runs together, with `values` and `sd` by parameter, SI.
 
+    runs: or the folder, or file, in which they lie.
     model: "I" alpha [1/m], beta [m/rev2]; "II" and thrust_lag.tau [s]; "III" and thrust_loss.gamma [1/rev].
     process_noise: whether turbulence is allowed for (default: where the residuals ask for it).
     nominal: of recordings of a whole vehicle, its file; what is found are then its own parameters by place, those of
@@ -91,7 +104,7 @@ def identify(
     from .estimate.maximum_likelihood import MODELS, identify
     from .estimate.observed import observe, stretches
 
-    runs = tuple(runs)
+    runs = _loaded(runs)
     vehicle = vehicle_of(nominal, runs, axes)
     if vehicle is not None:
         from .diagnose.whole.identified import identify as identify_whole
@@ -103,16 +116,17 @@ def identify(
 
 
 def diagnose(
-    runs: Iterable[Run],
+    runs: Given,
     nominal: str | Path | Truth | Vehicle | np.ndarray | None = None,
     seed: int = 0,
     effects: Sequence[str] | None = None,
     progress: Callable[[str], None] | None = None,
     axes: Sequence[str] | None = None,
-    against: Path | str | Iterable[Run] | None = None,
+    against: Given | None = None,
 ) -> Diagnosis | WholeDiagnosis:
     """Where runs and a nominal simulator part, which effect causes it, and how far the gap shrinks once it is added.
 
+    runs: or the folder, or file, in which they lie.
     nominal: a truth preset, its name or the path of its TOML file, a parameter vector, shape (P,), or "none" for a
     foreign vehicle, whose own refit is the simulator; left out, the Phoenix of paper-ii, and it is said. A vehicle, its
     name or the path of its TOML file, is the simulator of a recording of a whole vehicle, with several inputs or axes.
@@ -129,8 +143,8 @@ def diagnose(
     from .diagnose.given import nominal_of, observed, vehicle_of
     from .diagnosed import Diagnosis, WholeDiagnosis
 
-    runs, folder = tuple(runs), str(against) if isinstance(against, str | Path) else "the runs given"
-    simulated = None if against is None else load(against) if isinstance(against, str | Path) else tuple(against)
+    runs, folder = _loaded(runs), str(against) if isinstance(against, str | Path) else "the runs given"
+    simulated = None if against is None else _loaded(against)
     if simulated == ():
         raise InputError("against: no runs of a simulator; expected at least one")
     vehicle = vehicle_of(nominal, runs, axes)
