@@ -71,6 +71,28 @@ def test_the_priors_of_own_parameters_are_as_wide_as_the_file_is_wrong(off, widt
     assert trusted(model, unknowns)[0].scale == pytest.approx(0.3 * width)
 
 
+def fitted_to(unknowns: list[Unknown], off: np.ndarray, sd: float) -> Model:
+    """A model whose own parameters are measured to `sd`, and are off by `off`, (U,)."""
+    data, prior = np.eye(off.size) / sd**2, np.diag([u.scale**-2.0 for u in unknowns])
+    theta = np.linalg.solve(data + prior, data @ off)
+    return Model(None, (), tuple(unknowns), theta, np.zeros(off.size), information=data + prior)  # type: ignore[arg-type]
+
+
+def test_masses_are_not_trusted_for_what_drags_are():
+    """Ten masses within 1 % of the file, ten drags 20 % off it."""
+    unknowns = [replace(u, name=f"{('added_mass', 'quadratic_drag')[n // 10]}@{n}") for n, u in enumerate(own(20))]
+    signs = np.where(np.arange(20) % 2, 1.0, -1.0)
+    found = trusted(fitted_to(unknowns, signs * np.repeat([0.01, 0.2], 10), 1e-3), unknowns)
+    masses, drags = (np.array([u.scale for u in some]) for some in (found[:10], found[10:]))
+    assert 0.008 < masses.min() == masses.max() < 0.031 and 0.08 < drags.min() == drags.max()
+
+
+def test_one_number_that_agrees_is_not_taken_for_exact():
+    """Measured to 4 %, and where the file has it: its interval stays that of the data."""
+    (alone,) = trusted(fitted_to(own(1), np.zeros(1), 0.04), own(1))
+    assert alone.scale > 0.08
+
+
 def test_an_error_of_a_compass_is_no_smaller_for_the_turns_that_were_made():
     """Deviation by soft iron, of a tenth of a radian, in a recording of several turns."""
     time = np.arange(0.0, 100.0, 5.0)

@@ -6,7 +6,7 @@ for all that are compared, so that no hypothesis can hide misfit in noise of its
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +26,9 @@ SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wal
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
-WIDTHS = (1.0, 0.1, 0.01, 0.001)  # of the priors of own parameters that are tried, as a share of the widest
+WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
+CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
+SWEEPS = 2  # through the kinds of own parameters
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 PROMISE = 0.02  # log-likelihood that a further step must promise
 
@@ -199,27 +201,42 @@ def blank(fit: Fit, layout: Layout, effects: Sequence[Placed], own: Sequence[Unk
 def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
     """Own parameters with priors as wide as this fit makes likely: how good a vehicle file is, only recordings tell.
 
-    own: with their widest priors. The evidence at other widths is that of the quadratic about the optimum.
+    Those of a kind are trusted alike: masses, drags, gains, lags; the widest that is not clearly less likely, lest one
+    number that happens to agree be taken for exact. own: with their widest priors. The evidence at other widths is that
+    of the quadratic about the optimum.
     """
     if not own or model.information is None:
         return list(own)
     scale = np.array([u.scale for u in model.unknowns])
     A, pull = model.information - np.diag(scale**-2.0), scale**-2.0 * model.theta
-    first = len(own)
+    rest, kinds = scale[len(own) :], [_quantity(u) for u in own]
 
-    def narrower(u: Unknown, width: float) -> Unknown:
-        return replace(u, scale=width * u.scale) if u.stated else u
+    def narrower(widths: Mapping[str, float]) -> list[Unknown]:
+        return [replace(u, scale=widths[kind] * u.scale) for u, kind in zip(own, kinds, strict=True)]
 
-    def evidence(width: float) -> float:
-        s = np.concatenate([[narrower(u, width).scale for u in own], scale[first:]])
+    def evidence(widths: Mapping[str, float]) -> float:
+        s = np.concatenate([[u.scale for u in narrower(widths)], rest])
         H = A + np.diag(s**-2.0)
         end = np.linalg.solve(H, A @ model.theta + pull)
         move = end - model.theta
         cost = 0.5 * float(move @ A @ move + np.sum((end / s) ** 2)) - float(pull @ move)
         return -cost - 0.5 * float(np.linalg.slogdet(np.eye(s.size) + A * np.outer(s, s))[1])
 
-    width = max(WIDTHS, key=evidence)
-    return [narrower(u, width) for u in own]
+    stated = dict.fromkeys(kind for u, kind in zip(own, kinds, strict=True) if u.stated)
+    widths = dict.fromkeys(kinds, 1.0)
+    for _ in range(SWEEPS):
+        for kind in stated:
+            tried = [(evidence(widths | {kind: width}), width) for width in WIDTHS]
+            widths[kind] = max(width for likely, width in tried if likely > max(tried)[0] - CLEARLY)
+    return narrower(widths)
+
+
+def _quantity(unknown: Unknown) -> str:
+    """What an own parameter is of a vehicle."""
+    name = unknown.name.partition("@")[0]
+    if not unknown.stated:
+        return unknown.name
+    return "mass" if name.startswith("added_mass") else "drag" if name.endswith("drag") else name
 
 
 def slopes(model: Model, paths: Sequence[Path]) -> Array:
