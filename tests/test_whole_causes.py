@@ -12,7 +12,9 @@ import pytest
 from test_rigid_motion import multisine
 
 import vtank as vt
-from vtank.diagnose.whole.model import own_unknowns
+from vtank.diagnose.whole.budget import _is_a_body
+from vtank.diagnose.whole.gross import mistaken
+from vtank.diagnose.whole.model import blank, own_unknowns
 from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
@@ -98,6 +100,25 @@ def test_noise_that_a_quick_pilot_answers_is_not_averaged_with_the_answer(gain: 
     gaps = {name: np.median(np.diff(seen.time_s[seen.column == c])) for c, name in enumerate(layout.columns)}
     assert gaps["imu.pitch_rate_rad_s"] == pytest.approx(0.02 if gain else 0.1, abs=0.002)
     assert gaps["imu.accel_x_m_s2"] == pytest.approx(0.1, abs=0.002), "nobody answers it"
+
+
+@pytest.mark.parametrize(("sign", "found"), [(1.0, None), (-1.0, "wrong_sign@depth")])
+def test_a_depth_that_grows_upwards_is_seen_at_any_depth(sign: float, found: str | None):
+    """Its first sample, -50 m, is no place that the other sign had to start from."""
+    run = fly_vehicle(FEW, multisine(FEW, 20.0, 3), 20.0, 3, depth_m=50.0)
+    turned = replace(run, columns={**run.columns, "depth.depth_m": sign * run.columns["depth.depth_m"]})
+    layout, seen, _ = record([turned], FEW)
+    signs = [c for c in catalogue(layout, seen[0].moves, Sizes.unit(layout)) if c.effect == "wrong_sign"]
+    mistake = mistaken(layout, seen, first_noise(seen), signs)
+    assert (mistake.name if mistake else None) == found
+
+
+def test_where_a_part_left_out_would_tell_of_no_body_the_step_is_shorter():
+    """Added mass in surge is moved to less than none of the body's own."""
+    layout, seen, _ = record([fly_vehicle(FEW, multisine(FEW, 4.0, 1), 4.0, 1)], FEW)
+    own = [u for u in own_unknowns(layout, seen[0].moves) if u.name == "added_mass@surge"]
+    model = blank(Fit(seen, first_noise(seen)), layout, (), own)
+    assert _is_a_body(model, np.zeros(1)) and not _is_a_body(model, np.array([-100.0]))
 
 
 @pytest.mark.slow

@@ -55,6 +55,7 @@ TELLS = {  # channel -> axes whose motion it tells
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
+ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 ASKEW = 0.4  # [rad] between the headings at which runs start before one wall; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
@@ -415,7 +416,11 @@ def _inputs(run: Run, layout: Layout) -> Driven:
 
 
 def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
-    """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is."""
+    """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is.
+
+    Of a place as good as nothing is known beforehand, so that a depth cell of another sign, unit or scale is not held
+    against where its first sample had put the vehicle.
+    """
     start = np.zeros(12)
     spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [UNTOLD_M_S] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
@@ -424,9 +429,10 @@ def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
         state = states.get(channel(name))
         _, value = _samples(run, name) if name in run.columns else (None, np.empty(0))
         if state is not None and value.size:
-            told[state] = min(told.get(state, (np.inf, 0.0)), (max(4.0 * scatter(value), 1e-4), float(value[0])))
+            first, sure = float(value[0]), max(4.0 * scatter(value), 1e-4)
+            told[state] = min(told.get(state, (np.inf, 0.0)), (sure, first))
     for state, (sure, first) in told.items():
-        start[state], spread[state] = first, sure
+        start[state], spread[state] = first, max(ANYWHERE_M, 2.0 * abs(first)) if state < 3 else sure
     return start, spread
 
 

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...rigid.filtered import Filtered, share
 from ...rigid.fit import innovations
 from ...rigid.recorded import Recorded
@@ -210,7 +211,7 @@ def _folds(model: Model) -> list[NDArray[np.int64]]:
 
 
 def _left_out(model: Model, found: Sequence[Filtered], folds: Sequence[NDArray[np.int64]]) -> list[Array]:
-    """Unknowns with each part left out, by one Newton step of the normal equations without it."""
+    """Unknowns with each part left out, by one Newton step of the normal equations without it, if a body allows it."""
     count = max(int(fold.max()) for fold in folds) + 1
     if not model.unknowns:
         return [model.theta] * count
@@ -223,5 +224,15 @@ def _left_out(model: Model, found: Sequence[Filtered], folds: Sequence[NDArray[n
     for fold in range(count):
         mine = part == fold
         move = np.linalg.solve(H - J[mine].T @ J[mine], J[mine].T @ e[mine]) if mine.any() else 0.0
-        thetas.append(np.clip(model.theta + move, low, high))
+        tried = (np.clip(model.theta + length * move, low, high) for length in (1.0, 0.5, 0.25, 0.1))
+        thetas.append(next((theta for theta in tried if _is_a_body(model, theta)), model.theta))
     return thetas
+
+
+def _is_a_body(model: Model, theta: Array) -> bool:
+    """Whether the masses at these unknowns are positive definite."""
+    try:
+        model.fit.runs[0].hull(model.vector(theta))
+    except InputError:
+        return False
+    return True
