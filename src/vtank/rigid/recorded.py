@@ -126,8 +126,8 @@ class Recorded:
     def record(self) -> Record:
         """The measurements for the kernels."""
         return Record(
-            self.kind, self.sensor, self.column, self.value, self.time_s, self.late,
-            self.start[:2], self.wall, self.facing,
+            kind=self.kind, sensor=self.sensor, column=self.column, value=self.value, stamp=self.time_s, late=self.late,
+            home=self.start[:2], wall=self.wall, facing=self.facing,
         )  # fmt: skip
 
     def until(self, end_s: float) -> Recorded:
