@@ -104,6 +104,9 @@ class Path:
         self.way, self.innovation = (f.way, f.innovation) if np.array_equal(p, f.p) else followed(run, p, f, memory_s)
         if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
             self.way, self.innovation = f.way, f.innovation
+        root = f.root
+        z = f.tint.without(self.innovation) / root
+        self.weight = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR)) / root  # slope when bent
         self.acceleration = np.empty((run.steps.now.size, 6))
         accelerations(self.hull, run.steps, self.drive, self.way.states, self.acceleration)
 
@@ -136,10 +139,8 @@ class Path:
         found = np.empty((self.run.time_s.size, len(causes)))
         push, shift = (np.stack([cause[n] for cause in causes], axis=-1) for n in (0, 1))
         tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift, found)
-        found, root = self.f.tint.without(found), self.f.root
-        z = self.f.tint.without(self.innovation) / root
-        slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # of the bent residuals
-        found *= (slope / root)[:, None]
+        found = self.f.tint.without(found)
+        found *= self.weight[:, None]
         return found
 
 

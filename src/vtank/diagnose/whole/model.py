@@ -316,13 +316,10 @@ def refit(
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
 
-def even(
-    model: Model, found: Sequence[Filtered], column: int | None = None
-) -> list[tuple[Model, list[Filtered], float]]:
+def even(model: Model, found: Sequence[Filtered], column: int | None = None) -> list[tuple[Model, list[Filtered]]]:
     """The refit as if a column (default: any) had no slow errors, which may stand for what a model lacks.
 
-    With the innovations that go with it, and what it gains in log evidence on the model as it is; nothing where there
-    are none.
+    With the innovations that go with it; nothing where there are none.
     """
     noise, slow = model.fit.noise, model.fit.noise.slow
     calm = np.zeros(slow.size, bool) if column is None else np.arange(slow.size) != column
@@ -330,8 +327,7 @@ def even(
         return []
     noise = replace(noise, slow=np.where(calm, slow, 0.0))
     there = [f.tinted(run, noise) for run, f in zip(model.fit.runs, found, strict=True)]
-    other = refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta)
-    return [(other, there, other.log_evidence - refit(model, found, model.theta, steps=0).log_evidence)]
+    return [(refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta), there)]
 
 
 def _bounded(unknowns: Sequence[Unknown]) -> float:

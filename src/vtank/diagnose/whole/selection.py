@@ -94,7 +94,7 @@ def select(
         own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
         say(f"score tests of {len(candidates)} effects at their places")
         begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
-        begins += [(model, there) for model, there, _ in even(best, found)]
+        begins += even(best, found)
         starts = [(model, based(model, there), there) for model, there in begins]
         ranked, where = _from_all(starts, layout, candidates)
         strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}

@@ -21,7 +21,7 @@ from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
-from .model import RUNS_AWAY, VISIBLE, Model, even
+from .model import RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
 from .screen import Base, based
 
@@ -77,11 +77,14 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     for n in dict.fromkeys([disturbed, ranked[0]]):
         if n < len(asked):
             blocks[n] = _quieter(model, found, sizes, asked[n], blocks[n])
+    if not model.fit.noise.slow.any():
+        return sorted(blocks, key=lambda block: -block.gain)
+    here = refit(model, found, model.theta, steps=0).log_evidence
     calmer: list[tuple[int | None, list[int]]] = [(None, [n for n in ranked if n < forces][:FORCES])]
     calmer += [(c, [forces + k]) for k, c in enumerate(columns)]
     for column, some in calmer:
-        for other, there, ahead in even(model, found, column):
-            beside = based(other, there)
+        for other, there in even(model, found, column):
+            beside, ahead = based(other, there), other.log_evidence - here
             for n in some:
                 also = seekers[n](other, there, beside)
                 blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
