@@ -78,7 +78,9 @@ def _sea(waves: Waves, towards_rad: float, seed: int) -> Array:
     if not rad_s.size:
         return np.empty(0)
     k = wave_number(rad_s, waves.water_depth_m)
-    parts = [k * math.cos(towards_rad), k * math.sin(towards_rad), rad_s, amplitude.real, amplitude.imag]
+    speed = -rad_s * amplitude / np.expm1(-2.0 * k * waves.water_depth_m)
+    way = np.ones_like(k) * math.cos(towards_rad), np.ones_like(k) * math.sin(towards_rad)
+    parts = [*way, k, rad_s, speed.real, speed.imag]
     sea = np.concatenate([np.zeros(WAVE_AT.end), np.transpose(parts).ravel()])
     sea[:4] = SEA, rad_s.size, 0.0, waves.water_depth_m
     return sea

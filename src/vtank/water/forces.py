@@ -19,10 +19,11 @@ import numpy as np
 
 from ..compiled import term
 from ..plant.sixdof import Vector, Wrench, add, added_mass_forces, at, cross, drag, subtract, to_body, to_world
-from .pointers import block, matrix, triple
+from .pointers import block, matrix, six, triple
 from .record import AT, COMPONENT, SEA, WAVE_AT
 
 NODES, WEIGHTS = (tuple(map(float, half)) for half in np.polynomial.legendre.leggauss(8))  # exact where no strip stalls
+DEEP = 40.0  # k h from which the bed, at exp(-k h), is nothing in double precision
 
 
 @term
@@ -36,19 +37,19 @@ def waves(sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
     """Velocity and acceleration of the water by the waves alone at a place below the still surface, world axes."""
     x, y, z = 0.0, 0.0, 0.0
     dx, dy, dz = 0.0, 0.0, 0.0
+    depth, height = sea[WAVE_AT.depth_m], place[2] - sea[WAVE_AT.surface_m]
     for i in range(int(sea[WAVE_AT.components])):
-        start = WAVE_AT.end + COMPONENT * i
-        kx, ky, w, re, im = sea[start], sea[start + 1], sea[start + 2], sea[start + 3], sea[start + 4]
-        k = math.hypot(kx, ky)
-        above = math.exp(k * min(place[2] - sea[WAVE_AT.surface_m], 0.0))
-        below = math.exp(-2.0 * k * (place[2] - sea[WAVE_AT.surface_m] + sea[WAVE_AT.depth_m]))
-        whole = -math.expm1(-2.0 * k * sea[WAVE_AT.depth_m])
-        phase = kx * place[0] + ky * place[1] - w * time
+        ex, ey, k, w, re, im = six(sea, WAVE_AT.end + COMPONENT * i)
+        phase = k * (ex * place[0] + ey * place[1]) - w * time
         c, s = math.cos(phase), math.sin(phase)
-        even, odd = w * (re * c - im * s), w * (re * s + im * c)
-        along, up = above * (1.0 + below) / whole, above * (1.0 - below) / whole
-        x, y, z = x + along * even * kx / k, y + along * even * ky / k, z + up * odd
-        dx, dy, dz = dx + along * w * odd * kx / k, dy + along * w * odd * ky / k, dz - up * w * even
+        even, odd = re * c - im * s, re * s + im * c
+        above, below = math.exp(k * min(height, 0.0)), 0.0
+        if k * depth < DEEP:
+            below = math.exp(-k * (height + 2.0 * depth))
+        along, up = (above + below) * even, (above - below) * odd
+        x, y, z = x + along * ex, y + along * ey, z + up
+        along, up = w * (above + below) * odd, w * (above - below) * even
+        dx, dy, dz = dx + along * ex, dy + along * ey, dz - up
     return (x, y, z), (dx, dy, dz)
 
 

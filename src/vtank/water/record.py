@@ -15,9 +15,8 @@ import numpy as np
 
 MAGIC = 0.0628318  # first number of a wet body's row: nobody else would write it there, and XML keeps it
 SEA = 0.0628319  # first number of the world's row where there are waves
-COMPONENT = (
-    5  # numbers of a wave: wave number along x and y [1/m], frequency [rad/s], amplitude, real and imaginary [m]
-)
+COMPONENT = 6  # numbers of a wave: its way along x and y, wave number [1/m], frequency [rad/s], and its velocity in
+# water without bed, w a/(1 - exp(-2 k h)), real and imaginary [m/s]
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
