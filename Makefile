@@ -11,7 +11,7 @@ NEW_ENOUGH := import sys; sys.exit(sys.version_info < (3, 11))
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11 python; do \
             $$p -c '$(NEW_ENOUGH)' 2>/dev/null && echo $$p && break; done)
 
-.PHONY: venv check format test quick fuzz soak demo reproduce bench wheel wheel-test test-deps test-oldest test-newest clean
+.PHONY: venv check format test test-all fuzz soak demo reproduce bench wheel wheel-test test-deps test-oldest test-newest clean
 
 venv: $(STAMP)
 
@@ -30,16 +30,16 @@ format: $(STAMP)
 	$(BIN)/ruff format
 	$(BIN)/ruff check --fix
 
-test: check
-	$(BIN)/pytest -n 2 --dist loadfile
-
-quick: $(STAMP)
+test: check  # without the tests that are marked slow
 	$(BIN)/pytest -n 2 --dist loadfile -m "not slow"
 
-fuzz: $(STAMP)  # ten times the cases of make test: more than 20,000 spoilt files and 200 kills
+test-all: check  # what CI runs
+	$(BIN)/pytest -n 2 --dist loadfile
+
+fuzz: $(STAMP)  # ten times the cases of make test-all: more than 20,000 spoilt files and 200 kills
 	VTANK_FUZZ=10 $(BIN)/pytest -n 2 tests/test_fuzz.py tests/test_kills.py
 
-soak: $(STAMP)  # twenty times the length of make test: a million seconds on the surge model, 50,000 in the tank
+soak: $(STAMP)  # twenty times the length of make test-all: a million seconds on the surge model, 50,000 in the tank
 	VTANK_SOAK=20 $(BIN)/pytest -s tests/test_soak.py
 
 demo: $(STAMP)

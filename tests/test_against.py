@@ -67,6 +67,7 @@ def test_the_plant_of_one_axis_has_what_the_simulator_has(one_axis):
     assert one_axis.against.of_gap < 0.1
 
 
+@pytest.mark.slow
 def test_the_place_on_a_vehicle_is_named_with_its_size(whole):
     assert (whole.verdict.kind, whole.verdict.effects, whole.verdict.places) == (
         "effect",
@@ -77,6 +78,7 @@ def test_the_place_on_a_vehicle_is_named_with_its_size(whole):
     assert size == pytest.approx(-0.35, abs=max(3.0 * sd, 0.03))
 
 
+@pytest.mark.slow
 def test_every_outlet_tells_what_stands_for_the_simulator(one_axis, whole, tmp_path):
     for found, column in ((one_axis, "surge_m_s"), (whole, "yaw_rate_rad_s")):
         found.write(json=tmp_path / "d.json", report=tmp_path / "d.html")
@@ -89,6 +91,7 @@ def test_every_outlet_tells_what_stands_for_the_simulator(one_axis, whole, tmp_p
         assert "stands for the simulator" in page and "stands for the simulator" in " ".join(str(found).split())
 
 
+@pytest.mark.slow
 def test_a_saved_model_corrects_the_simulator(whole, tmp_path):
     whole.save(tmp_path / "model.toml")
     rate = vt.predict(tmp_path / "model.toml", boat(60.0, 9, 0.65, np.random.default_rng(4)))["columns"]
@@ -98,6 +101,7 @@ def test_a_saved_model_corrects_the_simulator(whole, tmp_path):
     assert rate["diagnosed"] < np.hypot(rate["noise"], missed)
 
 
+@pytest.mark.slow
 def test_the_simulator_itself_has_no_gap():
     real = boat(60.0, 8, 1.0, np.random.default_rng(3))
     verdict = vt.diagnose([real], nominal="kingfisher", against=[boat(60.0, k) for k in (5, 6)], effects=SOME,

@@ -106,6 +106,7 @@ def test_exchanged_wires_are_named_by_both_thrusters() -> None:
 
 
 # --- what could be told --------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_what_could_be_told_grows_with_the_cause(known: Known) -> None:
     """A third of the drag stands out a third as far or farther, the less so the more motion is left to it; none not.
 
@@ -124,6 +125,7 @@ def test_the_oracle_finds_the_size_of_the_true_effect(known: Known) -> None:
 
 
 # --- answered and scored ---------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_the_score_counts_what_was_true(trials: Path, tmp_path: Path) -> None:
     scored = score(trials / "cases", trials / "truth", trials / "answers.json", count=1)
     every = scored["measures"]["all"]["all"]

@@ -41,6 +41,7 @@ def test_nothing_is_missing_where_the_controller_answers_to_noise(fit: Fitted) -
     assert pursue(fit).components == ()
 
 
+@pytest.mark.slow
 def test_a_rate_that_knows_the_answer_would_pass_for_an_error(fit: Fitted, monkeypatch: pytest.MonkeyPatch) -> None:
     rate = motion._rate
     monkeypatch.setattr(motion, "_rate", lambda t, values, past=False: rate(t, values))

@@ -75,6 +75,7 @@ def test_multipath_is_told_by_its_lone_ranges_on_a_coarse_sonar():
     assert found.verdict.fit.extra["sonar_multipath.extra"] == pytest.approx(0.3, abs=0.02)
 
 
+@pytest.mark.slow
 def test_an_effect_left_out_of_the_catalogue_is_not_given_a_wrong_name_with_certainty():
     names = [effect.name for effect in CATALOGUE if effect.name != "seiche"]
     wave = {"seiche.amplitude": 0.015, "seiche.frequency": 0.9}

@@ -85,6 +85,7 @@ def test_nothing_is_found_where_nothing_is_missing(water: str, seed: int) -> Non
     assert found.channels() == {"none": 1.0}
 
 
+@pytest.mark.slow
 def test_nothing_is_found_beside_the_effect_that_was_there() -> None:
     selection = select(recordings({"linear_drag.c": 0.1}), ("linear_drag",))
     (free,) = (free for free in selection.free if free.fit is selection.best)
@@ -92,6 +93,7 @@ def test_nothing_is_found_beside_the_effect_that_was_there() -> None:
 
 
 # --- own parameters that differ by run -------------------------------------------------------------------------------
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("about", OWN)
 def test_an_own_parameter_that_differs_by_run_varies_and_no_other(about: str, share: float) -> None:

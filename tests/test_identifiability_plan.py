@@ -67,6 +67,7 @@ def test_candidates_fit_the_tank(slow):
         assert np.mean(np.abs(f.run.input) > TRUTH.n_limit_rev_s + 0.2) <= AT_LIMIT
 
 
+@pytest.mark.slow
 def test_advice_says_what_one_run_more_does(slow, advised):
     some, found = advised
     assert {(r.verdict.effect.name, r.pair and r.pair.b.name) for r in found} >= {("sonar_latency", None)}
@@ -82,6 +83,7 @@ def test_advice_says_what_one_run_more_does(slow, advised):
         assert remedy.repeat == pytest.approx(np.sqrt(2.0) * remedy.before, rel=1e-3, abs=1e-3)  # the only run, twice
 
 
+@pytest.mark.slow
 def test_several_frequencies_make_latency_visible_and_no_run_of_a_sonar_tells_the_delays_apart(advised):
     _, found = advised
     latency = next(r for r in found if r.pair is None and r.verdict.effect.name == "sonar_latency")
@@ -90,6 +92,7 @@ def test_several_frequencies_make_latency_visible_and_no_run_of_a_sonar_tells_th
     assert delays.before < 0.1 and delays.sensor and delays.after > 3.0
 
 
+@pytest.mark.slow
 def test_sentences_carry_the_computed_numbers(slow, advised):
     _, found = advised
     text = "\n".join(sentences(slow, found))

@@ -200,6 +200,7 @@ def test_what_the_unknowns_take_up_does_not_show():
     assert left < 1e-4 * total  # a constant error of the range is another start
 
 
+@pytest.mark.slow
 def test_an_error_of_the_range_is_found_in_all_its_slowness():
     wavy = Formula("range", (Factor("x", "sine", 4.0, 0.5),), None, 0.02)
     setting, fit = weighed(NOMINAL, (1, 2), lambda x: 0.02 * np.sin(4.0 * x + 0.5))
@@ -209,6 +210,7 @@ def test_an_error_of_the_range_is_found_in_all_its_slowness():
     assert told[0].probability > 0.9 and len({law.formula.text() for law in told}) == len(told)
 
 
+@pytest.mark.slow
 def test_where_the_grammar_lacks_the_form_no_formula_is_called_probable(monkeypatch: pytest.MonkeyPatch):
     wavy = Formula("force", (Factor("u", "signed", 2.0), Factor("t", "sine", 0.11, 0.4)), None, 1.5)
     without = [lambda p: "t" not in {f.variable for f in p.formula.factors}, lambda p: True]
@@ -220,6 +222,7 @@ def test_where_the_grammar_lacks_the_form_no_formula_is_called_probable(monkeypa
     assert chances[0] < 0.1 and chances[1] > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seeds", [(1, 2), (3, 4), (5, 6)])
 def test_no_law_is_invented_where_nothing_is_missing(seeds):
     assert laws(*weighed(NOMINAL, seeds), "hydrodynamics", ()) == ()

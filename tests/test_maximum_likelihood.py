@@ -126,6 +126,7 @@ def z_scores(model, seeds, p, sigma=0.0, **how):
     return np.array(scores), estimates
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sigma", [0.0, 0.004], ids=["calm", "turbulent"])
 def test_intervals_cover_in_calm_and_in_turbulent_water(sigma):
     seeds = 24

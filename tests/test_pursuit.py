@@ -104,6 +104,7 @@ def leaders(pursuit: _Pursuit) -> dict[str, list[tuple[float, float, _Group]]]:
     return {kind: [(one.gains[j], one.sizes[j], one.group(j)) for one, j in some] for kind, some in best.items()}
 
 
+@pytest.mark.slow
 def test_every_kind_of_group_has_the_evidence_of_dense_algebra_also_after_two_additions(fit: Fitted) -> None:
     pursuit = _Pursuit(fit)
     before: list[tuple[np.ndarray, float]] = []

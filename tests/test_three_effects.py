@@ -18,6 +18,7 @@ def three() -> tuple[Selection, Verdict]:
     return selection, decide(selection, probabilities(selection))
 
 
+@pytest.mark.slow
 def test_three_effects_together_are_named(three: tuple[Selection, Verdict]) -> None:
     selection, verdict = three
     assert verdict.kind == "effects"
@@ -26,12 +27,14 @@ def test_three_effects_together_are_named(three: tuple[Selection, Verdict]) -> N
     assert max(len(f.hypothesis.effects) for f in selection.named) == LARGEST == 3
 
 
+@pytest.mark.slow
 def test_each_of_them_is_measured(three: tuple[Selection, Verdict]) -> None:
     _, verdict = three
     for name, value in TRUE.items():
         assert verdict.fit.values[name] == pytest.approx(value, rel=0.15)
 
 
+@pytest.mark.slow
 def test_nothing_is_left_over_beside_them(three: tuple[Selection, Verdict]) -> None:
     selection, verdict = three
     (free,) = (free for free in selection.free if free.fit is verdict.fit)

@@ -197,6 +197,7 @@ def test_with_all_suction_lift_is_square_to_the_flow_and_without_the_force_is_sq
     assert np.linalg.norm(wing) > 0.1
 
 
+@pytest.mark.slow
 def test_a_fin_that_lost_part_of_its_area_is_named_with_that_part():
     values, verdict = diagnosed(REMUS, "fin_weak", fin_weak__rudder={"share": 0.4})
     assert (verdict.effects, verdict.places) == (("fin_weak",), ("rudder",))
@@ -204,6 +205,7 @@ def test_a_fin_that_lost_part_of_its_area_is_named_with_that_part():
     assert abs(size + 0.4) < 2.0 * sd < 0.12
 
 
+@pytest.mark.slow
 def test_a_thruster_that_obeys_very_late_is_found():
     """Far from the truth a delay of six tenths of a second promises nothing: fits begin at several."""
     values, verdict = diagnosed(FEW, "command_delay", command_delay__thruster_3={"d_s": 0.6})
@@ -263,6 +265,7 @@ def test_echoes_are_heard_by_being_late_and_are_left_out_of_what_else_is_sought(
             assert run.time_s.size - found.runs[0].time_s.size == stray.size
 
 
+@pytest.mark.slow
 def test_a_standing_wave_is_found_with_frequency_and_phase():
     wave = {"amplitude_m_s": 0.08, "frequency_rad_s": 0.7, "phase_rad": 2.5}
     values, verdict = diagnosed(FEW, "seiche", 60.0, seiche__surge=wave)

@@ -144,6 +144,7 @@ def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path
     assert all(found["nominal"] > 4.0 * found["diagnosed"] for found in turns.values()), turns
 
 
+@pytest.mark.slow
 def test_a_gap_of_many_deviations_is_laid_to_its_law_and_not_to_what_has_no_name():
     """Free-form forces and laws are weighed by the same filter: far from the optimum one of their own is worth more."""
     weak = ("duration_s=40", 'effects."thruster_dead@thruster_2".share=0.485')

@@ -93,6 +93,7 @@ def test_one_number_that_agrees_is_not_taken_for_exact():
     assert alone.scale > 0.08
 
 
+@pytest.mark.slow
 def test_an_error_of_a_compass_is_no_smaller_for_the_turns_that_were_made():
     """Deviation by soft iron, of a tenth of a radian, in a recording of several turns."""
     time = np.arange(0.0, 100.0, 5.0)
