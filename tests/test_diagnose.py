@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from vtank.diagnose.diagnosis import SCHEMA, diagnose
+from vtank.diagnose.evidence import largest_input
 from vtank.diagnose.score import linearise
 from vtank.effects.catalogue import CATALOGUE
 from vtank.estimate.observed import observe
@@ -38,6 +39,14 @@ def test_no_gap(turbulence_m_s2, least):
     assert found.verdict.kind == "none"
     assert found.probabilities["none"] > least
     assert all(not free.components for free in found.selection.free)
+
+
+def test_a_limit_close_to_full_speed_is_found():
+    """Where the propeller often runs at full speed, a limit at 0.97 of it costs thrust in many samples."""
+    limit = 0.97 * largest_input(flown())
+    found = diagnose(flown({**OTHER, "thrust_saturation.n_max": limit}), NOMINAL)
+    assert found.verdict.effects == ("thrust_saturation",)
+    assert found.verdict.fit.values["thrust_saturation.n_max"] == pytest.approx(limit, rel=0.01)
 
 
 def test_parameters_only():

@@ -27,7 +27,7 @@ from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, st
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
 LEAST = 1e-9  # of a first guess, in its unit: what was found to be nothing stays nothing, and its prior finite
 FOREIGN_SPREAD = 10.0  # the same where the nominal is but the recordings' own refit: next to no prior
-VISIBLE_LIMIT = 0.95  # share of the largest input above which a saturation touches too few samples to be seen
+VISIBLE_LIMIT = 0.99  # share of the largest input above which a saturation touches too few samples to be seen
 OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the largest force; a choice
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing

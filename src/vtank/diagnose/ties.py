@@ -35,16 +35,17 @@ def separation(setting: Setting, winner: Fitted, rival: Fitted) -> float:
 
 
 def tied_class(selection: Selection, winner: Fitted) -> tuple[str, ...]:
-    """Names of the effects that cannot be told from the winner, the winner first."""
+    """Names of the effects that cannot be told from the winner's, the winner's first."""
     names = [effect.name for effect in winner.hypothesis.effects]
-    if len(names) > 1 or winner.hypothesis.outliers:
+    if winner.hypothesis.outliers:
         return tuple(names)
-    for rival in selection.named:
+    for rival in selection.named if len(names) == 1 else ():
         name = rival.hypothesis.name
         close = rival.log_evidence > winner.log_evidence - HOPELESS
         if len(rival.hypothesis.effects) == 1 and name not in names and not rival.hypothesis.outliers and close:
             if separation(selection.setting, winner, rival) < SEPARABLE:
                 names.append(name)
-    names += [n for n in BY_NAME[names[0]].confused_with if BY_NAME[n].standing == "tied" and n not in names
-              and all(f.hypothesis.name != n for f in selection.named)]  # fmt: skip
+    for effect in winner.hypothesis.effects:
+        names += [n for n in effect.confused_with if BY_NAME[n].standing == "tied" and n not in names
+                  and all(f.hypothesis.name != n for f in selection.named)]  # fmt: skip
     return tuple(names)

@@ -110,7 +110,8 @@ def verdict(document: Document) -> str:
             perhaps = WORDS["perhaps_foreign" if foreign(document) else "perhaps"][likeliest(document)]
             return f"Undecided: perhaps {perhaps}, but {doubt(document)}."
         case "undecided":
-            return f"Undecided: perhaps {listed(rivals or effects, 'or')}, but {doubt(document)}."
+            perhaps = listed(effects) if len(effects) > 1 else listed(rivals, "or")
+            return f"Undecided: perhaps {perhaps}, but {doubt(document)}."
     whole = "drag and thrust" if foreign(document) else "the simulator"
     return f"Something is missing from {whole}, and no known effect explains it."
 
@@ -325,7 +326,9 @@ NO_TIES = "Nothing that these recordings cannot tell apart."
 def ties(document: Document) -> list[str]:
     """What these recordings cannot tell apart, one sentence each."""
     rivals, lines = document["verdict"]["class"], []
-    if len(rivals) > 1 and document["verdict"]["kind"] != "effects":
+    if len(document["verdict"]["effects"]) > 1:  # a class of its own for each: the groups of the catalogue tell it
+        rivals = []
+    if len(rivals) > 1:
         names = [effect_name(name) for name in rivals]
         others = "the other" if len(rivals) == 2 else "each of the others"
         lines.append(
