@@ -9,7 +9,7 @@ import pytest
 
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
-from vtank.rigid.fit import Fit
+from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import carry, weigh
 from vtank.rigid.noise import first_noise, settle
 from vtank.rigid.recorded import record
@@ -50,6 +50,14 @@ def test_thrusters_that_begin_at_once_are_seen_to_begin_at_rest(spun):
     assert spun.resting
     time, e, sd = innovations(spun, first_noise([spun]), YAW_RATE)
     assert np.abs(e / sd)[time < 1.0].max() < 5.0
+
+
+def test_whether_thrusters_have_pushed_before_a_run_is_told_by_its_first_moments(spun):
+    p, noise = spun.layout.null, first_noise([spun])
+    (told,) = begun(Fit((replace(spun, resting=False, _drives={}),), noise), p).runs
+    assert told.resting
+    (again,) = begun(Fit((told,), noise), p).runs
+    assert again is told
 
 
 def test_a_step_is_as_good_as_many(spun):

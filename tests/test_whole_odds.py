@@ -11,6 +11,7 @@ import pytest
 
 diagnosis = importlib.import_module("vtank.diagnose.whole.diagnosis")
 odds = importlib.import_module("vtank.diagnose.whole.odds")
+Block = importlib.import_module("vtank.diagnose.whole.unnamed").Block
 
 
 def _model(log_evidence: float) -> SimpleNamespace:
@@ -39,8 +40,8 @@ def test_what_leaves_nothing_is_the_surer_the_more_it_explains():
 def test_free_form_parts_of_one_place_add_up():
     """Of an instrument with several columns the least of them counted, whatever the others gained."""
 
-    def block(place: str, gain: float) -> SimpleNamespace:
-        return SimpleNamespace(place=place, gain=gain, size=1.0)
+    def block(place: str, gain: float) -> Block:
+        return Block(place, "", gain, (), 1.0)
 
     ground = _model(0.0)
     several = odds.nameless([block("ahrs", 500.0), block("yaw", 40.0), block("ahrs", -6.0)], ground, ground, -np.inf)
@@ -48,8 +49,8 @@ def test_free_form_parts_of_one_place_add_up():
 
 
 def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
-    def block(place: str, gain: float) -> SimpleNamespace:
-        return SimpleNamespace(place=place, gain=gain, size=1.0)
+    def block(place: str, gain: float) -> Block:
+        return Block(place, "", gain, (), 1.0)
 
     found = odds.nameless([block("yaw", 30.0), block("imu", 10.0)], _model(0.0), _model(0.0), 1000.0)
     assert found["unknown@yaw"] == pytest.approx(1000.0, abs=0.01)
@@ -98,9 +99,18 @@ def test_what_turns_a_slender_hull_a_little_is_water(sigma: float, axis: str):
 
 def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():
     """An effect is as likely as beforehand, not ruled out; one that gains far more is not held back by it."""
-    own, nominal = _model(0.0), _model(-50_000.0)
+    own, nominal = _model(0.0), _model(-500_000.0)
     assert odds.of_own(own, nominal, 6.0) == 6.0 and odds.of_own(own, nominal, -2.0) == 0.0
-    assert odds.of_own(own, nominal, 900.0) == 50_000.0 * odds.OWN_IMPERFECT
+    assert odds.of_own(own, nominal, 900.0) == 500_000.0 * odds.OWN_IMPERFECT
+
+
+@pytest.mark.parametrize(("gain", "size", "seen"), [(200.0, 0.01, True), (40.0, 0.01, False), (40.0, 0.03, True)])
+def test_what_is_ten_deviations_off_is_a_gap_however_small(gain: float, size: float, seen: bool):
+    """A moment of a hundredth of the usual one is no gap while the noise hides it, and one where it does not."""
+    block = Block("pitch", "hydrodynamics", gain, ("surge speed",), size)
+    assert block.visible is seen
+    named = odds.nameless([block], _model(0.0), _model(0.0), -np.inf)["unknown@pitch"]
+    assert np.isfinite(named) is np.bool_(seen)
 
 
 def test_an_effect_is_not_held_to_the_form_of_one_that_explains_far_less():

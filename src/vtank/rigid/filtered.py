@@ -43,6 +43,11 @@ class Noise:
         """Variance of all errors of each column, (C,) [its unit squared]."""
         return np.asarray(self.variance + self.slow**2)
 
+    def like(self, other: Noise) -> bool:
+        """Whether disturbances and their memory are within a factor of two of the other's."""
+        mine, its = (np.append(noise.sigma[self.sigma > 0.0], noise.memory_s) for noise in (self, other))
+        return bool(np.all(np.abs(np.log2(mine / its)) < 1.0))
+
 
 @dataclass(frozen=True, eq=False)
 class Filtered:

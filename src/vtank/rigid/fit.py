@@ -65,16 +65,17 @@ def begun(fit: Fit, p: Array) -> Fit:
     """The fit whose runs begin at rest, or less so, where nothing tells of a speed: whichever is likelier.
 
     Where little tells of the motion a filter that doubts it without need takes the wrong path (the moment of an
-    oblique flow goes with the product of two such speeds).
+    oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet.
     """
 
-    def likelier(run: Recorded) -> Recorded:
-        if (drifting := run.drifting) is None:
+    def likelier(run: Recorded, other: Recorded | None) -> Recorded:
+        if other is None:
             return run
-        calm, adrift = map(log_likelihood, replace(fit, runs=(run, drifting)).filter(p))
-        return drifting if adrift > calm else run
+        before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
+        return other if after > before else run
 
-    return replace(fit, runs=tuple(map(likelier, fit.runs)))
+    runs = (likelier(run, run.drifting) for run in fit.runs)
+    return replace(fit, runs=tuple(likelier(run, run.switched) for run in runs))
 
 
 def log_likelihood(f: Filtered) -> float:

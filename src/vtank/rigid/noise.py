@@ -25,7 +25,7 @@ LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
 ENOUGH, ALL = 6000, 40000  # measurements that the noise is sought on first, and at last; choices
 FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
 PROMISE = 1.0  # log-likelihood that another step has to bring
-ROUNDS = 4  # at most, in which all of it is sought at one factor
+ROUNDS = 12  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
 SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # slow errors of an instrument, as a variance over its white error; a choice
 SLOW_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
@@ -58,16 +58,16 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
 
 
 def settle(
-    fit: Fit, p: Array, floor: Array, enough: int = ENOUGH, least: Array | float = 0.0
+    fit: Fit, p: Array, floor: Array, enough: int = ENOUGH, least: Array | float = 0.0, *, near: bool = False
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
     the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
-    which none is believed whatever the innovations are.
+    which none is believed whatever the innovations are. near: whether the likeliest is near the fit's.
     """
     runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
-    begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
+    begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
     for factor in FACTORS:
         for _ in range(ROUNDS):
             rounds = [_round(replace(fit, runs=runs, noise=noise), p, floor, least, factor) for noise in begins]

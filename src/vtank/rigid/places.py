@@ -22,6 +22,7 @@ EARTH = ("north", "east", "down")
 # such vehicles differ (models/README.md); guesses
 OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
 OWN_OF_THRUSTERS = {"gain": 0.2, "lag": 0.5}
+OWN_OF_FINS = {"lift": 0.3}
 SPEEDS, ANGLES, RATES = CHANNELS[SURGE:ROLL_RATE], CHANNELS[ROLL:SURGE], CHANNELS[ROLL_RATE:ACCEL]
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),

@@ -77,6 +77,7 @@ class Recorded:
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
         wall: distance to the wall ahead of the start [m]; facing: heading [rad] near which one is square to it.
         later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
+        resting: whether the thrusters have not pushed yet when it begins.
     """
 
     name: str
@@ -99,6 +100,7 @@ class Recorded:
     wall: float
     facing: float
     later: Array
+    resting: bool
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -107,10 +109,12 @@ class Recorded:
         """Axes that the equations of motion move, shape (6,)."""
         return ~self.knows[3:9]
 
-    @cached_property
-    def resting(self) -> bool:
-        """Whether the vehicle lies still at the start, so that its thrusters have not pushed yet."""
-        return bool(np.all(np.abs(self.start[6:12]) <= self.spread[6:12]))
+    @property
+    def switched(self) -> Recorded | None:
+        """The run, begun with thrusters that have not pushed yet, or have long; None where none of them lags."""
+        if not any(push.lag_s > 0.0 for push in self.layout.pushes):
+            return None
+        return replace(self, resting=not self.resting, _drives={})
 
     @property
     def drifting(self) -> Recorded | None:
@@ -317,6 +321,7 @@ def _recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
         angles=angles, reach=reach, tables=tables, start=start, spread=spread,
         wall=0.0, facing=float(start[5]), later=np.zeros(len(layout.sensors)),
+        resting=bool(np.all(np.abs(start[6:12]) <= spread[6:12])),
         **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
 

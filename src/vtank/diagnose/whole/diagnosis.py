@@ -19,7 +19,7 @@ from ..given import telling
 from ..likeness import Likeness, doubted
 from .against import Plant, plant_of
 from .budget import Budget, budget
-from .model import Model
+from .model import PLAIN, Model
 from .odds import strange
 from .selection import Selection, narrowed, select
 
@@ -231,6 +231,7 @@ def diagnose(
     spent = budget(selection)
     hidden = {name for name, most in spent.visible.items() if most < SEEN}
     hidden |= {placed.name for placed in selection.best.effects if selection.best.tiny(placed)}
+    hidden -= {name for name in hidden if selection.gain(name) > PLAIN}
     if hidden:
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))

@@ -17,7 +17,7 @@ from ...rigid.noise import first_noise
 from ...rigid.recorded import record
 from ..given import telling
 from .model import blank, own_unknowns
-from .selection import settled
+from .selection import rightly_begun, settled
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
     layout, seen, notes = record(kept, vehicle, axes)
     noise = first_noise(seen)
     own = own_unknowns(layout, seen[0].moves)
-    model, _ = settled(blank(Fit(seen, noise), layout, (), own), noise.variance)
+    model, _ = rightly_begun(*settled(blank(Fit(seen, noise), layout, (), own), noise.variance), noise.variance)
     nominal = {u.name: float(np.mean(u.base)) for u in own}
     found = model.fit.noise
     return WholeEstimate(

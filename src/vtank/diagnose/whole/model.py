@@ -8,24 +8,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...plant.actuators import Fin
 from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit, level
 from ...rigid.known import channel
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
-from ...rigid.places import OWN_OF_AXIS, OWN_OF_THRUSTERS, Parameter, Placed
+from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
 from ...rigid.tangent import Path
 
 Array = NDArray[np.float64]
+T = TypeVar("T", Push, Fin)
 STEPS = 8  # of a fit, at most
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
+PLAIN = 50.0  # log evidence from which it is a gap all the same: ten deviations of the noise; a choice
 WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
 CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
 SWEEPS = 2  # through the kinds of own parameters
@@ -51,21 +55,23 @@ class Unknown:
 
 
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
-    """Drag, added mass and its moments, gain and lag of thrusters of a kind, where the vehicle file has them.
+    """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
     And what no file states: how a wall stands, and how much of their lift fins pay for with drag.
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
-    for q, alike in (("gain", _kind_and_way), ("lag", _kind)):
-        groups |= {
-            f"{q}@{place}": [f"{q}@{name}" for name in names] for place, names in _groups(layout.pushes, alike).items()
-        }
+    alike = {
+        "gain": _groups("thrusters", layout.pushes, _kind_and_way),
+        "lag": _groups("thrusters", layout.pushes, _kind),
+        "lift": _groups("fins", layout.vehicle.fins, _section),
+    }
+    groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
         if at.size:
-            share = (OWN_OF_AXIS | OWN_OF_THRUSTERS)[name.partition("@")[0]]
+            share = (OWN_OF_AXIS | OWN_OF_THRUSTERS | OWN_OF_FINS)[name.partition("@")[0]]
             size = float(np.mean(p[at]))
             found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
     for k, (i, j) in enumerate(COUPLED_AT):  # moments of added mass, which the file has wrong as it has its masses
@@ -96,13 +102,18 @@ def _kind_and_way(push: Push) -> object:
     return _kind(push), abs(push.direction[2]) > np.hypot(*push.direction[:2])
 
 
-def _groups(pushes: Sequence[Push], alike: Callable[[Push], object]) -> dict[str, list[str]]:
-    """Names of thrusters that are alike, by what they are called together; "thrusters" where all are."""
+def _section(fin: Fin) -> object:
+    """What fins share that differ but in where they stand, and are wrong in alike."""
+    return replace(fin, name="", site="", axis=(0.0, 0.0, 1.0))
+
+
+def _groups(together: str, parts: Sequence[T], alike: Callable[[T], object]) -> dict[str, list[str]]:
+    """Names of thrusters or fins that are alike, by what they are called together; `together` where all are."""
     groups: dict[object, list[str]] = {}
-    for push in pushes:
-        groups.setdefault(alike(push), []).append(push.name)
+    for part in parts:
+        groups.setdefault(alike(part), []).append(part.name)
     if len(groups) == 1:
-        return {"thrusters": [*groups.values()][0]}
+        return {together: [*groups.values()][0]}
     return {"/".join(names): names for names in groups.values()}
 
 

@@ -8,13 +8,13 @@ import numpy as np
 
 from ...rigid.places import Placed
 from ..imitation import IMPERFECT, imitating
-from .model import VISIBLE, Model
+from .model import Model
 from .unnamed import Block
 
 PRIOR = {"none": 0.15, "parameters": 0.15, "unknown": 0.1}  # the rest is shared by effects; guesses
 NAMED = 1.0 - sum(PRIOR.values())
 FORM = 0.2  # prior odds that an effect has another form than its law here, or its simulator another; a guess
-OWN_IMPERFECT = 0.001  # share of the evidence for own parameters that may be due to the form of their laws; a guess
+OWN_IMPERFECT = 0.0001  # share of the evidence for own parameters that may be due to the form of their laws; a guess
 WATER = 2.0  # deviations above the usual up to which water's disturbance is plausible; a choice
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
@@ -108,7 +108,7 @@ def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: fl
     which is where the blocks say.
     """
     spread = np.log(PRIOR["unknown"] / max(len(blocks), 1))
-    seen = [block for block in blocks if block.size > VISIBLE]
+    seen = [block for block in blocks if block.visible]
     total, found = np.logaddexp.reduce([block.gain for block in seen or blocks]), dict[str, float]()
     for block in seen or blocks:
         gain = block.gain - of_own(ground, nominal, block.gain)

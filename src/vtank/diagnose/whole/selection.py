@@ -18,7 +18,7 @@ from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from .echoes import Echoes, heard
 from .gross import mistaken
-from .model import VISIBLE, Model, Unknown, blank, even, own_unknowns, refit, trusted
+from .model import Model, Unknown, blank, even, own_unknowns, refit, trusted
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .screen import Base, Promise, based, promises
 from .unnamed import Block, at_place, unnamed
@@ -30,6 +30,7 @@ NEAR = 6.0  # log evidence behind the best promise within which an effect is fit
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 NEARER = (1.0, 0.3, 0.1, 0.03)  # of what a score test says, where a fit begins; choices
 LOST = 50.0  # log evidence that no number of an effect costs: a fit that lies so far behind ran away; a choice
+SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
@@ -61,6 +62,11 @@ class Selection:
     blocks_alone: list[Block]
     probabilities: dict[str, float]
 
+    def gain(self, name: str) -> float:
+        """Log evidence that one of the best's effects brings beside the others."""
+        placed = next(placed for placed in self.best.effects if placed.name == name)
+        return self.best.log_evidence - without(self.best, self.layout, placed, self.found).log_evidence
+
 
 def select(
     layout: Layout, runs: tuple[Recorded, ...], effects: Sequence[str] | None = None,
@@ -77,10 +83,7 @@ def select(
     own = own_unknowns(layout, runs[0].moves)
     known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
     best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
-    other = begun(best.fit, best.vector())
-    if any(now is not then for now, then in zip(other.runs, best.fit.runs, strict=True)):
-        best, found = settled(replace(best, fit=other), floor)
-    best, found = trusting(best, found, own)
+    best, found = trusting(*rightly_begun(best, found, floor), own)
     sizes, less = sizes_of(best, found), mimicry or {}
     candidates = catalogue(layout, runs[0].moves, sizes)
     candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
@@ -134,14 +137,25 @@ def _begin(
 
 
 def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, twice; floor, least: as of `rigid.noise.settle`."""
+    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise.settle`."""
     p = model.vector()
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
-    for enough in (ENOUGH, ALL):
-        noise, found = settle(model.fit, model.vector(), floor, enough, least)
+    for n, enough in enumerate((ENOUGH, *[ALL] * SETTLING)):
+        before = model.fit.noise
+        noise, found = settle(model.fit, model.vector(), floor, enough, least, near=n > 1)
         model = replace(model, fit=replace(model.fit, noise=noise))
         model = refit(model, found, model.theta)
+        if n and noise.like(before):
+            break
     return model, model.fit.filter(model.vector())
+
+
+def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+    """The settled model, or what it settles to where some run is likelier to have begun otherwise."""
+    other = begun(model.fit, model.vector())
+    if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
+        return model, found
+    return settled(replace(model, fit=other), floor)
 
 
 def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
@@ -298,7 +312,7 @@ def _judged(
         there = refitted.fit.filter(refitted.vector())
         ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
         alone = free_form(ground, there)
-        left = max((block.gain for block in blocks if block.size > VISIBLE), default=-np.inf)
+        left = max((block.gain for block in blocks if block.visible), default=-np.inf)
         mimicry = weights[_key(best)] + imitated(left, best, refitted)
         weights[_key(best)] += imperfect(left, best, refitted)
     weights |= nameless(alone, ground, nominal, mimicry)

@@ -21,7 +21,7 @@ from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
-from .model import RUNS_AWAY, VISIBLE, Model, even, refit
+from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
 from .screen import Base, based
 
@@ -53,7 +53,12 @@ class Block:
     @property
     def repeats(self) -> bool:
         """Whether it is there beyond doubt, and large enough for anybody to see."""
-        return self.gain > REPEATS and self.size > VISIBLE
+        return self.gain > REPEATS and self.visible
+
+    @property
+    def visible(self) -> bool:
+        """Whether anybody would call it a gap."""
+        return self.size > VISIBLE or self.gain > PLAIN
 
 
 Seeker = Callable[[Model, Sequence[Filtered], Base], Block]

@@ -1,0 +1,41 @@
+"""The fit and its noise are each at the other's: a disturbance is no larger for parameters that were far off before."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_rigid_motion import multisine
+
+import vtank as vt
+from vtank.experiment import fly_vehicle
+from vtank.rigid.filtered import Noise
+from vtank.rigid.fit import Fit
+from vtank.rigid.noise import first_noise
+from vtank.rigid.recorded import record
+
+model = importlib.import_module("vtank.diagnose.whole.model")
+selection = importlib.import_module("vtank.diagnose.whole.selection")
+
+
+@pytest.mark.parametrize(("factor", "alike"), [(1.6, True), (2.5, False)])
+def test_a_noise_is_like_another_within_a_factor_of_two(factor: float, alike: bool):
+    noise = Noise(np.ones(3), np.array([0.001, 0.0, 0.002, 0.0, 0.0, 0.01]))
+    assert noise.like(replace(noise, sigma=noise.sigma * [1.0, 1.0, factor, 1.0, 1.0, 1.0])) is alike
+    assert noise.like(replace(noise, memory_s=factor * noise.memory_s)) is alike
+
+
+def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was():
+    """In still water a file with 0.6 of the drag and 0.7 of the moment of inertia: what it leaves goes with it."""
+    true = vt.load_vehicle("bluerov2")
+    drag, added = true.quadratic_drag.copy(), true.added_mass.copy()
+    drag[[0, 1, 5]] *= 0.6
+    added[5, 5] *= 0.7
+    run = fly_vehicle(true, multisine(true, 60.0, 2), 60.0, 2)
+    layout, seen, _ = record([run], replace(true, quadratic_drag=drag, added_mass=added))
+    noise = first_noise(seen)
+    own = model.own_unknowns(layout, seen[0].moves)
+    settled, _ = selection.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
+    assert np.all(settled.fit.noise.sigma < 0.0005)  # [m/s2, rad/s2]
