@@ -126,6 +126,7 @@ def test_a_grossly_late_instrument_is_found_and_read_in_its_time():
     """0.9 s, far beyond what a motion can be wound back by, on an instrument that is not alone in what it tells."""
     values, verdict = diagnosed(FEW, "sensor_latency", 60.0, sensor_latency__ahrs={"d_s": 0.9})
     assert verdict.effects == ("sensor_latency",) and verdict.places == ("ahrs",)
+    assert "clock_offset@ahrs" in verdict.rivals
     assert values["sensor_latency@ahrs"]["d"][0] == pytest.approx(0.9, abs=0.02)
 
 

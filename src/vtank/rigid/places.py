@@ -23,6 +23,7 @@ EARTH = ("north", "east", "down")
 OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
 OWN_OF_THRUSTERS = {"gain": 0.2, "lag": 0.5}
 OWN_OF_FINS = {"lift": 0.3}
+TWINS = {"sensor_latency": "clock_offset"}  # the same to any recording
 SPEEDS, ANGLES, RATES = CHANNELS[SURGE:ROLL_RATE], CHANNELS[ROLL:SURGE], CHANNELS[ROLL_RATE:ACCEL]
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),
@@ -195,7 +196,7 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
     yield one("thrust_loss", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
               "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
-    yield one("supply_sag", "sag", "1/s", 0.3 / s.duration_s, "it pushes less and less with time", low=0.0)
+    yield one("supply_sag", "sag", "1/s", 1.0 / s.duration_s, "it pushes less and less with time", low=0.0)
     yield one("tachometer_bias", "misread", unit, 0.1 * reach, "its recorded input is off")
     if push.thruster is not None:
         yield Placed("thruster_turned", push.name, ACTUATOR, (

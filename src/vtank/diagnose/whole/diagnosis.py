@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.layout import AXES
-from ...rigid.places import Placed
+from ...rigid.places import TWINS, Placed
 from ...rigid.recorded import channel, record
 from ..given import telling
 from ..likeness import Likeness, doubted
@@ -176,14 +176,15 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     model = selection.sets[name]
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
+    twins = tuple(f"{TWINS[placed.effect]}@{placed.place}" for placed in model.effects if placed.effect in TWINS)
     channels = {placed.channel for placed in model.effects}
     kind = "effect" if len(effects) == 1 else "effects"
     gained = [line.interval90[1] for line in spent.lines if line.kind == "effect"]  # at best
     doubt = "worse" if gained and max(gained) < -BETTER else ""
     if chance < NAMED or doubt:
         kind = "undecided"
-    return Verdict(kind, effects, places, (name, *rivals), channels.pop() if len(channels) == 1 else None, chance, left,
-                   doubt)  # fmt: skip
+    alone = channels.pop() if len(channels) == 1 else None
+    return Verdict(kind, effects, places, (name, *twins, *rivals), alone, chance, left, doubt)
 
 
 def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, float]:
