@@ -39,3 +39,15 @@ def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was()
     own = model.own_unknowns(layout, seen[0].moves)
     settled, _ = selection.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
     assert np.all(settled.fit.noise.sigma < 0.0005)  # [m/s2, rad/s2]
+
+
+def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_forgets():
+    vehicle = vt.load_vehicle("bluerov2")
+    layout, seen, _ = record([fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1)], vehicle)
+    noise = replace(first_noise(seen), sigma=np.where(seen[0].moves, 0.001, 0.0))
+    own = model.own_unknowns(layout, seen[0].moves)
+    still = model.blank(Fit(seen, replace(noise, memory_s=1.0)), layout, (), own)
+    assert not selection.forgetful(still, noise.variance)
+    slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=30.0)))
+    ((calm, there),) = selection.forgetful(slow, noise.variance)
+    assert calm.fit.noise.memory_s <= 2.0 and len(there) == 1

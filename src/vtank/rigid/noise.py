@@ -58,19 +58,29 @@ def _resolution(runs: Sequence[Recorded], c: int) -> float:
 
 
 def settle(
-    fit: Fit, p: Array, floor: Array, enough: int = ENOUGH, least: Array | float = 0.0, *, near: bool = False
+    fit: Fit,
+    p: Array,
+    floor: Array,
+    enough: int = ENOUGH,
+    least: Array | float = 0.0,
+    *,
+    near: bool = False,
+    longest_s: float = MEMORIES_S[1],
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
     the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
-    which none is believed whatever the innovations are. near: whether the likeliest is near the fit's.
+    which none is believed whatever the innovations are. near: whether the likeliest is near the fit's. longest_s:
+    memory of the disturbance, at most.
     """
     runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
     begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
     for factor in FACTORS:
         for _ in range(ROUNDS):
-            rounds = [_round(replace(fit, runs=runs, noise=noise), p, floor, least, factor) for noise in begins]
+            rounds = [
+                _round(replace(fit, runs=runs, noise=noise), p, floor, least, factor, longest_s) for noise in begins
+            ]
             before, best = max(rounds, key=lambda pair: pair[1].likelihood)
             floor, begins = np.minimum(floor, _fastest(runs, best)), [best.noise]
             if best.likelihood - before < PROMISE:
@@ -78,10 +88,10 @@ def settle(
     return best.noise, replace(fit, noise=best.noise).filter(p)
 
 
-def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float) -> tuple[float, Tried]:
+def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longest_s: float) -> tuple[float, Tried]:
     """Each part of a noise once about the filter at it: the likelihood before, and the likeliest noise.
 
-    factor: by which sizes are tried larger and smaller. floor, least: as of `settle`.
+    factor: by which sizes are tried larger and smaller. floor, least, longest_s: as of `settle`.
     """
     runs, noise = fit.runs, fit.noise
     trials = partial(_tried, runs, fit.filter(p), noise.memory_s)
@@ -92,7 +102,7 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float) -> tup
             best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
             if best.likelihood - before < PROMISE:
                 break
-    best = max((best, *trials(_memories(best.noise, factor))), key=_likelihood)
+    best = max((best, *trials(_memories(best.noise, factor, longest_s))), key=_likelihood)
     enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, best)), least)
     best = max((best, *trials([replace(best.noise, variance=np.maximum(_white(runs, best), enough))])), key=_likelihood)
     best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
@@ -160,10 +170,9 @@ def _sizes(noise: Noise, axis: int, factor: float) -> list[Noise]:
     return trials
 
 
-def _memories(noise: Noise, factor: float) -> list[Noise]:
+def _memories(noise: Noise, factor: float, longest_s: float) -> list[Noise]:
     """A longer and a shorter memory, with the size that leaves what is slow as it is, and with the same."""
-    low, high = MEMORIES_S
-    longer, shorter = min(noise.memory_s * factor, high), max(noise.memory_s / factor, low)
+    longer, shorter = min(noise.memory_s * factor, longest_s), max(noise.memory_s / factor, MEMORIES_S[0])
     return [replace(noise, memory_s=memory) for memory in (longer, shorter)]
 
 

@@ -30,6 +30,8 @@ NEAR = 6.0  # log evidence behind the best promise within which an effect is fit
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 NEARER = (1.0, 0.3, 0.1, 0.03)  # of what a score test says, where a fit begins; choices
 LOST = 50.0  # log evidence that no number of an effect costs: a fit that lies so far behind ran away; a choice
+STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
+STEADIEST = 3  # that promise most beside one that does not, and are fitted; a choice
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
@@ -106,6 +108,7 @@ def select(
             if not _hopeless(promise, fitted, best):
                 say(f"fitting {promise.placed.name}")
                 fitted.append(extended(*starts[where[promise.placed.name]], layout, promise.placed, promise.begin))
+        fitted += steadied(best, layout, candidates, floor)
         fitted.sort(key=lambda m: -m.log_evidence)
         form = _form(best, found, sizes) if best.effects else 0.0
         if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
@@ -156,6 +159,31 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
         return model, found
     return settled(replace(model, fit=other), floor)
+
+
+def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
+    """The refit beside a disturbance that forgets soon, and its innovations, where the likeliest is nearly steady.
+
+    It may stand for a steady force that a model lacks; nothing where it does not.
+    """
+    steady_s = STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
+    if model.fit.noise.memory_s <= steady_s:
+        return []
+    fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
+    noise, there = settle(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
+    return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
+
+
+def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
+    """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to."""
+    found: list[Model] = []
+    for calm, there in forgetful(model, floor):
+        base = based(calm, there)
+        for promise in _promising(calm, base, layout, candidates)[:STEADIEST]:
+            if promise.gain > 0.0:
+                wider = extended(calm, base, there, layout, promise.placed, promise.begin)
+                found.append(settled(wider, floor)[0])
+    return found
 
 
 def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
