@@ -18,6 +18,7 @@ from .tint import FAR, Tint, tint_of
 
 Array = NDArray[np.float64]
 THREADS = 2  # that share simulations out; each is computed alike on any number
+STILL = 1e-4  # [m/s2, rad/s2] below which a disturbance is none beside that of any water; a choice
 
 
 @dataclass(frozen=True)
@@ -44,8 +45,8 @@ class Noise:
         return np.asarray(self.variance + self.slow**2)
 
     def like(self, other: Noise) -> bool:
-        """Whether disturbances and their memory are within a factor of two of the other's."""
-        mine, its = (np.append(noise.sigma[self.sigma > 0.0], noise.memory_s) for noise in (self, other))
+        """Whether disturbances that are any, and their memory, are within a factor of two of the other's."""
+        mine, its = (np.append(np.maximum(noise.sigma, STILL), noise.memory_s) for noise in (self, other))
         return bool(np.all(np.abs(np.log2(mine / its)) < 1.0))
 
 

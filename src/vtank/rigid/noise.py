@@ -76,7 +76,7 @@ def settle(
     """
     runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
     begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
-    for factor in FACTORS:
+    for factor in FACTORS[1:] if near else FACTORS:
         for _ in range(ROUNDS):
             rounds = [
                 _round(replace(fit, runs=runs, noise=noise), p, floor, least, factor, longest_s) for noise in begins
