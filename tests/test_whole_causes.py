@@ -210,8 +210,8 @@ def test_with_all_suction_lift_is_square_to_the_flow_and_without_the_force_is_sq
 def test_a_fin_that_lost_part_of_its_area_is_named_with_that_part():
     values, verdict = diagnosed(REMUS, "fin_weak", fin_weak__rudder={"share": 0.4})
     assert (verdict.effects, verdict.places) == (("fin_weak",), ("rudder",))
-    size, sd = values["fin_weak@rudder"]["size"]  # masses and drags of the file are not known to be exact
-    assert abs(size + 0.4) < 2.0 * sd < 0.12
+    size, sd = values["fin_weak@rudder"]["size"]  # masses, drags and lift of the file are not known to be exact
+    assert abs(size + 0.4) < 2.0 * sd < 0.14
 
 
 @pytest.mark.slow

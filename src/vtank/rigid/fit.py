@@ -21,6 +21,7 @@ from .tangent import Path, changes
 
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
+CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +69,14 @@ def begun(fit: Fit, p: Array) -> Fit:
     oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet.
     """
 
-    def likelier(run: Recorded, other: Recorded | None) -> Recorded:
+    def likelier(run: Recorded, other: Recorded | None, by: float = 0.0) -> Recorded:
         if other is None:
             return run
         before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
-        return other if after > before else run
+        return other if after > before + by else run
 
     runs = (likelier(run, run.drifting) for run in fit.runs)
-    return replace(fit, runs=tuple(likelier(run, run.switched) for run in runs))
+    return replace(fit, runs=tuple(likelier(run, run.switched, CLEARLY) for run in runs))
 
 
 def log_likelihood(f: Filtered) -> float:
