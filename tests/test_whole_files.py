@@ -193,7 +193,7 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
         ("rate_hz = 5.0", "rate = 5.0", "sensor.dvl.rate: "),
         ("[[fin]]", '[[thruster]]\nname = "main"\nsite = "stern"\ndirection = [0,1,0]\nlimit_N = 1\n[[fin]]', "taken"),
         ('site = "stern"\ndirection', 'site = "sternn"\ndirection', "thruster[0].site: the MJCF has no site 'sternn'"),
-        ("mass_kg = 10.0", "mass_kg = 11.0", "body.mass_kg: found 11, but"),
+        ("mass_kg = 10.0", "mass_kg = 11.0", "kg; is one of them without payload or ballast?"),
         ("stern_m = [-0.5, 0.0, 0.1]", "stern_m = [-0.5, 0.0, -0.1]", "the z axis of one of them points up"),
         ("stern_m = [-0.5, 0.0, 0.1]", "stern_m = [-0.6, 0.0, 0.1]", "sites.stern_m: found [-0.6, 0, 0.1] m, but"),
         ("m = [0.0, 0.0, -0.01]", "m = [0.0, 0.0, 0.01]", "centre_of_buoyancy_m: z = 0.01 m is below the centre of"),

@@ -252,6 +252,8 @@ def test_a_pilot_reads_the_very_samples_that_are_recorded() -> None:
         ('vehicle = "bluerov2"\n', "excite: expected one excitation or more"),
         (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"zigzag\"\namplitude_share = 0.5").replace("heave", "yaw"),
          "excite[0].heading_rad: missing"),
+        (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"zigzag\"\namplitude_share = 0.5\nheadin_rad = 0.1")
+         .replace("heave", "yaw"), "expected a value [rad]; is 'headin_rad' meant to be it?"),
         (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"zigzag\"\namplitude_share = 1.5\nheading_rad = 0.1"),
          "excite[0].amplitude_share: expected a number above 0 and up to 1"),
     ],

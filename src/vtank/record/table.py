@@ -187,7 +187,10 @@ class Table:
             value = self._within(key, value).check_keys(ORIGIN).entries.get("value")
         if value is None:
             self._look_for_other_units(key)
-            raise self.error(key, f"missing; expected a value{in_unit(key)}")
+            unread = [found for found in self.entries if found not in self.known]
+            nearest = difflib.get_close_matches(key, unread, 1, 0.8)
+            slip = f"; is '{nearest[0]}' meant to be it?" if nearest else ""
+            raise self.error(key, f"missing; expected a value{in_unit(key)}{slip}")
         return value
 
     def _look_for_other_units(self, key: str) -> None:

@@ -170,7 +170,8 @@ def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
             raise InputError(f"{where}: '{names[twice[0]]}' is taken; expected a name of its own")
     mass, centre = mass_kg(model), centre_of_gravity(model, vehicle_body(model))
     if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
-        raise InputError(f"{vehicle.path}: body.mass_kg: found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg")
+        told = f"found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg"
+        raise InputError(f"{vehicle.path}: body.mass_kg: {told}; is one of them without payload or ballast?")
     sites = {model.site(i).name for i in range(model.nsite)}
     for name, written in vehicle.sites.items():
         if name in sites and np.abs((found := site(model, name)) - written).max() > NEAR_M:

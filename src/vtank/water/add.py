@@ -46,9 +46,16 @@ def add(
     bodies = wet if isinstance(wet, Mapping) else {_free_body(model): wet}
     gravity = float(np.linalg.norm((model.option if isinstance(model, mujoco.MjSpec) else model.opt).gravity))
     rows = {}
+    current = np.asarray(current_m_s, dtype=float)
+    if current.shape != (3,) or not np.isfinite(current).all():
+        raise InputError(f"current_m_s: found {current_m_s!r}; expected three finite numbers along the world's axes")
     for name, body in bodies.items():
+        if not isinstance(body, Vehicle | Body):
+            raise InputError(
+                f"body '{name}': found {body!r:.80}; expected a Vehicle (vtank.load_vehicle) or a water.Body"
+            )
         rows[name] = row(of_vehicle(body, gravity) if isinstance(body, Vehicle) else body, name)
-        field(rows[name], "water_m_s")[:] = current_m_s
+        field(rows[name], "water_m_s")[:] = current
     sea = _sea(waves or Waves(), towards_rad, seed)
     if isinstance(model, mujoco.MjSpec):
         return _into_spec(model, rows, sea)
