@@ -11,10 +11,11 @@ import pytest
 from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
-from vtank.experiment.whole_scenario import is_whole, load_whole_scenario
+from vtank.experiment.whole import Flown
+from vtank.experiment.whole_scenario import is_whole, load_whole_scenario, summary
 from vtank.plant import Sensor, Thruster, load_vehicle
 from vtank.plant.vehicle import AXES
-from vtank.record import read_dataset, read_truth
+from vtank.record import Run, read_dataset, read_truth
 from vtank.resources import scenarios_dir
 from vtank.tank import load_whole
 
@@ -132,3 +133,11 @@ def test_experiments_of_one_axis_and_of_whole_vehicles_do_not_mix(tmp_path: Path
     ):
         assert main(["run", *arguments, "--out", str(tmp_path / "out")]) == 2
         assert said in capsys.readouterr().err
+
+
+def test_the_summary_tells_of_a_vehicle_that_turns_round_and_round() -> None:
+    """A Phoenix whose tunnels do not hold its heading in a zig-zag: the course goes on beyond half a turn."""
+    zigzag = load_whole_scenario("whole/zigzag", ("vehicle=phoenix",))
+    heading = np.r_[np.linspace(0.0, np.pi - 0.01, 50), np.linspace(-np.pi + 0.01, -0.2, 50)]
+    run = Run("run_1", 0.1 * np.arange(100), {"attitude.heading_rad": heading})
+    assert "attitude.heading_rad +0 to +6.08" in summary(zigzag, Flown(run))

@@ -190,11 +190,13 @@ def summary(scenario: WholeScenario, flown: Flown) -> str:
 
 
 def _range(run: Run, channel: str) -> str:
-    """Least and greatest value of the first column that has a channel, "" for none."""
+    """Least and greatest value of the first column that has a channel, "" for none; angles go on beyond half a turn."""
     column = next((name for name in run.columns if name.rpartition(".")[2] == channel), "")
     if not column:
         return ""
-    return f"{column} {np.nanmin(run.columns[column]):+.3g} to {np.nanmax(run.columns[column]):+.3g}"
+    values = run.samples(column)[1]
+    values = np.unwrap(values) if channel.endswith("_rad") else values
+    return f"{column} {values.min():+.3g} to {values.max():+.3g}" if values.size else ""
 
 
 def write_flights(
