@@ -256,8 +256,7 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
             detail = channels[kind] if len(columns) > 1 else ""
             slot = (f"scale@{channels[kind]}",)
             yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
-            if kind == "depth_m":
-                yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
+            yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
     units: dict[tuple[tuple[str, ...], float], str] = {}
     for unit, kinds, factor in UNITS:
         if slots := tuple(f"scale@{column}" for kind, column in channels.items() if kind in kinds):
@@ -265,18 +264,16 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     for (slots, factor), unit in units.items():
         number = Parameter("factor", slots, "-", 0.0, starts=(factor - 1.0,))
         yield placed("wrong_unit", f"it is recorded in {unit}", number, detail=unit)
-    if {"surge_m_s", "sway_m_s"} <= channels.keys():
+    if {"surge_m_s", "sway_m_s"} & channels.keys():
         yield placed("earth_axes", "velocity is recorded along north and east",
                      Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip
     if vectors or len(turned) == 3:
         numbers = tuple(Parameter(angle, (f"rotation_{angle}@{name}",), "rad", 0.2, -3.2, 3.2)
                         for angle in ("roll", "pitch", "yaw"))  # fmt: skip
-        if vectors:
-            yield placed("sensor_rotated", "it is mounted at other angles", *numbers)
+        yield placed("sensor_rotated", "it is mounted at other angles", *numbers)
     if {"surge_m_s", "accel_x_m_s2", "north_m", "depth_m"} & channels.keys():
         numbers = tuple(Parameter(i, (f"position_{i}@{name}",), "m", 0.3 * s.length_m, -10.0, 10.0) for i in XYZ)
-        if {"surge_m_s", "accel_x_m_s2", "north_m"} & channels.keys():
-            yield placed("sensor_displaced", "it sits elsewhere", *numbers)
+        yield placed("sensor_displaced", "it sits elsewhere", *numbers)
     if "range_m" in channels:  # no simulation is moved by it: `diagnose.whole.echoes`
         echo = Parameter("p", (), "-", 0.0, starts=(0.0,)), Parameter("extra", (), "m", 0.0, starts=(0.0,))
         yield placed("sonar_multipath", "some pings come back by a longer way", *echo)
