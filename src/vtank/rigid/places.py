@@ -246,17 +246,11 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
         )
     for kind, column in channels.items():
         slot, several = (f"scale@{column}",), len(columns) > 1
-        if kind in ("roll_rad", "pitch_rad", "heading_rad", "accel_z_m_s2", "depth_m"):
+        if kind == "accel_z_m_s2":
             continue
         detail = column if several else ""
         yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
         yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
-    for kind in ("roll_rad", "pitch_rad", "heading_rad", "depth_m"):
-        if kind in channels:
-            detail = channels[kind] if len(columns) > 1 else ""
-            slot = (f"scale@{channels[kind]}",)
-            yield placed("wrong_sign", SIGN, Parameter("s", slot, "-", 0.0, starts=(-2.0,)), detail=detail)
-            yield placed("sensor_scale", FACTOR, Parameter("s", slot, "-", 0.2, -3.0, 3.0), detail=detail)
     units: dict[tuple[tuple[str, ...], float], str] = {}
     for unit, kinds, factor in UNITS:
         if slots := tuple(f"scale@{column}" for kind, column in channels.items() if kind in kinds):
