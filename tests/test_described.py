@@ -49,6 +49,15 @@ def mine(folder: Path, slant: float = 0.0, site: str = "stern") -> Vehicle:
     return replace(whole, mjcf=folder / "mine.xml", mass_kg=10.0, thrusters=(thruster,), path=folder / "mine.toml")
 
 
+def test_a_complete_file_is_held_against_its_mjcf_too(tmp_path: Path) -> None:
+    own = described(mine(tmp_path))
+    assert own.complete
+    with pytest.raises(InputError, match=r"mine.toml: body.mass_kg: found 11, but .*mine.xml has 10 kg"):
+        vehicle_of(replace(own, mass_kg=11.0), (), None)
+    with pytest.raises(InputError, match=r"sites.stern_m: .* the z axis of one of them points up"):
+        vehicle_of(replace(own, sites={"stern": (-0.5, 0.0, 0.1)}), (), None)
+
+
 def test_moments_are_about_the_centre_of_gravity(tmp_path: Path) -> None:
     found = described(mine(tmp_path))
     assert found.inertia == pytest.approx((0.4, 0.5, 0.6)) and found.centre_m == pytest.approx((0.1, 0.0, 0.02))

@@ -129,7 +129,6 @@ REFUSED: list[tuple[Callable[[], mujoco.MjSpec], object, dict[str, object], str]
     (spec, CRATE, {"current_m_s": (1.0, 2.0)}, r"current_m_s: found \(1.0, 2.0\); expected three finite numbers"),
     (spec, CRATE, {"current_m_s": (1.0, np.nan, 0.0)}, "current_m_s: .* expected three finite numbers"),
     (spec, CRATE, {"waves": Waves("regular", 0.1, reflection=0.5)}, "waves that a wall reflects"),
-    (lambda: spec(XML.replace("<worldbody>", FORCED)), CRATE, {}, "body 'crate': no room for added mass .* 'auto'"),
     (owned, CRATE, {}, "body 'crate' has user data of its own; expected none"),
     (lambda: spec(XML.replace('mass="9"', 'mass="-9"')), CRATE, {}, "MuJoCo cannot compile the model"),
 ]
@@ -139,6 +138,26 @@ REFUSED: list[tuple[Callable[[], mujoco.MjSpec], object, dict[str, object], str]
 def test_what_cannot_work_is_refused(made, wet, sea, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=message):
         water.add(made(), wet, **sea)
+
+
+def test_inertias_that_the_compiler_takes_from_shapes_are_kept() -> None:
+    dry, wet = (
+        spec(XML.replace("<worldbody>", FORCED)).compile(),
+        water.add(spec(XML.replace("<worldbody>", FORCED)), CRATE),
+    )
+    for name in ("body_mass", "body_ipos", "body_inertia"):
+        assert getattr(wet, name) == pytest.approx(getattr(dry, name), abs=1e-15)
+
+
+@pytest.mark.parametrize("setting", [{"solver": int(PGS)}, {"noslip_iterations": 3}])
+def test_a_solver_that_cannot_see_the_water_does_not_step_silently(setting: dict[str, int]) -> None:
+    """It was switched on after the model was put into water."""
+    model = water.add(spec(), CRATE)
+    (name, value), data = next(iter(setting.items())), mujoco.MjData(model)
+    setattr(model.opt, name, value)
+    with water.forces():
+        mujoco.mj_step(model, data)
+    assert data.warning[mujoco.mjtWarning.mjWARN_BADQACC].number
 
 
 def test_a_compiled_model_without_room_is_refused() -> None:

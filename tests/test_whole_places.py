@@ -16,7 +16,7 @@ from vtank.plant import Sensor, Thruster, Vehicle, load_vehicle
 from vtank.plant.vehicle import AXES
 from vtank.record.table import Table
 from vtank.resources import models_dir, scenarios_dir
-from vtank.tank import forces, load_whole
+from vtank.tank import forces, load_whole, places
 from vtank.tank.model import rigid_mass, vehicle_body
 from vtank.tank.places.catalogue import CATALOGUE, table
 from vtank.tank.places.effect import Placed
@@ -451,7 +451,13 @@ def test_an_effect_does_something_and_its_law_has_its_numbers() -> None:
             effect.drifts,
         )
         assert any(acts) or effect.text == "other", effect.name
-        assert effect.sentence.endswith(".") and effect.law
+        assert effect.law
+
+
+def test_each_effect_has_a_file_of_its_name_in_the_folder_of_its_kind() -> None:
+    folder = Path(places.__file__).parent
+    files = {path.relative_to(folder) for path in folder.glob("*/*.py") if "EFFECT = " in path.read_text("utf-8")}
+    assert files == {Path(effect.kind) / f"{effect.name}.py" for effect in CATALOGUE} and len(files) == len(CATALOGUE)
 
 
 @pytest.mark.parametrize(

@@ -20,11 +20,9 @@ SLANT = 0.05  # product of inertia over the least moment above which axes that a
 def described(vehicle: Vehicle) -> Vehicle:
     """The vehicle with every number that equations of motion need and its file does not state, read from the MJCF.
 
-    InputError where a thruster or fin sits at no site, or the two files differ. Warns of products of inertia, which are
-    left out where the file states no moments.
+    InputError where a thruster or fin sits at no site, or the two files differ, complete or not. Warns of products of
+    inertia, which are left out where the file states no moments.
     """
-    if vehicle.complete:
-        return vehicle
     seats = {t.site: f"thruster[{number}]" for number, t in enumerate(vehicle.thrusters)}
     seats |= {fin.site: f"fin[{number}]" for number, fin in enumerate(vehicle.fins)}
     with named(vehicle.mjcf):
@@ -32,6 +30,8 @@ def described(vehicle: Vehicle) -> Vehicle:
         with mujoco_says("cannot compile it"):
             model = world.compile()
     check_files(vehicle, model)
+    if vehicle.complete:
+        return vehicle
     x, y, z = centre_of_gravity(model, vehicle_body(model))
     sites = dict(vehicle.sites)
     for name, key in seats.items():

@@ -18,6 +18,7 @@ import ctypes
 import functools
 from typing import Any
 
+import mujoco
 import numba
 import numpy as np
 from numba import types
@@ -27,10 +28,11 @@ from ..plant.sixdof import Vector, Wrench, add, cross, multiply, to_body, to_wor
 from . import offsets
 from .forces import plus, water_force
 from .library import factor_mass
-from .pointers import NUMBER, array_at, matrix, numbers, six, triple, whole, word_at
+from .pointers import NUMBER, array_at, choice, matrix, numbers, six, triple, whole, word_at
 from .record import AT, MAGIC, SIZE
 
 OFFSETS = offsets.AT
+PGS = int(mujoco.mjtSolver.mjSOL_PGS)
 WET = 1.0  # mark in mjData.crb
 
 
@@ -214,6 +216,8 @@ def compiled() -> Any:
         if any_wet:
             for i in range(nv):
                 passive[i] += fluid[i]
+            if choice(model + o.solver) == PGS or choice(model + o.noslip_iterations) > 0:
+                passive[0] = np.nan  # it was switched on after `add` and would use the dry mass: MuJoCo warns of this
         if changed:
             factor_mass(model, data)
 

@@ -21,6 +21,7 @@ from ..errors import InputError
 
 SERIES = "4.0."  # in which mjcb_control comes between the factorization of mjData.M and its use
 COUNTS = ("nv", "nbody", "nuser_body", "nuser_actuator")  # of mjModel
+CHOICES = ("solver", "noslip_iterations")  # of mjModel.opt, int32
 INDICES = (  # of mjModel, int32
     "body_parentid",
     "body_rootid",
@@ -61,6 +62,7 @@ SCALARS = {
     "int": ctypes.c_int,
     "float": ctypes.c_float,
 }
+UNUSUAL = 12345  # what no option of a model is
 PROBE = """<mujoco><size nuser_body="{wide}" nuser_actuator="{wide}"/>
 <worldbody>{bodies}</worldbody> <actuator>{actuators}</actuator></mujoco>"""
 BODY = """<body pos="{k} 0 1"><freejoint/><geom size="0.1"/><site name="s{k}"/>
@@ -98,11 +100,11 @@ def _c_struct(declared: Any) -> type[ctypes.Structure]:
 
 
 def derive() -> dict[str, int]:
-    """Byte offset of each field of mjModel and mjData that the callbacks need; "gravity" is that of mjModel.opt."""
+    """Byte offset of each field of mjModel and mjData that callbacks need; CHOICES and "gravity" are of mjModel.opt."""
     try:
         model, data = (_c_struct(structs.STRUCTS[name]) for name in ("mjModel", "mjData"))
         option = _c_struct(structs.STRUCTS["mjOption"])
-        offsets = {"gravity": model.opt.offset + option.gravity.offset}
+        offsets = {name: model.opt.offset + getattr(option, name).offset for name in ("gravity", *CHOICES)}
         offsets |= {name: getattr(model, name).offset for name in (*COUNTS, *INDICES, *SETTINGS)}
         return offsets | {name: getattr(data, name).offset for name in ("time", *POINTERS)}
     except (AttributeError, KeyError) as missing:
@@ -124,6 +126,13 @@ def verify(offsets: dict[str, int], model: mujoco.MjModel, data: mujoco.MjData) 
             raise _refusal(f"mjModel.{name} is not where its headers say")
     if model._address + offsets["gravity"] != model.opt.gravity.ctypes.data:
         raise _refusal("mjModel.opt.gravity is not where its headers say")
+    kept = {name: getattr(model.opt, name) for name in CHOICES}
+    for number, name in enumerate(CHOICES, UNUSUAL):
+        setattr(model.opt, name, number)
+        if ctypes.c_int32.from_address(model._address + offsets[name]).value != number:
+            raise _refusal(f"mjModel.opt.{name} is not where its headers say")
+    for name, value in kept.items():
+        setattr(model.opt, name, value)
     data.time = 1.0 / 3.0
     if ctypes.c_double.from_address(data._address + offsets["time"]).value != data.time:
         raise _refusal("mjData.time is not where its headers say")

@@ -50,6 +50,12 @@ def whole(field: int, size: int) -> np.ndarray:
 
 
 @term
+def choice(address: int) -> int:
+    """The int32 number at an address."""
+    return array_at(address, 1).view(np.int32)[0]
+
+
+@term
 def triple(array: np.ndarray, start: int) -> Vector:
     """Three consecutive numbers."""
     return array[start], array[start + 1], array[start + 2]

@@ -23,8 +23,14 @@ def compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 
 def make_room(spec: mujoco.MjSpec, model: mujoco.MjModel, bodies: list[int]) -> None:
-    """Let M have room beside its diagonal: MuJoCo leaves it out for bodies whose inertia is along their own axes."""
-    for i in bodies:
+    """Let M have room beside its diagonal: MuJoCo leaves it out for bodies whose inertia is along their own axes.
+
+    Where the compiler takes all inertias from shapes, every body states the one that it got.
+    """
+    forced = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
+    spec.compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
+    for i in range(1, model.nbody) if forced else bodies:
         body: Any = next(body for body in spec.bodies if body.id == i)
         body.explicitinertial, body.mass, body.ipos = True, model.body_mass[i], model.body_ipos[i]
-        body.iquat, body.inertia, body.fullinertia = HALF_TURN, model.body_inertia[i], np.full(6, np.nan)
+        body.iquat = HALF_TURN if i in bodies else model.body_iquat[i]
+        body.inertia, body.fullinertia = model.body_inertia[i], np.full(6, np.nan)

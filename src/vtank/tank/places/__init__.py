@@ -7,9 +7,9 @@ A scenario switches them on by name and place, each number with its unit in its 
     "thrust_deadband@bow_port" = { n0_rev_s = 3.0 }
     "current@vehicle" = { north_m_s = 0.2, east_m_s = 0.1 }
 
-One file for each family: hydrodynamics.py (axes), thrusters.py (thrusters and fins), sensors.py, body.py (the
-vehicle). `catalogue.table()` is the table of all of them; read.py reads them from a scenario. Nothing here is used by a
-diagnosis, which has to find them.
+One file for each, in the folder of its kind of place: axis, thruster, fin, sensor, vehicle; to be there is to be in the
+catalogue. `catalogue.table()` is the table of all of them; read.py reads them from a scenario. Nothing here is used by
+a diagnosis, which has to find them.
 """
 
 from __future__ import annotations

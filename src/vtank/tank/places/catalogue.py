@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
-from .body import VEHICLES
-from .effect import PlacedEffect
-from .hydrodynamics import HYDRODYNAMICS
-from .sensors import SENSORS
-from .thrusters import THRUSTERS
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
 
-CATALOGUE: tuple[PlacedEffect, ...] = (*HYDRODYNAMICS, *THRUSTERS, *SENSORS, *VEHICLES)
+from .effect import KINDS, PlacedEffect
+
+
+def _found(kind: str) -> Iterator[PlacedEffect]:
+    """The effects of a folder: one in each file that holds an EFFECT."""
+    folder = f"{__package__}.{kind}"
+    for found in iter_modules(import_module(folder).__path__):
+        module = import_module(f"{folder}.{found.name}")
+        if hasattr(module, "EFFECT"):
+            yield module.EFFECT
+
+
+CATALOGUE: tuple[PlacedEffect, ...] = tuple(
+    effect for kind in KINDS for effect in sorted(_found(kind), key=lambda effect: (effect.order, effect.name))
+)
 
 
 def keys(effect: PlacedEffect) -> str:

@@ -19,6 +19,7 @@ Array = NDArray[np.float64]
 Values = Mapping[str, float]
 VEHICLE = "vehicle"  # the place of what is the vehicle's own
 KINDS = ("axis", "thruster", "fin", "sensor", VEHICLE)
+INPUT = ("_rev_s", "", "_N")  # endings of a number by the thruster's input: rev_s, command, N
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ class PlacedEffect:
     """An effect that may be switched on at a place.
 
     Attributes:
-        name, sentence, law: for people. kind: of its place, one of KINDS.
+        name: that of its file. kind: of its place, one of KINDS, that of its folder. law: the formula, for people.
         numbers: its parameters.
         text: that it takes: the "channel" of a sensor that is meant, default all; the "other" thruster whose inputs are
             exchanged with this one's.
@@ -126,11 +127,11 @@ class PlacedEffect:
         thrust: (time_s, inputs, forces, values) -> forces [N], shape (n,).
         wrench: (Moving, place, values) -> what acts on the body besides, shape (6,) [N, N m].
         keep: (Moving, place, values) -> its memory one step on.
+        order: place among the effects of its kind, in which they act; by default the last.
     """
 
     name: str
     kind: str
-    sentence: str
     law: str
     numbers: tuple[Number, ...] = ()
     text: Literal["", "channel", "other"] = ""
@@ -145,6 +146,7 @@ class PlacedEffect:
     thrust: Callable[[Array, Array, Array, Any], Array] | None = None
     wrench: Callable[[Moving, str, Any], Array] | None = None
     keep: Callable[[Moving, str, Any], float] | None = None
+    order: float = math.inf
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from ...record.toml import meant
 from .catalogue import CATALOGUE
 from .effect import VEHICLE, Number, Placed, PlacedEffect, label, part
 
-INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of a number's endings
+INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of `effect.INPUT`
 
 
 def read_placed(table: Table, vehicle: Vehicle) -> tuple[Placed, ...]:

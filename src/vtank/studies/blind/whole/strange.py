@@ -30,7 +30,7 @@ def strange(family: str, axis: str, numbers: Mapping[str, float]) -> Placed:
     def wrench(s: Moving, place: str, p: dict[str, float]) -> NDArray[np.float64]:
         return along(place, FAMILIES[family](s, AXES.index(place), p))
 
-    effect = PlacedEffect(family, "axis", "A force that no catalogue has.", family, wrench=wrench)
+    effect = PlacedEffect(family, "axis", "no catalogue has it", wrench=wrench)
     return Placed(effect, axis, numbers)
 
 

@@ -1,0 +1,1 @@
+"""Effects of one fin: what acts of its angle, and what lift comes of it."""

@@ -1,0 +1,20 @@
+"""A fin obeys late."""
+
+from __future__ import annotations
+
+from ..effect import Number, PlacedEffect, Values
+
+
+def later(p: Values) -> float:
+    """Delay [s]."""
+    return p["d"]
+
+
+EFFECT = PlacedEffect(
+    "fin_delay",
+    "fin",
+    "angle(t) -> angle(t - d)",
+    (Number("d", ("_s",), "delay", low=0.0, high=60.0, usual=lambda _: 0.4),),
+    delay=later,
+    order=3,
+)

@@ -1,0 +1,1 @@
+"""Effects of one sensor: late, turned, elsewhere, off, in other units, or by a clock of its own."""

@@ -1,0 +1,1 @@
+"""Effects of one thruster: what is read of its input, what acts of it, and what force comes of it."""
