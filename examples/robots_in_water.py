@@ -1,4 +1,4 @@
-"""Drop three robots of robot_descriptions into water as they are: a drone, a dog, and an arm carried by the Phoenix."""
+"""Drop three robots of robot_descriptions into water as they are: a biped, a dog, and an arm carried by the Phoenix."""
 
 from importlib import import_module
 
@@ -15,18 +15,19 @@ def robot(name: str) -> mujoco.MjSpec:
 def carried(arm: mujoco.MjSpec) -> mujoco.MjSpec:
     """The Phoenix with the arm below its nose."""
     hull = mujoco.MjSpec.from_file(str(vt.load_vehicle("phoenix").mjcf))
+    hull.option.integrator = arm.option.integrator
     hull.attach(arm, prefix="arm/", frame=hull.body("phoenix").add_frame(pos=(0.6, 0.0, 0.15)))
     return hull
 
 
-for name in ("skydio_x2", "go2", "z1"):
+for name in ("cassie", "anymal_c", "panda"):
     try:
-        spec = carried(robot(name)) if name == "z1" else robot(name)
+        spec = carried(robot(name)) if name == "panda" else robot(name)
     except Exception as reason:  # not installed, or no network to clone it
         print(f"{name}: skipped, robot_descriptions cannot bring it ({type(reason).__name__})")
         continue
     bodies = vt.water.ellipsoids(spec)  # a first guess from mass and inertia; better numbers are yours to give
-    if name == "z1":
+    if name == "panda":
         bodies["phoenix"] = vt.load_vehicle("phoenix")
     model = vt.water.add(spec, bodies, current_m_s=(0.1, 0.0, 0.0))
     data = mujoco.MjData(model)

@@ -18,7 +18,7 @@ SAID = {  # example -> words of its output, files it leaves
     "diagnose_and_correct": (("The gap is caused by linear drag.", "a run never seen"), ("gap.html", "gap.toml")),
     "own_log": (("thrust_lag.tau",), ("log.csv",)),
     "before_the_tank": (("no unbiased estimator gets below",), ("plan/identifiability.html",)),
-    "robots_in_water": (("skydio_x2: ", "go2: ", "z1: "), ()),
+    "robots_in_water": (("cassie: ", "anymal_c: ", "panda: "), ()),
     "control_loop": (("dived 0.500 m", "to starboard by the current"), ()),
     "campaign": (("8 runs", "linear drag 0."), ("many/runs.csv",)),
 }
@@ -62,11 +62,11 @@ def test_an_example_runs(
 
 
 ROBOTS = {  # stand-ins with a free body, jointed legs on one, and an arm to be carried
-    "skydio_x2": '<body name="x2"><freejoint/><geom type="box" size="0.2 0.1 0.05" mass="1"/></body>',
-    "go2": """<body name="base"><freejoint/><geom type="box" size="0.3 0.1 0.05" mass="7"/>
+    "cassie": '<body name="x2"><freejoint/><geom type="box" size="0.2 0.1 0.05" mass="1"/></body>',
+    "anymal_c": """<body name="base"><freejoint/><geom type="box" size="0.3 0.1 0.05" mass="7"/>
       <body name="leg" pos="0.2 0.1 0"><joint axis="0 1 0" damping="1"/>
       <geom type="capsule" fromto="0 0 0 0 0 -0.2" size="0.02" mass="1"/></body></body>""",
-    "z1": """<body name="link0"><geom size="0.05" mass="0.5"/><body name="link1"><joint axis="0 1 0" damping="1"/>
+    "panda": """<body name="link0"><geom size="0.05" mass="0.5"/><body name="link1"><joint axis="0 1 0" damping="1"/>
       <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03" mass="1"/></body></body>""",
 }
 
@@ -83,4 +83,4 @@ def test_robots_of_robot_descriptions_sink_as_they_are(
     monkeypatch.setitem(sys.modules, "robot_descriptions", ModuleType("robot_descriptions"))
     runpy.run_path(str(EXAMPLES / "robots_in_water.py"), run_name="__main__")
     shown = capsys.readouterr().out
-    assert "skipped" not in shown and "z1: 3 wet bodies, 7 degrees of freedom" in shown
+    assert "skipped" not in shown and "panda: 3 wet bodies, 7 degrees of freedom" in shown
