@@ -16,6 +16,7 @@ from vtank.experiment import fly_vehicle
 from vtank.plant.recorded import check_recorded
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run, read_dataset, read_run
+from vtank.rigid.recorded import record
 
 
 def test_import_writes_a_run_and_prints_the_preview(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -106,3 +107,18 @@ def test_an_hour_at_50_hz_with_30_channels_stays_below_1_gb(tmp_path: Path) -> N
         )
         peak_kB = int(done.stdout.split()[-1])  # getrusage's would be the parent's, too
         assert peak_kB < 1e6, command
+
+
+def test_a_diagnosis_refuses_a_misspelt_thruster_and_tells_of_a_strange_sensor() -> None:
+    """A thruster whose column is misspelt would else be called dead."""
+    vehicle = load_vehicle("kingfisher")
+    run = fly_vehicle(vehicle, {"time_s": [0.0], "port_command": [0.5], "starboard_command": [0.4]}, 5.0)
+    columns = dict(run.columns)
+    _, _, notes = record([run], vehicle)
+    assert not any("sensor" in note for note in notes)
+    renamed = {name.replace("gps.", "gsp."): values for name, values in columns.items()}
+    _, _, notes = record([Run("run", run.time_s, renamed)], vehicle)
+    assert any("has no sensor 'gsp'; did you mean 'gps'" in note for note in notes)
+    columns["prt_command"] = columns.pop("port_command")
+    with pytest.raises(InputError, match="column prt_command: .*no thruster or fin 'prt'; did you mean 'port'"):
+        record([Run("run", run.time_s, columns)], vehicle)

@@ -49,7 +49,10 @@ class Tank(gymnasium.Env[Array, Array]):
         self.data = mujoco.MjData(self.model)
         self.body = vehicle_body(self.model)
         self.steps = round(PERIOD_S / self.model.opt.timestep)
-        self.parts: tuple[Thruster | Fin, ...] = (*self.vehicle.thrusters, *(fin for fin in self.vehicle.fins if fin.limit_rad))
+        self.parts: tuple[Thruster | Fin, ...] = (
+            *self.vehicle.thrusters,
+            *(fin for fin in self.vehicle.fins if fin.limit_rad),
+        )
         self.goal = np.zeros(3)
         self.action_space = spaces.Box(-1.0, 1.0, (len(self.parts),), np.float64)
         self.observation_space = spaces.Box(-LIMITS, LIMITS, dtype=np.float64)

@@ -19,14 +19,20 @@ def check_recorded(run: Run, vehicle: Vehicle) -> None:
         sensor, dot, channel = name.rpartition(".")
         if dot:
             _check_sensor(run, vehicle, name, sensor, channel)
-        elif name not in FIXED:
-            _check_input(run, vehicle, name)
+    check_inputs(run, vehicle)
     for thruster in vehicle.thrusters:
         name = thruster.name or thruster.site
         found = [column for kind in INPUTS if (column := f"{name}_{kind}") in run.columns]
         if found and thruster.column not in found:
             expected = f"{vehicle.path} knows its force from {thruster.column}, by gain or curve"
             raise InputError(f"{_where(run, found[0])}: {expected}; found {' and '.join(found)} alone")
+
+
+def check_inputs(run: Run, vehicle: Vehicle) -> None:
+    """InputError for the input of a thruster or fin that the vehicle file has not, with the nearest."""
+    for name in run.columns:
+        if "." not in name and name not in FIXED:
+            _check_input(run, vehicle, name)
 
 
 def _check_sensor(run: Run, vehicle: Vehicle, name: str, sensor: str, channel: str) -> None:

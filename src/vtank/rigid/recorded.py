@@ -12,9 +12,11 @@ from scipy.spatial.transform import Rotation
 
 from ..effects.coulomb_friction import REVERSAL_M_S
 from ..errors import InputError
+from ..plant.recorded import check_inputs
 from ..plant.vehicle import Vehicle
 from ..record.columns import MOTION
 from ..record.run import TIME, Run
+from ..record.toml import meant
 from .kernels import Record
 from .known import ATTITUDE, SPEEDS, channel, known_motion
 from .layout import (
@@ -232,7 +234,8 @@ def record(
     """The layout that fits a vehicle and its recordings, the runs, and what is told of columns that are not used.
 
     axes: that are asked about, of AXES (default: all of whose motion something is told). InputError where nothing
-    drives the vehicle or nothing is measured of an axis that is asked about.
+    drives the vehicle, nothing is measured of an axis that is asked about, or an input is of no thruster and one's own
+    is missing.
     """
     named = {name for run in runs for name, values in run.columns.items() if np.isfinite(values).any()}
     pushed = pushes(vehicle, named)
@@ -259,9 +262,18 @@ def record(
     notes = [f"column {name} is not used" for name in sorted(named - driving - set(used)) if name != TIME]
     notes = [note if _kept(note, known, seen) else note.replace("not used", "known motion") for note in notes]
     notes += [f"{AXES[i]} was not measured: taken as at rest" for i in at_rest]
+    names = [sensor.name for sensor in vehicle.sensors]
+    strange = sorted({owner for name in used if (owner := name.rpartition(".")[0]) and owner not in names})
     missing = [push.column for push in pushed if push.column not in named]
     missing += [t.column for t in vehicle.thrusters if (t.name or t.site) not in {push.name for push in pushed}]
+    if missing:
+        for run in runs:
+            check_inputs(run, vehicle)
     notes += [f"no column {name}: taken as at rest" for name in missing]
+    notes += [
+        f"{vehicle.path} has no sensor '{name}'{meant(name, names or ['none'])}: taken to sit at the origin"
+        for name in strange
+    ]
     reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
                           run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
