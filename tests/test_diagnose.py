@@ -77,6 +77,7 @@ def test_a_single_effect_is_named_and_measured(slot, value):
     assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low)
 
 
+@pytest.mark.slow
 def test_multipath_is_told_by_its_lone_ranges_on_a_coarse_sonar():
     found = diagnose(flown({"sonar_multipath.p": 0.03, "sonar_multipath.extra": 0.3}), NOMINAL)
     assert found.verdict.effects == ("sonar_multipath",)

@@ -156,7 +156,7 @@ def test_a_vector_sets_what_it_is_told_and_leaves_its_base_alone():
 def test_no_code_outside_the_effects_and_the_plants_names_an_effect():
     """The effects at places of a whole vehicle are catalogues of their own: the tank's, and that of its equations."""
     found, root = [], Path(catalogue.__file__).parents[1]
-    places = {*(root / "tank" / "places").glob("*.py"), root / "rigid" / "places.py", root / "rigid" / "layout.py"}
+    places = {*(root / "tank" / "places").rglob("*.py"), root / "rigid" / "places.py", root / "rigid" / "layout.py"}
     for path in root.rglob("*.py"):
         if path.relative_to(root).parts[0] not in ("effects", "plant") and path not in places:
             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

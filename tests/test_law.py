@@ -175,6 +175,7 @@ def weighed(p: np.ndarray, seeds: tuple[int, int], error=lambda x: 0.0 * x):
     return setting, evaluate(setting, Hypothesis())
 
 
+@pytest.mark.slow
 def test_a_law_is_found_again_with_its_numbers():
     beyond = Formula("force", (Factor("u", "signed", 2.0), Factor("x", "above", 0.2, 0.05)), None, -0.8)
     setting, fit = weighed(vector(beyond.values(), NOMINAL), (1, 2))

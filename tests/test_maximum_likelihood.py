@@ -143,6 +143,7 @@ def test_intervals_cover_in_calm_and_in_turbulent_water(sigma):
         assert sum(level > 0 for level in found) <= 1  # false alarms
 
 
+@pytest.mark.slow
 def test_in_turbulence_simulation_alone_goes_astray():
     """What the process noise is for: it halves the errors here, and still finds the sonar's noise."""
     p, errors = truth_of("II"), []

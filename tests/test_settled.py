@@ -27,6 +27,7 @@ def test_a_noise_is_like_another_within_a_factor_of_two(factor: float, alike: bo
     assert noise.like(replace(noise, memory_s=factor * noise.memory_s)) is alike
 
 
+@pytest.mark.slow
 def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was():
     """In still water a file with 0.6 of the drag and 0.7 of the moment of inertia: what it leaves goes with it."""
     true = vt.load_vehicle("bluerov2")

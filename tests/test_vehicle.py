@@ -121,6 +121,9 @@ def test_another_vehicle_needs_no_code(tmp_path: Path) -> None:
     assert not vehicle.linear_drag.any()
 
 
+DIRECTION = "direction = { value = [0.0, "
+
+
 @pytest.mark.parametrize(
     ("find", "replacement", "said"),
     [
@@ -130,8 +133,16 @@ def test_another_vehicle_needs_no_code(tmp_path: Path) -> None:
         ("value = 122.6", "value = -122.6", "quadratic_drag.sway_N_s2_per_m2: drag coefficients are given as positive"),
         ("value = 12.83", "value = -300.0", "added_mass: the matrix has a negative eigenvalue"),
         ("value = 12.83", "value = nan", "added_mass.yaw_kg_m2: expected a number"),
-        ("direction = [0.0, 0.0, 1.0]", "direction = [0.0, 0.0]", "thruster[0].direction: expected three numbers"),
-        ("direction = [0.0, 0.0, 1.0]", "direction = [0, 0, 0]", "thruster[0].direction: expected a direction"),
+        (
+            "direction = { value = [0.0, 0.0, 1.0]",
+            "direction = { value = [0.0, 0.0]",
+            "thruster[0].direction: expected three numbers",
+        ),
+        (
+            "direction = { value = [0.0, 0.0, 1.0]",
+            "direction = { value = [0, 0, 0]",
+            "thruster[0].direction: expected a direction",
+        ),
         ("limit_N = { value = 8.9", "limit_N = { value = 0.0", "thruster[0].limit_N: expected a number above 0"),
         ("[body]", "[body", "not valid TOML"),
         ('source = "S1"', 'from = "S1"', "body.mass_kg.from: unknown key"),

@@ -69,6 +69,7 @@ def diagnosed(vehicle, name: str, seconds: float = 40.0, **effects):
     return {p.name: found.selection.best.values(p) for p in found.selection.best.effects}, found.verdict
 
 
+@pytest.mark.slow
 def test_a_pilot_who_answers_noise_does_not_foresee_it():
     """Averaged samples are true before the answer to any of them: what is left has nothing to do with the answer."""
 
@@ -142,6 +143,7 @@ def test_measurements_are_put_in_order_at_other_delays_only_where_these_are_far_
     assert there.ordered(p) is there and there.ordered(layout.null).late == pytest.approx(run.late)
 
 
+@pytest.mark.slow
 def test_moments_of_added_mass_are_own_parameters():
     """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right."""
     true = PHOENIX.added_mass.copy()
@@ -243,7 +245,7 @@ def _level(f) -> float:
 
 def test_rates_alone_may_be_in_degrees():
     layout, seen, _ = record([fly_vehicle(ROV, multisine(ROV, 5.0, 1), 5.0, 1)], ROV)
-    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8), np.ones(8))
     units = {c.name: c.parameters[0].slots for c in catalogue(layout, seen[0].moves, sizes) if c.effect == "wrong_unit"}
     assert all("rate" in slot for slot in units["wrong_unit@imu:degrees"])
     assert all("rate" not in slot for slot in units["wrong_unit@mocap:degrees"])
@@ -256,7 +258,7 @@ def test_echoes_are_heard_by_being_late_and_are_left_out_of_what_else_is_sought(
     layout = replace(layout, columns=tuple("ping.range_m" if c == 0 else n for c, n in enumerate(layout.columns)))
     run = replace(run, layout=layout)
     mine = np.flatnonzero(run.column == 0)
-    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8), np.ones(8))
     known = [
         c
         for c in catalogue(replace(layout, sensors=("ping",)), run.moves, sizes)

@@ -66,6 +66,7 @@ def test_a_simulation_that_runs_away_is_far_off(dragging, monkeypatch):
     assert np.all(lost[count > 0] > before[count > 0])
 
 
+@pytest.mark.slow
 def test_a_dead_thruster_is_told_from_the_other_seven():
     dead = replace(NOMINAL, thrusters=tuple(
         replace(t, curve=tuple((n, 1e-9 * f) for n, f in t.curve)) if t.site == "thruster_6" else t

@@ -12,8 +12,8 @@ from vtank.rigid.recorded import record
 from vtank.tank.places.catalogue import CATALOGUE
 from vtank.tank.places.read import places
 
-# of a standing wave the frequency is found first, and late pings and wild readings are sought among single samples
-NOT_HERE = {"seiche", "tachometer_spikes", "sonar_multipath"}
+# of a standing wave the frequency is found first, and late pings are sought among single samples
+NOT_HERE = {"seiche", "sonar_multipath"}
 WITHOUT_PLACE = {"roll_rad", "pitch_rad", "heading_rad", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"}
 
 

@@ -112,8 +112,8 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     size, way = run.time_s.size, _way(run)
     innovation, variance, explained, gain = (*np.empty((3, size)), np.zeros((size, SIZE)))
     kalman(
-        run.hull(p), run.start, run.spread, run.steps, run.record, run.drive(p), noise.variance[run.column],
-        noise.sigma * run.moves, noise.memory_s, way, innovation, variance, gain, explained,
+        run.hull(p), run.hull(p, soft=True), run.start, run.spread, run.steps, run.record, run.drive(p),
+        noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, way, innovation, variance, gain, explained,
     )  # fmt: skip
     if not np.isfinite(innovation).all():
         lost = run.time_s[~np.isfinite(innovation)].min()
@@ -125,8 +125,8 @@ def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way
     """The path at other parameters with the gains of a filter, and the innovations along it."""
     out, way, none = np.empty(run.time_s.size), _way(run), np.empty(0)
     kalman(
-        run.hull(p), run.start, none, run.steps, run.record, run.drive(p), none, np.zeros(6), memory_s, way, out, none,
-        f.gain, none,
+        run.hull(p), run.hull(p, soft=True), run.start, none, run.steps, run.record, run.drive(p), none, np.zeros(6),
+        memory_s, way, out, none, f.gain, none,
     )  # fmt: skip
     return way, out
 

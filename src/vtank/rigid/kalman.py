@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean
-from .kernels import SIZE, lateness, moved, parted, seen, told
+from .kernels import SIZE, folded, lateness, moved, seen, told
 from .layout import SPRING, TETHER, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
@@ -207,9 +207,12 @@ def weigh(P, H, noise_var, C, gain):
 
 
 @law
-def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, way, out, variance, gain, explained):
+def kalman(
+    hull, soft, start, spread, steps, record, drive, noise_var, sigma, memory, way, out, variance, gain, explained
+):
     """Extended Kalman filter along a run: innovations `out`, their variances, gains (M, 18), and H P H' `explained`.
 
+    soft: the hull by which steps are linearised.
     spread: standard deviations of the start, (12,); noise_var: of each measurement, (M,); sigma [m/s2, rad/s2]:
     stationary deviation of the disturbance of each axis, (6,); memory [s]; way: a `Way` to fill. With spread of shape
     (0,) the gains are given, and nothing but innovations and way is made.
@@ -234,7 +237,7 @@ def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, 
             x[:12], x[12:], d[:] = s[:12], wake, s[12:]
             y[:] = x
             moved(y, d, t, steps.length[i], memory, drive, i, hull, k, z, push)
-            transition(t, x, y, steps.length[i], i, drive, hull, way.F[i], scratch)
+            transition(t, x, y, steps.length[i], i, drive, soft, way.F[i], scratch)
             if not given:
                 carry(way.F[i], steps.length[i], sigma, memory, T, P, A)
             s[:12], s[12:], wake[:] = y[:12], d, y[12:]
@@ -243,7 +246,7 @@ def kalman(hull, start, spread, steps, record, drive, noise_var, sigma, memory, 
         way.before[m] = s
         x[12:] = wake
         here = differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, way.H[m])
-        out[m] = parted(record.value[m] - here, record.kind[m])
+        out[m] = folded(record.value[m] - here, m, record, hull)
         if not given:
             explained[m] = weigh(P, way.H[m], noise_var[m], C, gain[m])
             variance[m] = explained[m] + noise_var[m]

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean
-from .layout import FIN, HULL, LATENCY, SENSOR, SKEW, THRUSTER
+from .layout import COLUMN, FIN, HULL, LATENCY, SCALE, SENSOR, SKEW, THRUSTER
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
 from .steps import TOUCH_S
 
 SIZE = 18  # states and disturbances
+LEAST = 0.01  # of a turn, of which an instrument makes nothing
 ROLL, HEADING = ANGLES[0], ANGLES[2]
 
 
@@ -56,7 +57,9 @@ def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
         push[a] = d[a] * mean
         d[a] *= keep
     tied(x, drive, i)
-    advance(t, x, h, drive, i, 1.0, push, hull, k, y)
+    step, change = h / hull.often, 2.0 / hull.often
+    for n in range(hull.often):
+        advance(t + n * step, x, step, drive, i, n * change - 1.0, (n + 1) * change - 1.0, push, hull, k, y)
 
 
 @lean
@@ -65,11 +68,11 @@ def wound(x, d, t, late, steps, drive, i, hull, k, y):
     while late > TOUCH_S and i > 0:
         i -= 1
         h = min(late, steps.length[i])
-        advance(t, x, -h, drive, i, 0.0, d, hull, k, y)
+        advance(t, x, -h, drive, i, 0.0, 0.0, d, hull, k, y)
         t, late = t - h, late - h
     while late < -TOUCH_S and i < steps.length.size:
         h = min(-late, steps.length[i])
-        advance(t, x, h, drive, i, 0.0, d, hull, k, y)
+        advance(t, x, h, drive, i, 0.0, 0.0, d, hull, k, y)
         t, late, i = t + h, late + h, i + 1
 
 
@@ -107,10 +110,18 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
 
 
 @lean
-def parted(e, kind):
-    """A difference; that of angles within half a turn."""
-    if ROLL <= kind <= HEADING:
-        return e - 2.0 * math.pi * round(e / (2.0 * math.pi))
+def folded(e, m, record, hull):
+    """A difference of readings such as measurement m; of angles within half a turn of what its instrument calls one."""
+    if ROLL <= record.kind[m] <= HEADING:
+        c = (
+            HULL
+            + THRUSTER * hull.counts[0]
+            + FIN * hull.counts[1]
+            + SENSOR * hull.counts[2]
+            + COLUMN * record.column[m]
+        )
+        turn = 2.0 * math.pi * max(abs(hull.p[c + SCALE]), LEAST)
+        return e - turn * round(e / turn)
     return e
 
 
@@ -132,7 +143,8 @@ def simulate(hull, start, steps, record, drive, gain, memory, restart, out, trac
             i += 1
         if restart.shape[0] and not math.isnan(restart[m, 0]):
             x[:12], d[:] = restart[m, :12], restart[m, 12:]
-        out[m] = parted(record.value[m] - seen(m, t, x, d, record, steps, drive, i, hull, scratch), record.kind[m])
+        here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
+        out[m] = folded(record.value[m] - here, m, record, hull)
         for a in range(12):
             x[a] += gain[m, a] * out[m]
         for a in range(6):

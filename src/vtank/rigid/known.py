@@ -16,6 +16,7 @@ from ..record.run import Run
 Array = NDArray[np.float64]
 SPEEDS = ("surge_m_s", "sway_m_s", "heave_m_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
 ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
+ROUND, CLEARLY = 0.05, 6.0  # [rad], or times the noise of a step, by which a jump may miss a turn; choices
 SMOOTH_S = 0.8  # [s] over which known motion is smoothed by a local parabola; a choice
 
 
@@ -58,9 +59,23 @@ def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
         return None
     time, value = run.samples(column)
     sensor = _sensor(vehicle, column)
-    return np.interp(
-        grid, time - (sensor.latency_s if sensor else 0.0), np.unwrap(value) if name in ATTITUDE else value
-    )
+    return np.interp(grid, time - (sensor.latency_s if sensor else 0.0), onward(value) if name in ATTITUDE else value)
+
+
+def onward(angle: Array) -> Array:
+    """Recorded angles that go on beyond a turn, whatever their unit: a turn is what they jump by, less their pace."""
+    step = np.diff(angle)
+    size = np.abs(step)
+    if size.max(initial=0.0) <= np.pi:
+        return angle
+    jumps = np.flatnonzero(size > 0.5 * size.max())
+    jumps = jumps[(jumps > 0) & (jumps < step.size - 1)]
+    pace = 0.5 * (step[jumps - 1] + step[jumps + 1])
+    turn = float(np.median(np.abs(step[jumps] - pace))) if jumps.size else 2.0 * np.pi
+    noise = float(np.median(np.abs(np.diff(step)))) / np.sqrt(max(jumps.size, 1))
+    if abs(turn - 2.0 * np.pi) < max(ROUND, CLEARLY * noise):
+        turn = 2.0 * np.pi
+    return np.asarray(np.unwrap(angle, period=turn))
 
 
 def _sensor(vehicle: Vehicle, column: str) -> Sensor | None:

@@ -29,10 +29,10 @@ LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
 CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
-HULL = 110
+MIDDLE, HULL = 110, 111
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
-DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED = 14, 15, 16, 17, 18, 19, 20, 21, 22
-THRUSTER = 23
+DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23
+THRUSTER = 24
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, LEFT, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
 FIN = 15
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
@@ -56,13 +56,13 @@ def _hull_names() -> list[str]:
         "crossflow_h@hull", "crossflow_v@hull", "length@hull",
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
-        *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ),
+        *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "middle@hull",
     ]  # fmt: skip
 
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "share", "slower", "misread", "yawed", "pitched", "wired")  # fmt: skip
+                  "share", "slower", "misread", "yawed", "pitched", "wired", "spiked")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "share",
              "offset", "induced_drag", "late", "suction")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
@@ -75,7 +75,8 @@ class Hull(NamedTuple):
     """Parameters (P,) for the kernels, counts of blocks, `masses`, and where the run began: place and heading (4,).
 
     gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed; creep: speed
-    over which dry friction turns round, (6,) [m/s, rad/s]; flow: forces of the water beyond drag.
+    over which dry friction turns round, (6,) [m/s, rad/s], in parts of a step that are `often` as many; flow: forces of
+    the water beyond drag.
     """
 
     p: Array
@@ -87,6 +88,7 @@ class Hull(NamedTuple):
     gears: Array
     losing: bool
     creep: Array
+    often: int
     flow: Flow
 
 
@@ -153,7 +155,7 @@ class Layout:
         p[BUOYED : BUOYED + 3], p[WATERLINE] = vehicle.centre_of_buoyancy_m, vehicle.heave_N_per_m
         p[CORIOLIS] = p[MUNK] = 1.0
         p[RECOVERY : RECOVERY + 6] = 5.0  # [s] of a wake that there is not
-        p[LENGTH] = vehicle.ends_m[0] - vehicle.ends_m[1]
+        p[LENGTH], p[MIDDLE] = vehicle.ends_m[0] - vehicle.ends_m[1], 0.5 * sum(vehicle.ends_m)
         thrusters, fins, sensors, columns = self.starts
         for k, push in enumerate(self.pushes):
             own = p[thrusters + THRUSTER * k :][:THRUSTER]

@@ -40,6 +40,7 @@ from .layout import (
     LIFT,
     LINEAR,
     LOSS,
+    MIDDLE,
     MUNK,
     OFFSET,
     PITCHED,
@@ -228,10 +229,10 @@ def turning(nu, nu_r, hull):
                             0.0, c[4] * nu_r[0] * nu_r[2], -c[2] * nu_r[0] * nu_r[1]))  # fmt: skip
     if p[CROSSFLOW] != 0.0 or p[CROSSFLOW + 1] != 0.0:
         for place, share in STRIPS:
-            lever = 0.5 * p[LENGTH] * place
+            lever = p[MIDDLE] + 0.5 * p[LENGTH] * place
             side, down = nu_r[1] + lever * nu[5], nu_r[2] - lever * nu[4]
-            Y = -0.5 * p[LENGTH] * share * p[CROSSFLOW] * abs(side) * side
-            Z = -0.5 * p[LENGTH] * share * p[CROSSFLOW + 1] * abs(down) * down
+            speed = 0.5 * p[LENGTH] * share * math.sqrt(side * side + down * down)
+            Y, Z = -p[CROSSFLOW] * speed * side, -p[CROSSFLOW + 1] * speed * down
             total = add(total, (0.0, Y, Z, 0.0, -lever * Z, lever * Y))
     return total
 
@@ -295,10 +296,11 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
 
 
 @lean
-def advance(t, x, h, drive, i, change, push, hull, k, y):
+def advance(t, x, h, drive, i, begin, end, push, hull, k, y):
     """One Runge-Kutta step of h [s] from time t [s] under the drive of step i, in place on x, (18,).
 
-    change: share of the thrusters' change through the step that is followed; k, (5, 18), and y, (18,), are scratch.
+    begin, end: where on the way of the thrusters' change, -1 to 1 through the whole of step i, it begins and ends; 0
+    for both stays amid. k, (5, 18), and y, (18,), are scratch.
     """
     thrust, asked, fins, known = k[4], drive.asked[i], drive.fins[i], drive.known[i, 9:]
     for a in range(18):
@@ -308,8 +310,9 @@ def advance(t, x, h, drive, i, change, push, hull, k, y):
         if stage > 0:
             for a in range(18):
                 y[a] = x[a] + g * k[stage - 1, a]
+        change = begin + (end - begin) * g / h
         for a in range(6):
-            thrust[a] = drive.thrust[i, a] + (2.0 * g / h - 1.0) * change * drive.swing[i, a]
+            thrust[a] = drive.thrust[i, a] + change * drive.swing[i, a]
         rates(t + g, y, thrust, asked, fins, push, known, hull, k[stage])
     for i in range(18):
         x[i] += h / 6.0 * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])

@@ -31,6 +31,7 @@ UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("degrees, its rates in rad/s", ANGLES, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
     ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
 )  # fmt: skip
+SPIKE = 0.05  # of the largest input, below which what stands alone is no spike; a choice
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 HELD_S = 0.1  # [s] for which inputs are held in most recordings; a delay may be off by that and fit well; a guess
 LATE_S = (0.4, 0.8, 1.6, 3.2)  # [s] by which an instrument may be grossly late or early, or what it moves; choices
@@ -50,6 +51,7 @@ class Parameter:
         starts: where fits begin.
         far: gross values, each farther off than the one before: a fit that begins at none of them never gets there.
         grain: how far apart best fits lie that are best about themselves only; 0 where there is one.
+        optional: whether it is a component of a vector, of which some are as likely nothing as not.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Parameter:
     null: float = 0.0
     far: tuple[float, ...] = ()
     grain: float = 0.0
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,8 @@ class Placed:
 class Sizes:
     """What the vehicle did, by axis: root mean squares of force, speed and displacement, shape (6,); duration [s].
 
-    waves: frequencies [rad/s] at which the disturbance of surge, sway and heave is strongest.
+    waves: frequencies [rad/s] at which the disturbance of surge, sway and heave is strongest. lone: size of the largest
+    inputs of each thruster that stand alone.
     """
 
     force: Array
@@ -103,13 +107,14 @@ class Sizes:
     length_m: float
     reach: Array
     asked: Array
+    lone: Array
     waves: tuple[tuple[float, ...], ...] = ((), (), ())
 
     @classmethod
     def unit(cls, layout: Layout) -> Sizes:
         """Before anything is known of what the vehicle did."""
         thrusters = np.ones(len(layout.pushes))
-        return cls(np.ones(6), np.ones(6), np.ones(6), 1.0, 1.0, thrusters, thrusters)
+        return cls(np.ones(6), np.ones(6), np.ones(6), 1.0, 1.0, thrusters, thrusters, thrusters)
 
 
 def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: Sizes) -> tuple[Placed, ...]:
@@ -198,10 +203,13 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
               "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
     yield one("supply_sag", "sag", "1/s", 1.0 / s.duration_s, "it pushes less and less with time", low=0.0)
     yield one("tachometer_bias", "misread", unit, 0.1 * reach, "its recorded input is off")
+    if (lone := float(s.lone[k])) > SPIKE * reach:
+        words = "single readings of its input are far off"
+        yield one("tachometer_spikes", "spiked", unit, lone, words, low=0.0, high=2.0 * lone, starts=(lone, 0.5 * lone))
     if push.thruster is not None:
         yield Placed("thruster_turned", push.name, ACTUATOR, (
-            Parameter("yaw", (f"yawed@{push.name}",), "rad", 0.3, -3.2, 3.2),
-            Parameter("pitch", (f"pitched@{push.name}",), "rad", 0.3, -3.2, 3.2),
+            Parameter("yaw", (f"yawed@{push.name}",), "rad", 0.3, -3.2, 3.2, optional=True),
+            Parameter("pitch", (f"pitched@{push.name}",), "rad", 0.3, -3.2, 3.2, optional=True),
         ), "it does not push in the direction that the vehicle file has")  # fmt: skip
 
 
@@ -239,11 +247,10 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     yield placed("clock_offset", "its clock is apart from the others'", early)
     yield placed("clock_skew", "its clock runs slow or fast",
                  Parameter("s", (f"skew@{name}",), "-", 0.3 / s.duration_s, -0.1, 0.1))  # fmt: skip
-    if len(_group(channels)) > 1:
+    if len(columns) > 1:
         slots = tuple(f"scale@{column}" for column in columns)
-        yield placed(
-            "sensor_scale", "all that it reads is wrong by a factor", Parameter("s", slots, "-", 0.2, -3.0, 3.0)
-        )
+        yield placed("sensor_scale", f"all of {FACTOR}", Parameter("s", slots, "-", 0.2, -3.0, 3.0))
+        yield placed("wrong_sign", f"all of {SIGN}", Parameter("s", slots, "-", 0.0, starts=(-2.0,)))
     for kind, column in channels.items():
         slot, several = (f"scale@{column}",), len(columns) > 1
         if kind == "accel_z_m_s2":
@@ -262,11 +269,12 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
         yield placed("earth_axes", "velocity is recorded along north and east",
                      Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip
     if vectors or len(turned) == 3:
-        numbers = tuple(Parameter(angle, (f"rotation_{angle}@{name}",), "rad", 0.2, -3.2, 3.2)
+        numbers = tuple(Parameter(angle, (f"rotation_{angle}@{name}",), "rad", 0.2, -3.2, 3.2, optional=True)
                         for angle in ("roll", "pitch", "yaw"))  # fmt: skip
         yield placed("sensor_rotated", "it is mounted at other angles", *numbers)
     if {"surge_m_s", "accel_x_m_s2", "north_m", "depth_m"} & channels.keys():
-        numbers = tuple(Parameter(i, (f"position_{i}@{name}",), "m", 0.3 * s.length_m, -10.0, 10.0) for i in XYZ)
+        numbers = tuple(Parameter(i, (f"position_{i}@{name}",), "m", 0.3 * s.length_m, -10.0, 10.0, optional=True)
+                        for i in XYZ)  # fmt: skip
         yield placed("sensor_displaced", "it sits elsewhere", *numbers)
     if "range_m" in channels:  # no simulation is moved by it: `diagnose.whole.echoes`
         echo = Parameter("p", (), "-", 0.0, starts=(0.0,)), Parameter("extra", (), "m", 0.0, starts=(0.0,))
@@ -280,7 +288,7 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     ):  # fmt: skip
         some = [kind for kind in kinds if kind in channels]
         if some:
-            biases = (Parameter(kind, (f"bias@{channels[kind]}",), unit, scale) for kind in some)
+            biases = (Parameter(kind, (f"bias@{channels[kind]}",), unit, scale, optional=True) for kind in some)
             yield placed(effect, words, *biases)
 
 
@@ -292,10 +300,6 @@ def _three(kind: str) -> set[str]:
     }[kind]
 
 
-def _group(channels: dict[str, str]) -> list[str]:
-    return [kind for kind in channels if not kind.endswith("_rad")]
-
-
 def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes) -> Iterator[Placed]:
     L, W = max(s.length_m, 0.1), float(layout.null[layout.slot("weight@hull")])
     mass = float(layout.null[0])
@@ -304,7 +308,7 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
         return Placed(effect, "vehicle", HYDRODYNAMICS, numbers, words)
 
     def along(slot: str, names: Sequence[str], unit: str, scale: float, high: float) -> tuple[Parameter, ...]:
-        return tuple(Parameter(i, (f"{slot}_{i}@hull",), unit, scale, -high, high) for i in names)
+        return tuple(Parameter(i, (f"{slot}_{i}@hull",), unit, scale, -high, high, optional=True) for i in names)
 
     if asked[3] or asked[4]:
         yield placed("centre_of_gravity", "the centre of gravity is elsewhere",
@@ -324,7 +328,9 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
     if asked[5] and asked[1] or asked[4] and asked[2]:
         planes = [("sway", "h", 1, 5), ("heave", "v", 2, 4)]
         cross = [
-            Parameter(name, (f"crossflow_{end}@hull",), "N s2/m3", 0.3 * s.force[i] / s.speed[i] ** 2 / L, 0.0)
+            Parameter(
+                name, (f"crossflow_{end}@hull",), "N s2/m3", 0.3 * s.force[i] / s.speed[i] ** 2 / L, 0.0, optional=True
+            )
             for name, end, i, k in planes
             if asked[i] and asked[k]
         ]
@@ -336,5 +342,8 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
     if drift:
         yield placed("current", "the water drifts steadily over ground", *along("current", drift, "m/s", flow, 5.0))
         F = 0.3 * float(np.max(s.force[:3]))
-        stiffness = Parameter("k", ("tether@hull",), "N/m", F / max(float(np.max(s.away[:3])), 1e-3), 0.0)
-        yield placed("tether", "a cable pulls at the hull", *along("pull", drift, "N", F, np.inf), stiffness)
+        stiffness = Parameter(
+            "k", ("tether@hull",), "N/m", F / max(float(np.max(s.away[:3])), 1e-3), 0.0, optional=True
+        )
+        seat = along("held_at", XYZ, "m", 0.3 * L, L) if asked[3] or asked[4] or asked[5] else ()
+        yield placed("tether", "a cable pulls at the hull", *along("pull", drift, "N", F, np.inf), stiffness, *seat)

@@ -62,6 +62,8 @@ def read(kind, sensor, column, x, rate, p, counts, home, wall, bearing):
             else:
                 value = math.atan2(ahead[1], ahead[0])
             value += 2.0 * math.pi * round((x[3 + kind - ROLL] - value) / (2.0 * math.pi))
+        if p[c + SCALE] != 1.0:  # it is within a turn that an instrument makes something else of an angle
+            value -= 2.0 * math.pi * round(value / (2.0 * math.pi))
     else:
         S = rotation(p[i + ROTATED], p[i + ROTATED + 1], p[i + ROTATED + 2])
         if kind < ROLL_RATE:

@@ -18,7 +18,7 @@ from ..record.columns import MOTION
 from ..record.run import TIME, Run
 from ..record.toml import meant
 from .kernels import Record
-from .known import ATTITUDE, SPEEDS, channel, known_motion
+from .known import ATTITUDE, SPEEDS, channel, known_motion, onward
 from .layout import (
     AXES,
     BUOYED,
@@ -41,7 +41,7 @@ from .layout import (
     masses,
 )  # fmt: skip
 from .motion import gears
-from .push import pushes
+from .push import Push, pushes
 from .readings import CHANNELS, POSITION, RANGE
 from .steps import Drive, Steps, held, plan, thrusts
 
@@ -55,12 +55,14 @@ TELLS = {  # channel -> axes whose motion it tells
     "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
 }  # fmt: skip
 STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
+RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which none rings; most parts of one: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
 ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 ASKEW = 0.4  # [rad] between the headings at which runs start before one wall; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
+BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -147,19 +149,21 @@ class Recorded:
         parts = {name: getattr(self, name)[kept] for name in ("time_s", "kind", "sensor", "column", "value")}
         return replace(self, **parts, _drives={})
 
-    def hull(self, p: Array) -> Hull:
-        """Parameters for the kernels."""
+    def hull(self, p: Array, soft: bool = False) -> Hull:
+        """Parameters for the kernels; soft: with dry friction that turns round so slowly that one step follows it."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
         key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes()
         if key not in self._masses:
             self._masses[key] = masses(p, self.moves)
         body, water, inverse = self._masses[key]
-        # wide enough for the step: friction that turns round within it would set the axis ringing
-        creep = np.maximum(REVERSAL_M_S, 0.7 * self.longest_s * p[FRICTION : FRICTION + 6] * np.diag(inverse))
+        # friction that turned round within a part of a step would set the axis ringing
+        slowest = RINGING * self.longest_s * p[FRICTION : FRICTION + 6] * np.diag(inverse)
+        often = 1 if soft else int(np.clip(np.ceil(np.max(slowest) / REVERSAL_M_S), 1, PARTS))
         home = self.start[[0, 1, 2, 5]]
         return Hull(
             p=p, counts=self.layout.counts, body=body, water=water, inverse=inverse, home=home, gears=turn,
-            losing=bool(losses.any()), creep=creep, flow=self.layout.flow,
+            losing=bool(losses.any()), creep=np.maximum(REVERSAL_M_S, slowest / often), often=often,
+            flow=self.layout.flow,
         )  # fmt: skip
 
     @cached_property
@@ -274,8 +278,7 @@ def record(
         f"{vehicle.path} has no sensor '{name}'{meant(name, names or ['none'])}: taken to sit at the origin"
         for name in strange
     ]
-    reach = np.array([max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in
-                          run.columns) * 1.001 + 1e-9 for push in pushed])  # fmt: skip
+    reach = _reach(runs, pushed)
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
     inputs = [_inputs(run, layout) for run in runs]
     bins = _bins(runs, used, inputs)
@@ -285,6 +288,14 @@ def record(
         _recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in zip(runs, inputs, strict=True)
     ]
     return layout, _facing_walls(recordings), tuple(notes)
+
+
+def _reach(runs: Sequence[Run], pushed: Sequence[Push]) -> Array:
+    """Input to which the table of each force goes, (K,): beyond what any of its kind was asked for, and misread."""
+    most = [max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in run.columns)
+            for push in pushed]  # fmt: skip
+    kinds = [push.column.rpartition("_")[2] for push in pushed]
+    return np.array([BEYOND * max(m for m, k in zip(most, kinds, strict=True) if k == kind) + 1e-9 for kind in kinds])
 
 
 def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
@@ -410,7 +421,7 @@ def _edges(first: float, last: float, bin_s: float, stamps: Array) -> Array:
 def _samples(run: Run, name: str) -> tuple[Array, Array]:
     """Samples of a column; angles go on beyond half a turn."""
     time, value = run.samples(name)
-    return time, np.unwrap(value) if channel(name) in ATTITUDE else value
+    return time, onward(value) if channel(name) in ATTITUDE else value
 
 
 def _inputs(run: Run, layout: Layout) -> Driven:

@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import law
+from ..compiled import law, term
+from ..effects.tachometer_spikes import repaired
 from .layout import (
     DEADBAND,
     DELAY,
@@ -25,6 +26,7 @@ from .layout import (
     SHARE,
     SKEWED,
     SLOWER,
+    SPIKED,
     THRUSTER,
     WIRED,
 )  # fmt: skip
@@ -83,6 +85,20 @@ def plan(at, stamps, longest):
     return now[:i], length[:i], which, upto
 
 
+@term
+def alone(before: float, reading: float, after: float) -> float:
+    """By how much a reading stands out from its neighbours; 0 where it lies between them."""
+    return reading - 0.5 * (before + after) if (reading - before) * (reading - after) > 0.0 else 0.0
+
+
+def spike(inputs: np.ndarray) -> float:
+    """Size of the largest readings that stand alone, of inputs in their order, shape (I,)."""
+    lone = np.zeros(inputs.size)
+    for j in range(1, inputs.size - 1):
+        lone[j] = abs(alone(inputs[j - 1], inputs[j], inputs[j + 1]))
+    return float(np.median(lone[lone >= 0.5 * lone.max()])) if lone.any() else 0.0
+
+
 @law
 def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
@@ -97,7 +113,11 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
         i = HULL + THRUSTER * k
         wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
         for j in range(samples):
-            n = min(max(inputs[j, wire] - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
+            n = inputs[j, wire]
+            if p[i + SPIKED] > 0.0 and 0 < j < samples - 1:
+                lone = alone(inputs[j - 1, wire], n, inputs[j + 1, wire])
+                n = repaired(n, lone, p[i + SPIKED])
+            n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
             n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
             place = min(max((n / reach[k] + 1.0) * 0.5 * (points - 1), 0.0), points - 1.0)
             left = min(int(place), points - 2)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..compiled import law
 from .filtered import Filtered, bent, followed, share
-from .kernels import SIZE, seen
+from .kernels import SIZE, folded, seen
 from .layout import COLUMN, SENSOR, WAKE
 from .motion import rates
 from .recorded import Recorded
@@ -48,7 +48,8 @@ def shifted(hull, other, apart, steps, record, drive, before, out):
             t = record.stamp[m] - record.late[m]
             x[:12], d[:] = before[m, :12], before[m, 12:]
             here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
-            out[m] = seen(m, t, x, d, record, steps, drive, i, other, scratch) - here
+            there = seen(m, t, x, d, record, steps, drive, i, other, scratch)
+            out[m] = folded(there - here, m, record, hull)
 
 
 @law

@@ -6,6 +6,7 @@ for all that are compared, so that no hypothesis can hide misfit in noise of its
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -323,8 +324,41 @@ def refit(
     inside = (theta > low) & (theta < high)
     whitened = np.eye(theta.size) + (J * scale).T @ (J * scale)
     occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
-    evidence = level(found) - cost - occam + _bounded(unknowns)
+    evidence = level(found) - cost - occam + _bounded(unknowns) + _sparing(model, theta, H, inside)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
+
+
+def _sparing(model: Model, theta: Array, H: Array, inside: NDArray[np.bool_]) -> float:
+    """Gain of log evidence, as some components of a vector are as likely nothing as not; H: information, (U, U)."""
+    place, gain = {u.name: i for i, u in enumerate(model.unknowns)}, 0.0
+    covariance: Array | None = None
+    for placed in model.effects:
+        free = [number for number in placed.parameters if number.scale > 0.0]
+        some = [place[f"{placed.name}.{number.name}"] for number in free if number.optional]
+        some = [i for i in some if inside[i]]
+        if len(free) > 1 and some:
+            covariance = np.asarray(np.linalg.inv(H), dtype=np.float64) if covariance is None else covariance
+            scale = np.array([model.unknowns[i].scale for i in some])
+            gain += sparing(theta[some], covariance[np.ix_(some, some)], scale, len(some) == len(free))
+    return gain
+
+
+def sparing(value: Array, covariance: Array, scale: Array, needed: bool) -> float:
+    """Log mean, over sets of components that are nothing, of the evidence over that of all being free.
+
+    value, (K,), and covariance, (K, K), with all free; scale: prior deviations, (K,); needed: whether one must be
+    something. The ratio is of the densities at nothing (Dickey, Ann. Math. Stat. 42, 1971), each set as likely.
+    """
+    gains = [0.0]
+    for size in range(1, value.size if needed else value.size + 1):
+        for gone in itertools.combinations(range(value.size), size):
+            at = list(gone)
+            inner, off = covariance[np.ix_(at, at)], value[at]
+            spread = float(np.linalg.slogdet(inner)[1])
+            gains.append(
+                -0.5 * float(off @ np.linalg.solve(inner, off)) - 0.5 * spread + float(np.sum(np.log(scale[at])))
+            )
+    return float(np.logaddexp.reduce(gains) - np.log(len(gains)))
 
 
 def even(model: Model, found: Sequence[Filtered], column: int | None = None) -> list[tuple[Model, list[Filtered]]]:

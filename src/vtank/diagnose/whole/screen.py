@@ -13,7 +13,7 @@ from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
 from ...rigid.tangent import Path
-from .model import RUNS_AWAY, Model, slopes
+from .model import RUNS_AWAY, Model, slopes, sparing
 
 Array = NDArray[np.float64]
 TOGETHER = 64  # trials whose answers are held at a time; a choice
@@ -136,11 +136,16 @@ def _promise(
     start = np.array([b for _, b in free])
     low, high = np.array([n.low for n, _ in free]), np.array([n.high for n, _ in free])
     before, at_start, pull, H = gram[0, 0], gram[1, 1], gram[2:, 1], gram[2:, 2:]
-    move = -np.linalg.solve(H + np.diag(scale**-2.0), pull + start * scale**-2.0) if free else start
+    information = H + np.diag(scale**-2.0)
+    move = -np.linalg.solve(information, pull + start * scale**-2.0) if free else start
     end = np.clip(start + move, low, high)
     move = end - start
     after = float(at_start + 2.0 * move @ pull + move @ H @ move + np.sum((end / scale) ** 2))
     occam = 0.5 * float(np.linalg.slogdet(np.eye(scale.size) + H * np.outer(scale, scale))[1]) if free else 0.0
+    some = [i for i, (number, _) in enumerate(free) if number.optional]
+    if len(free) > 1 and some:
+        covariance = np.asarray(np.linalg.inv(information)[np.ix_(some, some)], dtype=np.float64)
+        occam -= sparing(end[some], covariance, scale[some], len(some) == len(free))
     values, i = [], 0
     for number, b in zip(placed.parameters, begin, strict=True):
         values.append(float(end[i]) if number.scale > 0.0 else b)

@@ -15,6 +15,7 @@ from ...rigid.layout import Layout
 from ...rigid.noise import ALL, ENOUGH, first_noise, settle
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
+from ...rigid.steps import spike
 from ...rigid.tangent import Path
 from .echoes import Echoes, heard
 from .gross import mistaken
@@ -414,7 +415,8 @@ def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
     asked = np.max([np.abs(run.inputs).max(axis=0, initial=0.0) for run in runs], axis=0)
     length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
     waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
-    return Sizes(force, speed, away, duration, length, runs[0].reach, np.maximum(asked, 1e-9), waves)
+    lone = np.max([[spike(column) for column in run.inputs.T] for run in runs], axis=0)
+    return Sizes(force, speed, away, duration, length, runs[0].reach, np.maximum(asked, 1e-9), lone, waves)
 
 
 def _lift(path: Path, inertia: Array) -> Array:
