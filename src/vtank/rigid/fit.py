@@ -22,6 +22,11 @@ from .tangent import Path, changes
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
 CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
+WORTH = 1.0  # log-likelihood from which a wall is moved to where it is likeliest; a choice
+ASIDE_M, FLAT = (
+    0.01,
+    0.01,
+)  # [m] by which it is moved to see that, and log-likelihood lost from which it is told: choices
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +71,8 @@ def begun(fit: Fit, p: Array) -> Fit:
     """The fit whose runs begin at rest, or less so, where nothing tells of a speed: whichever is likelier.
 
     Where little tells of the motion a filter that doubts it without need takes the wrong path (the moment of an
-    oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet.
+    oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet; and
+    with the wall where all ranges have it, not the first alone.
     """
 
     def likelier(run: Recorded, other: Recorded | None, by: float = 0.0) -> Recorded:
@@ -75,8 +81,18 @@ def begun(fit: Fit, p: Array) -> Fit:
         before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
         return other if after > before + by else run
 
+    def walled(run: Recorded) -> Recorded:
+        """With the wall where it is likeliest, by a parabola: where no place is measured all are as likely."""
+        if not run.wall:
+            return run
+        beside = (run, replace(run, wall=run.wall + ASIDE_M), replace(run, wall=run.wall - ASIDE_M))
+        here, on, back = map(log_likelihood, replace(fit, runs=beside).filter(p))
+        bend = 2.0 * here - on - back
+        return replace(run, wall=run.wall + 0.5 * ASIDE_M * (on - back) / bend) if bend > FLAT else run
+
     runs = (likelier(run, run.drifting) for run in fit.runs)
-    return replace(fit, runs=tuple(likelier(run, run.switched, CLEARLY) for run in runs))
+    runs = (likelier(run, run.switched, CLEARLY) for run in runs)
+    return replace(fit, runs=tuple(likelier(run, walled(run), WORTH) for run in runs))
 
 
 def log_likelihood(f: Filtered) -> float:
