@@ -9,6 +9,7 @@ import pytest
 
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
+from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import carry, weigh
 from vtank.rigid.noise import first_noise, settle
@@ -82,3 +83,24 @@ def test_a_covariance_stays_one_where_the_motion_is_unstable():
         assert weigh(P, H, 1e-6, C, gain) >= 0.0
     assert np.array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > -1e-12 * np.linalg.eigvalsh(P).max()
+
+
+def test_what_was_under_way_when_a_recording_began_was_pushed_before():
+    """Instruments that are late tell of times before the first input."""
+    vehicle = load_vehicle("remus100")
+    times = np.arange(0.0, 20.0, 0.1)
+    rudder = 0.1 * np.sign(np.sin(0.9 * times))
+    commands = {"time_s": times, "propeller_rev_s": np.full(times.size, 21.0), "rudder_rad": rudder}
+    whole = fly_vehicle(vehicle, commands, 20.0, 3, depth_m=3.0)
+    later = whole.time_s >= 12.0
+    began = {name: values[later] for name, values in whole.columns.items()}
+    held = {"propeller_rev_s": 21.0, "rudder_rad": rudder[times < 12.0 + 1e-9][-1]}  # as they stand in the first row
+    for name, value in held.items():
+        began[name] = np.where(np.arange(later.sum()) == 0, value, began[name])
+    _, (seen,), _ = record([Run("cut", whole.time_s[later] - 12.0, began)], vehicle)
+    assert not seen.resting and seen.steps.now[0] < seen.stamps[0]
+    time, e, sd = innovations(seen, first_noise([seen]), "imu.accel_x_m_s2")
+    assert np.abs(e / sd)[time < 1.0].max() < 3.5
+    drive = seen.drive(seen.layout.null)
+    assert drive.thrust[:, 0] == pytest.approx(drive.thrust[-1, 0]) and drive.fins[0, -1] == 0.0
+    assert drive.fins[0] == pytest.approx(drive.fins[1])

@@ -104,7 +104,7 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
 
     inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
-    forces begin at nothing, else where the first inputs bring them.
+    forces begin at nothing, else where the first inputs bring them, which have been there before.
     """
     steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
     samples, points = stamps.size, tables.shape[1]
@@ -135,6 +135,9 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
                 stop = b
                 if t < upto[0] - TOUCH_S:
                     stop = min(b, upto[0])
+                    if not resting:
+                        goal += (stop - t) * made[0]
+                        spin += (stop - t) * turned[0]
                 elif q + 1 < samples and upto[q + 1] < b:
                     stop = max(upto[q + 1], t)
                 if t >= upto[0] - TOUCH_S:
@@ -159,13 +162,13 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
 
 @law
 def held(now, length, stamps, inputs, p, first):
-    """Mean angles of fins, (I, F), held from their stamps on, over each step, (N, F); 0 before the first stamp.
+    """Mean angles of fins, (I, F), held from their stamps on, over each step, (N, F); the first ones before it.
 
     first: slot of their delay, of the first fin; the others follow.
     """
     out = np.zeros((now.size, inputs.shape[1]))
     for f in range(inputs.shape[1]):
-        late, j = p[first + FIN * f], -1
+        late, j = p[first + FIN * f], 0
         for s in range(now.size):
             t, b = now[s] - late, now[s] + length[s] - late
             while j + 1 < stamps.size and stamps[j + 1] <= t + TOUCH_S:
@@ -173,8 +176,7 @@ def held(now, length, stamps, inputs, p, first):
             q = j
             while t < b - TOUCH_S:
                 stop = b if q + 1 >= stamps.size else min(b, max(stamps[q + 1], t))
-                if q >= 0:
-                    out[s, f] += (stop - t) * inputs[q, f] / length[s]
+                out[s, f] += (stop - t) * inputs[q, f] / length[s]
                 t = stop
                 if q + 1 < stamps.size and stamps[q + 1] <= t + TOUCH_S:
                     q += 1
