@@ -26,8 +26,9 @@ from vtank.tank.places.read import places
 
 SECONDS, SIZE, SEED, ROUNDS = 30.0, 0.3, 5, 10
 # gross mistakes are found in another way, test_whole_causes.py; late pings among single samples; a clock ahead is the
-# twin of a late instrument; no wall is ahead here
-ELSEWHERE = {"wrong_unit", "wrong_allocation", "thruster_reversed", "sonar_multipath", "clock_offset", "sonar_offset"}
+# twin of a late instrument; no wall is ahead here (test_whole_wall.py)
+ELSEWHERE = {"wrong_unit", "wrong_allocation", "thruster_reversed", "sonar_multipath", "clock_offset", "sonar_offset",
+             "wall_proximity"}  # fmt: skip
 SIZES = {"tachometer_spikes": 1.0}  # smaller ones drown in what the command itself does
 FLOWN = {"axis": "bluerov2", "thruster": "bluerov2", "fin": "remus100", "sensor": "bluerov2", "vehicle": "bluerov2"}
 PLACES = {

@@ -6,25 +6,35 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from test_whole_alike import converged, still
+from test_whole_places import placed
 
+from vtank.diagnose.whole.screen import based, promises
+from vtank.diagnose.whole.selection import extended, sizes_of
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run
 from vtank.resources import models_dir
 from vtank.rigid.fit import Fit, begun, log_likelihood
 from vtank.rigid.noise import first_noise
+from vtank.rigid.places import catalogue
 from vtank.rigid.recorded import record
+from vtank.tank import forces, load_whole
 
 
-@pytest.fixture(scope="module")
-def flight() -> Run:
-    """A BlueROV before the wall of the basin, within sight of motion capture."""
+def flown(effects: dict[str, dict[str, float]] | None = None) -> Run:
+    """A BlueROV that goes to and fro before the wall of the basin, within sight of motion capture."""
     vehicle = load_vehicle("bluerov2")
     time_s = np.arange(0.0, 20.0, 0.1)
     ahead = 0.15 * np.sin(0.8 * time_s)
     signs = {1: 1.0, 2: 1.0, 3: -1.0, 4: -1.0}
     commands = {"time_s": time_s, **{f"thruster_{k}_command": sign * ahead for k, sign in signs.items()}}
-    return fly_vehicle(vehicle, commands, 20.0, 1, walls=models_dir() / "basin.xml")
+    return fly_vehicle(vehicle, commands, 20.0, 1, walls=models_dir() / "basin.xml", effects=effects or {})
+
+
+@pytest.fixture(scope="module")
+def flight() -> Run:
+    return flown()
 
 
 def test_a_wall_is_moved_to_where_all_ranges_have_it(flight: Run) -> None:
@@ -46,3 +56,30 @@ def test_a_few_millimetres_are_no_gap(flight: Run) -> None:
     (moved,) = begun(Fit((run,), noise), layout.null).runs
     before, after = map(log_likelihood, Fit((run, moved), noise).filter(layout.null))
     assert 0.001 < abs(moved.wall - run.wall) < 0.02 and after > before + 3.0
+
+
+def test_a_wall_that_slows_the_hull_is_found_by_its_drag_and_its_mass(flight: Run) -> None:
+    vehicle, truth = load_vehicle("bluerov2"), {"drag": 1.5, "mass": 0.4}
+    (calm, _), (model, found) = still(flight, vehicle), still(flown({"wall_proximity@surge": truth}), vehicle)
+    layout, base = model.fit.runs[0].layout, based(model, found)
+    sought = [
+        c for c in catalogue(layout, model.fit.runs[0].moves, sizes_of(model, found)) if c.effect == "wall_proximity"
+    ]
+    (promise,) = promises(model, base, layout, sought)
+    fitted = converged(extended(model, base, found, layout, promise.placed, promise.begin))
+    assert fitted.cost < calm.cost + 0.02 * found[0].z.size < model.cost
+    for name, (value, sd) in fitted.values(promise.placed).items():
+        assert value == pytest.approx(truth[name], abs=4.0 * sd + 0.03 * truth[name])
+
+
+def test_the_added_mass_of_a_model_is_its_own_after_a_flight() -> None:
+    vehicle = load_vehicle("bluerov2")
+    whole = load_whole(
+        vehicle,
+        walls=models_dir() / "basin.xml",
+        effects=placed(vehicle, wall_proximity__surge={"drag": 0.0, "mass": 0.9}),
+    )
+    before = whole.model.body_user.copy()
+    with forces():
+        whole.flight(5).advance(np.zeros((5, whole.model.nu)))
+    np.testing.assert_array_equal(whole.model.body_user, before)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..compiled import law, lean
 from .kernels import SIZE, folded, lateness, moved, seen, told
-from .layout import SPRING, TETHER, WATERLINE
+from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
 from .steps import TOUCH_S
@@ -38,6 +38,8 @@ class Way(NamedTuple):
 def pulled(hull):
     """Whether any force depends on place."""
     p = hull.p
+    if p[WALL_DRAG] != 0.0 or p[WALL_MASS] != 0.0:
+        return True
     return p[TETHER] != 0.0 or p[WATERLINE] != 0.0 or p[SPRING] != 0.0 or p[SPRING + 1] != 0.0 or p[SPRING + 2] != 0.0
 
 

@@ -29,7 +29,8 @@ LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
 CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
-MIDDLE, HULL = 110, 111
+MIDDLE, WALL_DRAG, WALL_MASS = 110, 111, 112
+HULL = 113
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23
 THRUSTER = 24
@@ -57,6 +58,7 @@ def _hull_names() -> list[str]:
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
         *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "middle@hull",
+        "wall_drag@surge", "wall_mass@surge",
     ]  # fmt: skip
 
 
@@ -76,7 +78,8 @@ class Hull(NamedTuple):
 
     gears: wrench of each thruster at 1 N, (K, 6); losing: whether any of them loses thrust with speed; creep: speed
     over which dry friction turns round, (6,) [m/s, rad/s], in parts of a step that are `often` as many; flow: forces of
-    the water beyond drag.
+    the water beyond drag; wall, facing: distance ahead of the start to the wall [m], from where the sonar sits, and the
+    heading at which it is square [rad].
     """
 
     p: Array
@@ -90,6 +93,9 @@ class Hull(NamedTuple):
     creep: Array
     often: int
     flow: Flow
+    wall: float
+    facing: float
+    sonar_m: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,7 @@ import math
 import numpy as np
 
 from ..compiled import law, lean, term
+from ..effects.wall_proximity import NEAREST_M, growth
 from ..plant.sixdof import add, at, coriolis, cross, multiply, subtract
 from .flow import pushed
 from .layout import (
@@ -60,12 +61,15 @@ from .layout import (
     THRUSTER,
     TRIM,
     WAKE,
+    WALL_DRAG,
+    WALL_MASS,
     WATERLINE,
     WEIGHT,
     YAWED,
     G,
 )  # fmt: skip
 
+SQUARE = 0.2  # cosine of the heading to a wall, beyond which it is not ahead; a choice
 STRIPS = ((-0.90618, 0.236927), (-0.538469, 0.478629), (0.0, 0.568889), (0.538469, 0.478629), (0.90618, 0.236927))
 
 
@@ -237,6 +241,31 @@ def turning(nu, nu_r, hull):
     return total
 
 
+@term
+def gap(x, R, hull):
+    """Distance along the hull from the sonar to the wall ahead [m], which is square to the heading `facing`."""
+    north, east = math.cos(hull.facing), math.sin(hull.facing)
+    left = hull.wall - (x[0] - hull.home[0]) * north - (x[1] - hull.home[1]) * east
+    return left / max(R[0] * north + R[3] * east, SQUARE) - hull.sonar_m
+
+
+@term
+def grown(x, R, hull):
+    """Mass by which the wall ahead makes surge heavier [kg]."""
+    return hull.p[WALL_MASS] * growth(gap(x, R, hull)) * (hull.body[0, 0] + hull.water[0, 0])
+
+
+@lean
+def near_wall(x, R, nu_r, hull):
+    """What the wall ahead adds: drag, the slope of the mass that it adds, and Coriolis terms of that mass."""
+    p, far = hull.p, gap(x, R, hull)
+    mass = grown(x, R, hull)
+    drag = p[WALL_DRAG] * growth(far) * p[QUADRATIC] * abs(nu_r[0]) * nu_r[0]
+    P = mass * nu_r[0]
+    return (-drag - 1.5 * mass / max(far, NEAREST_M) * x[6] * x[6], -x[11] * P, x[10] * P,
+            0.0, -nu_r[2] * P, nu_r[1] * P)  # fmt: skip
+
+
 @lean
 def wrench(t, x, thrust, asked, fins, hull):
     """All forces on the right side [N, N m] at the state x, 6 numbers.
@@ -261,6 +290,8 @@ def wrench(t, x, thrust, asked, fins, hull):
         rate = cross(U, (x[9], x[10], x[11]))  # d U/dt in the turning axes, -w x U
         total = add(total, multiply(hull.water, (rate[0], rate[1], rate[2], 0.0, 0.0, 0.0)))
     total = add(total, (thrust[0], thrust[1], thrust[2], thrust[3], thrust[4], thrust[5]))
+    if p[WALL_DRAG] != 0.0 or p[WALL_MASS] != 0.0:
+        total = add(total, near_wall(x, R, nu_r, hull))
     if hull.losing:
         total = add(total, lost(nu_r, asked, hull))
     if hull.flow.terms.shape[0]:
@@ -290,6 +321,10 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
     carried = (known[0], known[1], known[2], known[3], known[4], known[5])
     left = subtract(wrench(t, x, thrust, asked, fins, hull), multiply(hull.body, carried))
     nu = multiply(hull.inverse, subtract(left, multiply(hull.water, carried)))
+    if p[WALL_MASS] != 0.0:  # the inverse of M and a mass more in surge (Sherman, Morrison, Ann. Math. Stat. 21, 1950)
+        mass, across = grown(x, R, hull), hull.inverse[0]
+        slower = -mass * (nu[0] + carried[0]) / (1.0 + mass * across[0])
+        nu = add(nu, scaled(slower, (across[0], across[1], across[2], across[3], across[4], across[5])))
     for i in range(6):
         out[6 + i] = nu[i] + carried[i] + push[i]
         out[12 + i] = (p[WAKE + i] * x[6 + i] - x[12 + i]) / p[RECOVERY + i] if p[WAKE + i] != 0.0 else 0.0

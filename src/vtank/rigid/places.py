@@ -155,6 +155,11 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
         Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
     ), "the hull meets the water again that it has set in motion")  # fmt: skip
+    if axis == "surge" and any(channel(column) == "range_m" for column in layout.columns):
+        yield Placed("wall_proximity", axis, HYDRODYNAMICS, (
+            Parameter("drag", ("wall_drag@surge",), "-", 0.3, 0.0, 3.0, optional=True),
+            Parameter("mass", ("wall_mass@surge",), "-", 0.1, 0.0, 1.0, optional=True),
+        ), "near the wall ahead added mass and drag grow")  # fmt: skip
     if axis in COUPLES and axis in ("surge", "sway", "heave"):
         yield one("coriolis", "coupling", "kg", 0.3 * _mass(layout, i),
                   f"another mass turns with the hull than the simulator has: {COUPLES[axis]}")  # fmt: skip

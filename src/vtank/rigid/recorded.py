@@ -163,7 +163,7 @@ class Recorded:
         return Hull(
             p=p, counts=self.layout.counts, body=body, water=water, inverse=inverse, home=home, gears=turn,
             losing=bool(losses.any()), creep=np.maximum(REVERSAL_M_S, slowest / often), often=often,
-            flow=self.layout.flow,
+            flow=self.layout.flow, wall=self.wall, facing=self.facing, sonar_m=self.layout.vehicle.sonar_x_m,
         )  # fmt: skip
 
     @cached_property

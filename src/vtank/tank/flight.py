@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
 from ..water.installation import installed
+from ..water.record import field
 from .instruments import measured
 from .mjcf import mujoco_says
 from .model import HEARD, TANK_GROUP, vehicle_body
@@ -57,6 +58,9 @@ class Flight:
         pushed = any(placed.effect.wrench for placed in effects)
         callbacks = {"passive": self._push} if pushed else {}
         self._callbacks = lambda: callbacks
+        self._heavier = [placed for placed in effects if placed.effect.heavier]
+        self._added = field(model.body_user[self.body], "added_mass")
+        self._nominal_kg = float(self._added[0, 0])
         self._walled = bool((self.model.geom_group[around] == TANK_GROUP).any())
 
     @property
@@ -74,13 +78,21 @@ class Flight:
         InputError where the motion diverges.
         """
         with mujoco_says("cannot step it"), installed(self._callbacks):
-            for row, ctrl in enumerate(control):
-                if self.ended:
-                    return
-                self.acting = {name: float(values[row]) for name, values in (acting or {}).items()}
-                self.data.ctrl[:] = ctrl
-                mujoco.mj_step(self.model, self.data)
-                self._keep()
+            try:
+                self._advance(control, acting or {})
+            finally:
+                self._added[0, 0] = self._nominal_kg
+
+    def _advance(self, control: Array, acting: Mapping[str, Array]) -> None:
+        for row, ctrl in enumerate(control):
+            if self.ended:
+                return
+            if self._heavier:
+                self._added[0, 0] = self._nominal_kg + self._more_kg()
+            self.acting = {name: float(values[row]) for name, values in acting.items()}
+            self.data.ctrl[:] = ctrl
+            mujoco.mj_step(self.model, self.data)
+            self._keep()
 
     def now(self) -> None:
         """Have the sensors measure at this instant, before the step that begins here."""
@@ -92,6 +104,12 @@ class Flight:
     def true(self, rows: slice, name: str = "") -> dict[str, Mapping[str, Array]]:
         """Each instrument's channels, or one's, free of error, at some steps: (n,) by its name and theirs [SI]."""
         return measured(self.model, self.vehicle.sensors, self.sensordata[rows], name)
+
+    def _more_kg(self) -> float:
+        """Added mass in surge that effects bring [kg]."""
+        mujoco.mj_kinematics(self.model, self.data)
+        moving = self._moving(self.data)
+        return sum(placed.effect.heavier(moving, placed.values) for placed in self._heavier if placed.effect.heavier)
 
     def _keep(self) -> None:
         """What was measured at the beginning of the step; whether the vehicle is still where it may be."""
@@ -134,10 +152,17 @@ class Flight:
             last_heading=self._heading,
             gears=self._gears,
             asked=self.acting,
+            ahead=lambda: self._ahead(data, place, turn),
             memory=self._memory,
         )
         self._heading = moving.heading
         return moving
+
+    def _ahead(self, data: mujoco.MjData, place: Array, turn: Array) -> float:
+        """Distance from the origin along the body's x to the wall [m]."""
+        geom = np.zeros(1, dtype=np.int32)
+        distance = float(mujoco.mj_ray(self.model, data, place, turn[:, 0].copy(), HEARD, 1, -1, geom))
+        return distance if distance >= 0.0 else np.inf
 
     def _push(self, model: Any, data: mujoco.MjData) -> None:
         """MuJoCo's passive callback: the forces of effects, in every Runge-Kutta stage."""

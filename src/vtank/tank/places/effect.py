@@ -65,6 +65,7 @@ class Moving:
         last_heading: an instant ago, beyond half a turn too [rad].
         gears: wrench of each thruster at 1 N, by its name, shape (6,).
         asked: what acts of the inputs, by thruster.
+        ahead: () -> distance from the origin along the body's x to what is there [m]; infinite for nothing.
         memory: of effects that have any, by effect and place; `keep` of an effect carries it over a step.
     """
 
@@ -78,6 +79,7 @@ class Moving:
     last_heading: float
     gears: Mapping[str, Array]
     asked: Mapping[str, float]
+    ahead: Callable[[], float]
     memory: dict[str, float]
 
     @cached_property
@@ -94,6 +96,11 @@ class Moving:
     def earth(self) -> Array:
         """Takes body axes to north, east, down, shape (3, 3)."""
         return TO_EARTH * self.turn
+
+    @cached_property
+    def gap_m(self) -> float:
+        """Distance from the sonar to the wall ahead [m]."""
+        return self.ahead() - self.vehicle.sonar_x_m
 
     @cached_property
     def heading(self) -> float:
@@ -127,6 +134,7 @@ class PlacedEffect:
         thrust: (time_s, inputs, forces, values) -> forces [N], shape (n,).
         wrench: (Moving, place, values) -> what acts on the body besides, shape (6,) [N, N m].
         keep: (Moving, place, values) -> its memory one step on.
+        heavier: (Moving, values) -> added mass in surge besides [kg], held over a step.
         order: place among the effects of its kind, in which they act; by default the last.
     """
 
@@ -146,6 +154,7 @@ class PlacedEffect:
     thrust: Callable[[Array, Array, Array, Any], Array] | None = None
     wrench: Callable[[Moving, str, Any], Array] | None = None
     keep: Callable[[Moving, str, Any], float] | None = None
+    heavier: Callable[[Moving, Any], float] | None = None
     order: float = math.inf
 
 
