@@ -63,18 +63,21 @@ def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
 
 
 def onward(angle: Array) -> Array:
-    """Recorded angles that go on beyond a turn, whatever their unit: a turn is what they jump by, less their pace."""
+    """Recorded angles that go on beyond a turn; of those that range farther a turn is what they jump by less their pace.
+
+    A jump among jumps, where noise crosses the mark to and fro, tells nothing of that.
+    """
     step = np.diff(angle)
     size = np.abs(step)
     if size.max(initial=0.0) <= np.pi:
         return angle
-    jumps = np.flatnonzero(size > 0.5 * size.max())
-    jumps = jumps[(jumps > 0) & (jumps < step.size - 1)]
-    pace = 0.5 * (step[jumps - 1] + step[jumps + 1])
-    turn = float(np.median(np.abs(step[jumps] - pace))) if jumps.size else 2.0 * np.pi
-    noise = float(np.median(np.abs(np.diff(step)))) / np.sqrt(max(jumps.size, 1))
-    if abs(turn - 2.0 * np.pi) < max(ROUND, CLEARLY * noise):
-        turn = 2.0 * np.pi
+    far = np.r_[True, size > 0.5 * size.max(), True]  # with a jump before the first step and after the last
+    jumps = np.flatnonzero(far[1:-1] & ~far[:-2] & ~far[2:])
+    turn, noise = 2.0 * np.pi, float(np.median(np.abs(np.diff(step)))) / np.sqrt(max(jumps.size, 1))
+    if jumps.size and np.ptp(angle) > turn + CLEARLY * noise:  # else it fits into a turn as everybody has it
+        found = float(np.median(np.abs(step[jumps] - 0.5 * (step[jumps - 1] + step[jumps + 1]))))
+        if found > turn + max(ROUND, CLEARLY * noise):
+            turn = found
     return np.asarray(np.unwrap(angle, period=turn))
 
 

@@ -75,8 +75,7 @@ def settle(
     memory of the disturbance, at most.
     """
     runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
-    afresh = Noise(floor, np.where(fit.noise.sigma > 0.0, FIRST_SIGMA, 0.0)).even
-    begins = [fit.noise, *([] if near else [afresh, _all_white(replace(fit, runs=runs), p)])]
+    begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
     for factor in FACTORS[1:] if near else FACTORS:
         for _ in range(ROUNDS):
             rounds = [
@@ -105,7 +104,7 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longes
                 break
     best = max((best, *trials(_memories(best.noise, factor, longest_s))), key=_likelihood)
     enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, best)), least)
-    best = max((best, *trials(_whites(runs, best, floor, enough))), key=_likelihood)
+    best = max((best, *trials([replace(best.noise, variance=np.maximum(_white(runs, best), enough))])), key=_likelihood)
     best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
     return start.likelihood, best
 
@@ -203,17 +202,6 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
         if mine.any():
             variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine])) - tried.noise.slow[c] ** 2
     return variance
-
-
-def _whites(runs: Sequence[Recorded], tried: Tried, floor: Array, enough: Array) -> list[Noise]:
-    """White errors to try: those that agree with the innovations, half as far, the smaller alone, and the floor.
-
-    What is slow in one column may make all that agree with it worse together.
-    """
-    now = tried.noise.variance
-    white = np.maximum(_white(runs, tried), enough)
-    tries = (white, np.sqrt(white * now), np.minimum(white, now), np.maximum(floor, enough))
-    return [replace(tried.noise, variance=variance) for variance in tries]
 
 
 def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:

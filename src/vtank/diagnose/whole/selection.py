@@ -34,6 +34,9 @@ LOST = 50.0  # log evidence that no number of an effect costs: a fit that lies s
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
 STEADIEST = 3  # that promise most beside one that does not, and are fitted; a choice
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
+LIKELIER = (
+    4.6  # log evidence from which a noise that is sought afresh takes the place of one sought on the way; a choice
+)
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
@@ -112,9 +115,13 @@ def select(
         fitted += steadied(best, layout, candidates, floor)
         fitted.sort(key=lambda m: -m.log_evidence)
         form = _form(best, found, sizes) if best.effects else 0.0
-        if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
+        if fitted and worth(fitted[0], best, own_alone, candidates, form) >= 0.0:
+            best, found = trusting(*settled(fitted[0], floor), own)
+            continue
+        other, there = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)  # as it was before anything
+        if other.log_evidence <= best.log_evidence + LIKELIER:
             break
-        best, found = trusting(*settled(fitted[0], floor), own)
+        best, found = trusting(other, there, own)
     strong = tuple(placed for placed in candidates if placed.name in strongest)
     return _judged(best, found, own, candidates, strong=strong, sizes=sizes, less=less, echoes=echoes, say=say)
 
