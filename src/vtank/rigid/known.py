@@ -63,7 +63,7 @@ def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
 
 
 def onward(angle: Array) -> Array:
-    """Recorded angles that go on beyond a turn; of those that range farther a turn is what they jump by less their pace.
+    """Recorded angles that go on beyond a turn; of those that range farther it is what they jump by less their pace.
 
     A jump among jumps, where noise crosses the mark to and fro, tells nothing of that.
     """
