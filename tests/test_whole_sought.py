@@ -42,3 +42,12 @@ def test_every_effect_at_every_place_is_sought(name: str) -> None:
                 elsewhere = place == layout.pushes[-1].name
             if not (unseen or elsewhere or effect.name in NOT_HERE):
                 assert f"{effect.name}@{place}" in sought
+
+
+def test_exchanged_inputs_stand_at_both_thrusters() -> None:
+    vehicle = vt.load_vehicle("bluerov2")
+    layout, (run,), _ = record([fly_vehicle(vehicle, multisine(vehicle, 5.0, 1), 5.0, 1, depth_m=5.0)], vehicle)
+    exchanges = [c for c in catalogue(layout, run.moves, Sizes.unit(layout)) if c.exchange]
+    assert {c.effect for c in exchanges} == {"wrong_allocation"}
+    pairs = {frozenset((c.place, c.detail)) for c in exchanges}
+    assert len(pairs) == len(exchanges) == 8 * 7 // 2

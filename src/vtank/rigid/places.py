@@ -87,6 +87,11 @@ class Placed:
     mimicry: float = 0.0
 
     @property
+    def exchange(self) -> bool:
+        """Whether it exchanges the inputs of its place and of its detail, so that it stands at both."""
+        return any(slot.startswith("wired@") for number in self.parameters for slot in number.slots)
+
+    @property
     def name(self) -> str:
         """EFFECT@PLACE, and the column where the effect is that of one."""
         return f"{self.effect}@{self.place}" + (f":{self.detail}" if self.detail else "")

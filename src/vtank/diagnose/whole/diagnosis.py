@@ -177,6 +177,7 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
     twins = tuple(f"{TWINS[placed.effect]}@{placed.place}" for placed in model.effects if placed.effect in TWINS)
+    twins += tuple(f"{placed.effect}@{placed.detail}" for placed in model.effects if placed.exchange)
     channels = {placed.channel for placed in model.effects}
     kind = "effect" if len(effects) == 1 else "effects"
     gained = [line.interval90[1] for line in spent.lines if line.kind == "effect"]  # at best
