@@ -6,9 +6,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
@@ -426,6 +428,28 @@ def test_velocity_in_earth_axes(block: Vehicle) -> None:
     velocity = np.array([motion.channels["imu"][name] for name in names])
     place = np.array([motion.channels["mocap"][name] for name in pose])
     assert velocity[:, 1:-1] == pytest.approx((place[:, 2:] - place[:, :-2]) / 0.02, abs=1e-4)
+
+
+def test_a_wall_ahead_drags_and_keeps_the_energy_that_its_mass_takes(block: Vehicle) -> None:
+    """Half (m + m_A + dm(x)) u^2 stays as it is where nothing drags, and the drag is a share of the hull's."""
+    (wall,) = placed(block, wall_proximity__surge={"mass": 0.3})
+    (rough,) = placed(block, wall_proximity__surge={"drag": 0.5})
+    kg = block.mass_kg + block.added_mass[0, 0]
+
+    def near(gap_m: float, speed: float) -> SimpleNamespace:
+        velocity = np.array([speed, 0.0, 0.0, 0.0, 0.0, 0.0])
+        return SimpleNamespace(gap_m=gap_m, nu=velocity, through=velocity, vehicle=block)
+
+    def moving(_: float, y: np.ndarray) -> list[float]:
+        s = near(4.0 - y[0], y[1])
+        return [y[1], wall.effect.wrench(s, "surge", wall.values)[0] / (kg + wall.effect.heavier(s, wall.values))]
+
+    start, end = (solve_ivp(moving, (0.0, 6.0), [0.0, 0.4], rtol=1e-10, atol=1e-12).y[:, k] for k in (0, -1))
+    energy = [(kg + wall.effect.heavier(near(4.0 - x, u), wall.values)) * u * u for x, u in (start, end)]
+    assert end[0] > 1.5 and end[1] < 0.36 and energy[1] == pytest.approx(energy[0], rel=1e-8)
+    assert rough.effect.wrench(near(1.5, -0.4), "surge", rough.values) == pytest.approx(
+        along("surge", 0.5 * 8.0 * block.quadratic_drag[0] * 0.16)
+    )
 
 
 # --- the catalogue and the file ---------------------------------------------------------------------------------------

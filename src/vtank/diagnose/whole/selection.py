@@ -423,7 +423,10 @@ def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
     length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
     waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
     lone = np.max([[spike(column) for column in run.inputs.T] for run in runs], axis=0)
-    return Sizes(force, speed, away, duration, length, runs[0].reach, np.maximum(asked, 1e-9), lone, waves)
+    return Sizes(
+        force, speed, away, duration_s=duration, length_m=length, reach=runs[0].reach, asked=np.maximum(asked, 1e-9),
+        lone=lone, waves=waves,
+    )  # fmt: skip
 
 
 def _lift(path: Path, inertia: Array) -> Array:
