@@ -16,6 +16,7 @@ from bodies import MJCF, afloat, without_drag
 from vtank.errors import InputError
 from vtank.experiment import Result, plan_run, simulate_tank
 from vtank.experiment.scenario import load_scenario
+from vtank.plant.truth import load_truth
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
 from vtank.tank import Tank, load_world
@@ -196,14 +197,29 @@ PANE = '<geom type="plane" pos="1 0 0" xyaxes="0 -1 0 0 0 1" size="9 9 1" contyp
         (PANE.format('group="3"') + PANE.replace("1 0 0", "0.5 0 0").format('group="2"'), 1.0),
     ],
 )
-def test_the_sonar_hears_what_would_stop_a_hull(tank: str, heard: float, tmp_path: Path) -> None:
+@pytest.mark.parametrize("look", [True, False])
+def test_the_sonar_hears_what_would_stop_a_hull(tank: str, heard: float, look: bool, tmp_path: Path) -> None:
     """In whichever group it stands, and never the vehicle's own shape or the scenery of its file."""
     (tmp_path / "walls.xml").write_text(walls(tank))
     vehicle = load_vehicle(vehicle_file(tmp_path, FOREIGN.format(**FORWARD_RIGHT_DOWN)))
-    with Tank(load_world(vehicle, tmp_path / "walls.xml"), vehicle, without_drag()) as basin:
+    with Tank(load_world(vehicle, tmp_path / "walls.xml", look=look), vehicle, without_drag()) as basin:
         away = np.array([[-0.9, 0.0, -1.0], [0.0, 0.0, -1.0]])
         distances = basin.ray(away, np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]))
     assert distances[0] == pytest.approx([heard + 0.9, np.inf])
+
+
+def test_without_its_look_a_model_moves_as_with_it() -> None:
+    """Shapes, cameras and lights for the eye are left out, mass and inertia stay, and so does every byte of motion."""
+    vehicle, truth = load_vehicle(), load_truth("paper-ii").vector()
+    seen, plain = (load_world(vehicle, BASIN, look=look) for look in (True, False))
+    assert (plain.ngeom, plain.ncam, plain.nlight) == (5, 0, 0) and seen.ngeom > 10 and seen.ncam > 0
+    poses = []
+    for model in (seen, plain):
+        with Tank(model, vehicle, truth) as tank:
+            tank.propeller_rev_s[:] = 8.0
+            tank.step(500)
+            poses.append(tank.qpos.tobytes())
+    assert poses[0] == poses[1]
 
 
 def test_files_that_are_no_tank_are_refused_by_name(tmp_path: Path) -> None:

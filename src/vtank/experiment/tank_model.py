@@ -5,6 +5,8 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,7 +75,10 @@ def chunks(plans: Sequence[Plan]) -> Iterator[list[int]]:
             yield group[start : start + CHUNK]
 
 
-world = functools.cache(lambda vehicle, walls, period_s: load_world(vehicle_at(vehicle), walls, period_s))  # by paths
+@functools.cache
+def world(vehicle: Path, walls: Path, period_s: float) -> Any:
+    """The MuJoCo model that is flown, by the files' paths, without what is there for the eye."""
+    return load_world(vehicle_at(vehicle), walls, period_s, look=False)
 
 
 class Chunk:

@@ -95,9 +95,9 @@ class Tank:
             raise RuntimeError("the tank's forces are not installed: step inside `with tank:`")
         self.batch.step(nstep=nstep)
         # a number beyond MuJoCo's limit is warned of and left out
-        lost = np.flatnonzero((self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1))
-        if lost.size:
-            step_s, number = self.model.opt.timestep, int(lost[0])
+        if (self._warnings != 1).any() or not np.isfinite(self.qvel).all():
+            lost = (self._warnings != 1).any(axis=1) | ~np.isfinite(self.qvel).all(axis=1)
+            step_s, number = self.model.opt.timestep, int(lost.argmax())
             last_s = max(self.time[number] - nstep * step_s, 0.0)
             raise Diverged(
                 number,

@@ -42,17 +42,18 @@ def load_model() -> mujoco.MjModel:
     return load_world(load_vehicle("phoenix"), models_dir() / "basin.xml")
 
 
-def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> mujoco.MjModel:
+def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None, look: bool = True) -> mujoco.MjModel:
     """The vehicle's MJCF within the walls of another; InputError names the file and what is wrong with it.
 
-    The time step is the one of the vehicle's MJCF, shortened where period_s [s] is not a multiple of it.
+    The time step is the one of the vehicle's MJCF, shortened where period_s [s] is not a multiple of it. look: with the
+    shapes that are there for the eye alone, which MuJoCo moves in every step; without them nothing else changes.
     """
     hull, tank = read(vehicle.mjcf), read(walls)
     with named(walls):
         if tank.joints:
             raise InputError(f"the body '{tank.joints[0].parent.name}' has a joint: walls were expected to stand still")
     with named(vehicle.mjcf):
-        model = submerge(hull, vehicle, tank)
+        model = submerge(hull, vehicle, tank, look)
         mass = mass_kg(model)
         if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
             raise InputError(f"mass {mass:g} kg, but the vehicle file says mass_kg {vehicle.mass_kg:g}")
@@ -67,12 +68,17 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None) -> 
     return model
 
 
-def submerge(hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None = None) -> mujoco.MjModel:
+def submerge(
+    hull: mujoco.MjSpec, vehicle: Vehicle, walls: mujoco.MjSpec | None = None, look: bool = True
+) -> mujoco.MjModel:
     """The model that the tank steps: the one free body of `hull`, the vehicle, within `walls`, or in open water.
 
-    Specifications and errors as of `set_afloat`.
+    Specifications and errors as of `set_afloat`, `look` as of `load_world`.
     """
+    heard = _heard(walls) if walls else []
     world = set_afloat(hull, walls)
+    if not look:
+        _without_look(world, heard)
     _inject(world, vehicle)
     with mujoco_says("cannot put it between the walls"):
         if propeller_height(world.compile(), vehicle):
@@ -114,6 +120,15 @@ def set_afloat(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoc
     _move(world, hull, model.qpos0[model.jnt_qposadr[model.body_jntadr[body]] :][:7])
     _set_options(world, hull.option)
     return world
+
+
+def _without_look(world: mujoco.MjSpec, heard: list[mujoco.MjsGeom]) -> None:
+    """Leave out what nothing here reads and MuJoCo would move in every step; `heard`: what the sonar hears."""
+    for geom in heard:
+        geom.contype = 1  # or it would pass for one that is there for the eye
+    for element in [*world.sensors, *world.cameras, *world.lights]:
+        world.delete(element)
+    world.compiler.discardvisual = True
 
 
 def free_body(spec: mujoco.MjSpec) -> mujoco.MjsBody:
@@ -179,6 +194,13 @@ def _inject(world: mujoco.MjSpec, vehicle: Vehicle) -> None:
 def add_actuator(world: mujoco.MjSpec, name: str, **settings: Any) -> None:
     """An actuator at the vehicle's origin."""
     world.add_actuator(name=name, trntype=mujoco.mjtTrn.mjTRN_SITE, target=ORIGIN, **settings)
+
+
+def _heard(walls: mujoco.MjSpec) -> list[mujoco.MjsGeom]:
+    """What a sonar hears: the geoms that would stop the vehicle; where none does, those of group 3 as MuJoCo's models
+    keep the shapes that do."""
+    solid = [geom for geom in walls.geoms if geom.contype or geom.conaffinity]
+    return solid or [geom for geom in walls.geoms if geom.group == TANK_GROUP]
 
 
 def mark_walls(model: mujoco.MjModel) -> None:

@@ -87,9 +87,9 @@ def _sea(waves: Waves, towards_rad: float, seed: int) -> Array:
     k = wave_number(rad_s, waves.water_depth_m)
     speed = -rad_s * amplitude / np.expm1(-2.0 * k * waves.water_depth_m)
     way = np.ones_like(k) * math.cos(towards_rad), np.ones_like(k) * math.sin(towards_rad)
-    parts = [*way, k, rad_s, speed.real, speed.imag]
+    parts = [*way, k, rad_s, speed.real, speed.imag, np.exp(-2.0 * k * waves.water_depth_m)]
     sea = np.concatenate([np.zeros(WAVE_AT.end), np.transpose(parts).ravel()])
-    sea[:4] = SEA, rad_s.size, 0.0, waves.water_depth_m
+    sea[:3] = SEA, rad_s.size, 0.0
     return sea
 
 

@@ -23,7 +23,6 @@ from .pointers import block, matrix, six, triple
 from .record import AT, COMPONENT, SEA, WAVE_AT
 
 NODES, WEIGHTS = (tuple(map(float, half)) for half in np.polynomial.legendre.leggauss(8))  # exact where no strip stalls
-DEEP = 40.0  # k h from which the bed, at exp(-k h), is nothing in double precision
 
 
 @term
@@ -37,15 +36,15 @@ def waves(sea: np.ndarray, time: float, place: Vector) -> tuple[Vector, Vector]:
     """Velocity and acceleration of the water by the waves alone at a place below the still surface, world axes."""
     x, y, z = 0.0, 0.0, 0.0
     dx, dy, dz = 0.0, 0.0, 0.0
-    depth, height = sea[WAVE_AT.depth_m], place[2] - sea[WAVE_AT.surface_m]
+    height = min(place[2] - sea[WAVE_AT.surface_m], 0.0)
     for i in range(int(sea[WAVE_AT.components])):
-        ex, ey, k, w, re, im = six(sea, WAVE_AT.end + COMPONENT * i)
+        start = WAVE_AT.end + COMPONENT * i
+        ex, ey, k, w, re, im = six(sea, start)
         phase = k * (ex * place[0] + ey * place[1]) - w * time
         c, s = math.cos(phase), math.sin(phase)
         even, odd = re * c - im * s, re * s + im * c
-        above, below = math.exp(k * min(height, 0.0)), 0.0
-        if k * depth < DEEP:
-            below = math.exp(-k * (height + 2.0 * depth))
+        above = math.exp(k * height)
+        below = sea[start + 6] / above if sea[start + 6] > 0.0 else 0.0
         along, up = (above + below) * even, (above - below) * odd
         x, y, z = x + along * ex, y + along * ey, z + up
         along, up = w * (above + below) * odd, w * (above - below) * even

@@ -15,8 +15,8 @@ import numpy as np
 
 MAGIC = 0.0628318  # first number of a wet body's row: nobody else would write it there, and XML keeps it
 SEA = 0.0628319  # first number of the world's row where there are waves
-COMPONENT = 6  # numbers of a wave: its way along x and y, wave number [1/m], frequency [rad/s], and its velocity in
-# water without bed, w a/(1 - exp(-2 k h)), real and imaginary [m/s]
+COMPONENT = 7  # numbers of a wave: its way along x and y, wave number [1/m], frequency [rad/s], its velocity in water
+# without bed, w a/(1 - exp(-2 k h)), real and imaginary [m/s], and exp(-2 k h), what the bed throws back
 
 FIELDS: dict[str, tuple[int, ...]] = {
     "magic": (),
@@ -37,7 +37,6 @@ WAVES: dict[str, tuple[int, ...]] = {
     "magic": (),
     "components": (),
     "surface_m": (),  # z of the still water
-    "depth_m": (),  # of the water
 }
 
 Starts: Any = namedtuple  # mypy wants names that are written out

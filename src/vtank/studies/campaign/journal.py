@@ -196,7 +196,7 @@ class Journal:
 
     def _write(self, path: Path, content: dict[str, Any]) -> None:
         with whole(path) as file:
-            json.dump(content, file, ensure_ascii=False, separators=(",", ":"))
+            file.write(json.dumps(content, ensure_ascii=False, separators=(",", ":")))  # `dump` is slow
 
 
 def _digest(page: dict[str, Any]) -> str:
