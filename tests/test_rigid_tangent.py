@@ -10,6 +10,7 @@ from test_rigid_motion import flown
 
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.tangent import accelerations
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +43,22 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
     size, followed = np.linalg.norm(exact), np.linalg.norm(linear)
     assert followed == pytest.approx(size, rel=0.1)
     assert linear @ exact > 0.99 * size * followed
+
+
+@pytest.mark.parametrize("slot", ["share@thruster_3", "slower@thruster_1", "delay@thruster_5", "yawed@thruster_2"])
+@pytest.mark.parametrize("losing", [0.0, 0.1])
+def test_thrust_alone_pushes_as_the_whole_equation_of_motion_says(fitted, slot, losing):
+    """Also where speed takes something off the thrust, which then is not all that changes."""
+    fit, found = fitted
+    layout = fit.runs[0].layout
+    (path,) = fit.paths(layout.vector({"loss@thruster_1": losing}), found)
+    moved = path.p.copy()
+    moved[layout.slot(slot)] += 0.01
+    push, _ = path.cause(moved)
+    whole, run = np.empty_like(push), path.run
+    accelerations(run.hull(moved), run.steps, run.drive(moved), path.way.states, whole)
+    assert np.abs(push).max() > 1e-4
+    np.testing.assert_allclose(push, whole - path.acceleration, atol=1e-12)
 
 
 def test_parameters_that_run_away_are_linearised_along_the_filters_own_path(fitted):

@@ -69,8 +69,9 @@ def transition(t, x, y, h, i, drive, hull, F, scratch):
             B[a, c] = h * (rate[a] - base[a]) / NUDGE if free else 0.0
     for a in range(12):
         for c in range(12):
-            F[a, c] = 1.0 if a == c else 0.0
-    for order in range(4, 0, -1):  # F <- 1 + B F / order
+            F[a, c] = 0.25 * B[a, c]
+        F[a, a] += 1.0
+    for order in range(3, 0, -1):  # F <- 1 + B F / order
         for a in range(12):
             for c in range(12):
                 G[a, c] = 0.0
@@ -134,9 +135,10 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
 
 @lean
 def carry(F, h, sigma, memory, T, P, A):
-    """In place, the covariance P, (18, 18), after a step of h [s] whose transition of the motion is F; T, A: scratch.
+    """In place, the covariance P, (18, 18), after a step of h [s] whose transition of the motion is F.
 
-    A disturbance holds on with its memory, and is a speed that grows on the way through the step.
+    A disturbance holds on with its memory, and is a speed that grows on the way through the step. T, (18, 12), and A:
+    scratch.
     """
     keep = math.exp(-h / memory)
     mean = (1.0 - keep) * memory / h
@@ -145,18 +147,17 @@ def carry(F, h, sigma, memory, T, P, A):
             T[c, a] = F[a, c]
         for c in range(6):
             T[12 + c, a] = 0.5 * h * mean * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) if sigma[c] > 0.0 else 0.0
-    for c in range(6):
-        for a in range(SIZE):
-            T[a, 12 + c] = keep if a == 12 + c else 0.0
-    for i in range(SIZE):  # A = P T
-        for k in range(SIZE):
+    for i in range(SIZE):  # A = P T, of which the disturbances' columns but fade
+        for k in range(12):
             A[i, k] = 0.0
         for q in range(SIZE):
             f = P[i, q]
             if f != 0.0:
-                for k in range(SIZE):
+                for k in range(12):
                     A[i, k] += f * T[q, k]
-    for i in range(SIZE):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
+        for k in range(12, SIZE):
+            A[i, k] = keep * P[i, k]
+    for i in range(12):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
         for k in range(i, SIZE):
             P[i, k] = 0.0
         for q in range(SIZE):
@@ -164,6 +165,9 @@ def carry(F, h, sigma, memory, T, P, A):
             if f != 0.0:
                 for k in range(i, SIZE):
                     P[i, k] += f * A[q, k]
+    for i in range(12, SIZE):
+        for k in range(i, SIZE):
+            P[i, k] = keep * A[i, k]
     both = memory * (1.0 - keep) * (1.0 - keep)
     gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
     for a in range(6):
@@ -223,7 +227,7 @@ def kalman(
     given, P, T, A, C = (
         spread.size == 0,
         begun(np.zeros(12), sigma),
-        np.zeros((18, 18)),
+        np.zeros((18, 12)),
         np.zeros((18, 18)),
         np.zeros(18),
     )
@@ -263,7 +267,7 @@ def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation,
 
     then: memory [s], given: gains, (M, 18), and innovation: (M,), of the filter that went the path.
     """
-    P, T, A, C = begun(spread, sigma), np.zeros((SIZE, SIZE)), np.zeros((SIZE, SIZE)), np.zeros(SIZE)
+    P, T, A, C = begun(spread, sigma), np.zeros((SIZE, 12)), np.zeros((SIZE, SIZE)), np.zeros(SIZE)
     off, new, d, i = np.zeros(12), np.zeros(12), np.zeros(6), 0
     for q in range(steps.which.size):
         m = steps.which[q]

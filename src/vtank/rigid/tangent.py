@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from ..compiled import law
 from .filtered import Filtered, bent, followed, share
 from .kernels import SIZE, folded, seen
-from .layout import COLUMN, SENSOR, WAKE
+from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
 from .motion import rates
 from .recorded import Recorded
 from .tint import FAR
@@ -113,14 +113,20 @@ class Path:
 
     def cause(self, p: Array) -> tuple[Array, Array] | None:
         """Acceleration, (N, 6), and shift of readings, (M,), of another parameter vector; None for a new memory."""
-        run, first = self.run, self.run.layout.starts[2]
+        run, (_, fins, first, _) = self.run, self.run.layout.starts
         if np.any(p[WAKE : WAKE + 6] != self.p[WAKE : WAKE + 6]):
             return None
         push, shift = np.zeros((run.steps.now.size, 6)), np.zeros(run.time_s.size)
-        hull = run.hull(p)
-        if np.any(p[:first] != self.p[:first]):
-            accelerations(hull, run.steps, run.drive(p), self.way.states, push)
-            push = np.where(run.moves, push - self.acceleration, 0.0)
+        hull, changed = run.hull(p), p != self.p
+        if changed[:first].any():
+            drive = run.drive(p)
+            thrust_alone = not (changed[:HULL].any() or changed[fins:first].any() or p[WALL_MASS])
+            if thrust_alone and not (hull.losing or self.hull.losing):  # which then is all that changes, linearly
+                push = (drive.thrust - self.drive.thrust) @ hull.inverse.T
+            else:
+                accelerations(hull, run.steps, drive, self.way.states, push)
+                push -= self.acceleration
+            push = np.where(run.moves, push, 0.0)
         if np.any(p[first:] != self.p[first:]):
             shifted(self.hull, hull, self._apart(p), run.steps, run.record, self.drive, self.way.before, shift)
         return push, shift
