@@ -62,7 +62,7 @@ def trials(tmp_path_factory: pytest.TempPathFactory) -> Path:
         truth = {"kind": "single" if drag else "none", "vehicle": "bluerov2", "label": label, "effects": told,
                  "given": 1, "own": OWN}  # fmt: skip
         case = WholeCase((flight(drag), flight(drag, 4)), (flight(0.0),), 1, "bluerov2", truth)
-        entries.append(make._write(cases, sealed, f"case_{number:04d}", case, 0))
+        entries.append(make._write(cases, sealed, f"case_{number:04d}", (case, 0)))
     write_index(cases, sealed, entries, {"trials": 2, "seed": 1, "vehicles": True})
     answer(cases, root / "answers.json", count=1, answer_case=opinion)
     return root

@@ -287,8 +287,7 @@ def test_coherence_tells_a_filtered_input_from_noise():
 
 def test_whiteness_rejects_five_percent_of_white_records_and_every_sinusoid():
     rng = np.random.default_rng(4)
-    rejected = sum(whiteness(rng.standard_normal(400)).p_value < 0.05 for _ in range(400))
+    rejected = sum(whiteness(rng.standard_normal(400)) < 0.05 for _ in range(400))
     assert 6 <= rejected <= 38  # 20 expected, standard error 4.4
     sinusoid = np.sin(0.5 * STEP_S * np.arange(240))
-    assert whiteness(sinusoid).p_value < 1e-12
-    assert whiteness(sinusoid).autocorrelation[0] == pytest.approx(np.cos(0.5 * STEP_S), abs=0.01)
+    assert whiteness(sinusoid) < 1e-12

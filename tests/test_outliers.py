@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from vtank.diagnose.lone_speeds import with_lone_speeds
-from vtank.diagnose.outliers import long_ranges, multipath, none_seen, one_sidedness, spike_sizes, spikes
+from vtank.diagnose.outliers import long_ranges, multipath, none_seen, spike_sizes, spikes
 from vtank.effects.sonar_multipath import EFFECT as MULTIPATH
 from vtank.effects.tachometer_spikes import EFFECT as SPIKES
 from vtank.estimate.observed import RANGE, Observed
@@ -81,12 +81,6 @@ def test_outliers_are_multipath_only_where_they_are_late():
     assert gain > 15.0 and share == pytest.approx(1 / 80, rel=0.01) and extra == pytest.approx(0.3, rel=0.01)
     for error in (-0.3 * lone, 0.3 * fair * lone, 0.6 * random.standard_normal(2400) * lone):
         assert multipath(MULTIPATH, noise + error)[0] < 0.0
-
-
-def test_one_sidedness_of_outliers():
-    assert one_sidedness(0, 0) == 0.0
-    assert one_sidedness(20, 20) < -1.0
-    assert one_sidedness(30, 0) == one_sidedness(0, 30) == pytest.approx(30 * np.log(2.0) - np.log(31.0))
 
 
 def test_pauses_in_a_bent_motion_raise_no_flag():

@@ -17,7 +17,7 @@ from vtank.rigid.noise import first_noise
 from vtank.rigid.recorded import record
 
 model = importlib.import_module("vtank.diagnose.whole.model")
-selection = importlib.import_module("vtank.diagnose.whole.selection")
+settling = importlib.import_module("vtank.diagnose.whole.settling")
 
 
 @pytest.mark.parametrize(("factor", "alike"), [(1.6, True), (2.5, False)])
@@ -38,7 +38,7 @@ def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was()
     layout, seen, _ = record([run], replace(true, quadratic_drag=drag, added_mass=added))
     noise = first_noise(seen)
     own = model.own_unknowns(layout, seen[0].moves)
-    settled, _ = selection.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
+    settled, _ = settling.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
     assert np.all(settled.fit.noise.sigma < 0.0005)  # [m/s2, rad/s2]
 
 
@@ -48,7 +48,7 @@ def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_fo
     noise = replace(first_noise(seen), sigma=np.where(seen[0].moves, 0.001, 0.0))
     own = model.own_unknowns(layout, seen[0].moves)
     still = model.blank(Fit(seen, replace(noise, memory_s=1.0)), layout, (), own)
-    assert not selection.forgetful(still, noise.variance)
+    assert not settling.forgetful(still, noise.variance)
     slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=30.0)))
-    ((calm, there),) = selection.forgetful(slow, noise.variance)
+    ((calm, there),) = settling.forgetful(slow, noise.variance)
     assert calm.fit.noise.memory_s <= 2.0 and len(there) == 1

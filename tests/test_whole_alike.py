@@ -10,7 +10,8 @@ from test_rigid_motion import multisine
 
 from vtank.diagnose.whole.model import Model, blank, refit
 from vtank.diagnose.whole.screen import based, promises
-from vtank.diagnose.whole.selection import extended, sizes_of
+from vtank.diagnose.whole.selection import extended
+from vtank.diagnose.whole.sizes import sizes_of
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import Vehicle, load_vehicle
 from vtank.record import Run

@@ -245,7 +245,7 @@ def _level(f) -> float:
 
 def test_rates_alone_may_be_in_degrees():
     layout, seen, _ = record([fly_vehicle(ROV, multisine(ROV, 5.0, 1), 5.0, 1)], ROV)
-    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8), np.ones(8))
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
     units = {c.name: c.parameters[0].slots for c in catalogue(layout, seen[0].moves, sizes) if c.effect == "wrong_unit"}
     assert all("rate" in slot for slot in units["wrong_unit@imu:degrees"])
     assert all("rate" not in slot for slot in units["wrong_unit@mocap:degrees"])
@@ -258,7 +258,7 @@ def test_echoes_are_heard_by_being_late_and_are_left_out_of_what_else_is_sought(
     layout = replace(layout, columns=tuple("ping.range_m" if c == 0 else n for c, n in enumerate(layout.columns)))
     run = replace(run, layout=layout)
     mine = np.flatnonzero(run.column == 0)
-    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8), np.ones(8))
+    sizes = Sizes(*(np.ones(6) for _ in range(3)), 10.0, 1.0, np.ones(8), np.ones(8))
     known = [
         c
         for c in catalogue(replace(layout, sensors=("ping",)), run.moves, sizes)

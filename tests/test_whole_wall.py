@@ -10,7 +10,8 @@ from test_whole_alike import converged, still
 from test_whole_places import placed
 
 from vtank.diagnose.whole.screen import based, promises
-from vtank.diagnose.whole.selection import extended, sizes_of
+from vtank.diagnose.whole.selection import extended
+from vtank.diagnose.whole.sizes import sizes_of
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run

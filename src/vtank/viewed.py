@@ -13,12 +13,13 @@ from .errors import InputError
 from .plant.sensor import Sensor
 from .plant.vehicle import Vehicle, load_vehicle
 from .record import TIME, Run, read_run
+from .record.columns import ATTITUDE, channel_of
 from .resources import scenarios_dir
 from .tank.poses import Poses
 
 NOMINAL = "paper-ii"  # that drives the Phoenix beside a recording along one axis
-EYE = Sensor("eye", ("north_m", "east_m", "depth_m", "roll_rad", "pitch_rad", "heading_rad"), rate_hz=25.0)
-PLACE, ATTITUDE = EYE.channels[:3], EYE.channels[3:]
+PLACE = ("north_m", "east_m", "depth_m")
+EYE = Sensor("eye", (*PLACE, *ATTITUDE), rate_hz=25.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +178,7 @@ def _straight(time_s: np.ndarray, ahead: np.ndarray) -> Poses:
 
 def _column(run: Run, channel: str) -> str:
     """The first column that holds a channel; that of the eye before all others."""
-    names = [name for name in run.columns if name.rpartition(".")[2] == channel]
+    names = [name for name in run.columns if channel_of(name) == channel]
     return next((name for name in names if name.startswith(f"{EYE.name}.")), names[0] if names else "")
 
 

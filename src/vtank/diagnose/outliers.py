@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import betaln
 
 from ..compiled import law
 from ..effects.effect import Effect
@@ -123,11 +122,6 @@ def spikes(effect: Effect, p: np.ndarray, runs: Sequence[Observed]) -> tuple[flo
 def none_seen(total: int) -> float:
     """Log evidence of an outlier effect when no outlier is seen: its rate, uniform up to 0.3, must be tiny."""
     return -float(np.log(0.3 * total + 1.0))
-
-
-def one_sidedness(late: int, early: int) -> float:
-    """Log evidence that outliers prefer a side, any share of them, against a fair coin for each."""
-    return float(betaln(late + 1.0, early + 1.0) + (late + early) * np.log(2.0))
 
 
 def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:

@@ -57,7 +57,6 @@ def log_prior(fit: Fitted, singles: int) -> float:
     return log(prior["effect"]) + (count - 1) * rarer - log(max(comb(singles, count), 1))
 
 
-def weight(fit: Fitted, singles: int, tempering: float | None = None) -> float:
-    """Log of prior times tempered evidence, but for a constant; tempering: by default the frozen one."""
-    power = calibration().tempering if tempering is None else tempering
-    return power * fit.log_evidence + log_prior(fit, singles)
+def weight(fit: Fitted, singles: int) -> float:
+    """Log of prior times tempered evidence, but for a constant."""
+    return calibration().tempering * fit.log_evidence + log_prior(fit, singles)

@@ -51,7 +51,7 @@ class Verdict:
         return said | {"channel": self.channel, "probability": self.probability}
 
 
-def probabilities(selection: Selection, tempering: float | None = None) -> dict[str, float]:
+def probabilities(selection: Selection) -> dict[str, float]:
     """Posterior probability of every hypothesis; names of sets are joined by `+`.
 
     What is too small to be told from simpler explanations counts as these: an effect as the refit alone, own parameters
@@ -59,8 +59,8 @@ def probabilities(selection: Selection, tempering: float | None = None) -> dict[
     """
     fits, frozen = selection.fits, calibration()
     before = {f.hypothesis.name: float(np.exp(log_prior(f, selection.singles))) for f in fits}
-    logits = {f.hypothesis.name: weight(f, selection.singles, tempering) for f in fits}
-    for kind, gains in nameless_gains(selection, tempering).items():
+    logits = {f.hypothesis.name: weight(f, selection.singles) for f in fits}
+    for kind, gains in nameless_gains(selection).items():
         before[kind] = frozen.prior[kind]
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
@@ -107,7 +107,7 @@ def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def nameless_gains(selection: Selection, tempering: float | None = None) -> dict[str, list[float]]:
+def nameless_gains(selection: Selection) -> dict[str, list[float]]:
     """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
 
     A cause may also leave nothing beside the best explanation, which then imitates it. What is missing is as likely
@@ -117,7 +117,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
     frozen, refit, foreign = calibration(), selection.refit, selection.setting.foreign
     out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
     for free in selection.free:
-        fit, base = free.fit, weight(free.fit, selection.singles, tempering)
+        fit, base = free.fit, weight(free.fit, selection.singles)
         if fit is refit or fit is selection.nominal:
             base -= log_prior(fit, selection.singles)  # own parameters are part of it in any case
         if fit.hypothesis.varying:
@@ -131,7 +131,7 @@ def nameless_gains(selection: Selection, tempering: float | None = None) -> dict
         if fit is selection.best and fit is not selection.nominal:
             seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
             odds = imitating(seen) if fit.hypothesis.effects else frozen.mimicry
-            out["unknown"].append(weight(fit, selection.singles, tempering) + log(odds / frozen.prior["unknown"]))
+            out["unknown"].append(weight(fit, selection.singles) + log(odds / frozen.prior["unknown"]))
     return out
 
 

@@ -187,7 +187,7 @@ def _channel_residuals(
 ) -> RunResiduals:
     white, peak, where = np.nan, np.nan, np.nan
     if free.size >= FEWEST:
-        white = whiteness(innovation).p_value
+        white = whiteness(innovation)
         peak, where = coherence_peak(speed, free, step_s)
     rms = float(np.sqrt(np.mean(innovation**2)))
     return RunResiduals(run, channel, free.size, residual_statistics(free, 0.0 * free), rms, white, peak, where)

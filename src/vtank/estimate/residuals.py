@@ -21,6 +21,7 @@ from ..plant.lumped import Lumped
 from .paper.regression import Array
 
 DIVERGED_M_S = 100.0  # a surge speed no vehicle reaches: the free run is given up there
+LAGS = 20  # of the autocorrelation that is tested; a choice
 
 
 @dataclass(frozen=True)
@@ -35,15 +36,6 @@ class ResidualStatistics:
     def rms(self) -> float:
         """Root mean square [m/s]."""
         return float(np.hypot(self.mean, self.deviation))
-
-
-@dataclass(frozen=True)
-class Whiteness:
-    """Autocorrelation of the residuals and the Ljung-Box test that they are white."""
-
-    autocorrelation: Array  # (lags,), lag 1 first
-    statistic: float
-    p_value: float  # small: not white
 
 
 @law
@@ -103,11 +95,11 @@ def residual_coherence(u_m_s: Array, error: Array, step_s: float, segments: int 
     return 2.0 * np.pi * frequency_hz, np.nan_to_num(value)
 
 
-def whiteness(error: Array, lags: int = 20) -> Whiteness:
-    """Ljung-Box test on the residuals, shape (K,)."""
+def whiteness(error: Array) -> float:
+    """Chance of so much correlation in white residuals, shape (K,), by the Ljung-Box test of LAGS lags."""
     centred = error - error.mean()
     full = np.correlate(centred, centred, mode="full")[centred.size - 1 :]
-    r = full[1 : lags + 1] / (full[0] or 1.0)  # nothing left is white
+    r = full[1 : LAGS + 1] / (full[0] or 1.0)  # nothing left is white
     k = np.arange(1, r.size + 1)
     statistic = float(centred.size * (centred.size + 2) * np.sum(r**2 / (centred.size - k)))
-    return Whiteness(r, statistic, float(chdtrc(r.size, statistic)))
+    return float(chdtrc(r.size, statistic))

@@ -177,6 +177,6 @@ class Pilot:
         if isinstance(part, Thruster):
             made = part.force_N(part.input_for(forces))
             if (short := np.abs(made - forces)).max() > SHORT * part.limit_N:
-                worst, name = int(short.argmax()), part.name or part.site
+                worst, name = int(short.argmax()), part.name
                 message = f"asks {forces[worst]:.3g} N of thruster {name}, which makes {made[worst]:.3g} N at most"
                 raise InputError(f"{self.orders[0].table.path}: excite: {message}")

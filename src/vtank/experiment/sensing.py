@@ -12,19 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..plant.vehicle import AXES, Vehicle
+from ..record.columns import RATES, SPEEDS, VELOCITY
 from .orders import Order
 
 Array = NDArray[np.float64]
 PLACE = {"heave": "depth_m", "roll": "roll_rad", "pitch": "pitch_rad", "yaw": "heading_rad"}
-SPEED = dict(
-    zip(
-        AXES,
-        ("surge_m_s", "sway_m_s", "heave_m_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"),
-        strict=True,
-    )
-)
+SPEED = dict(zip(AXES, SPEEDS, strict=True))
 LEVEL = ("north_m", "east_m", "heading_rad")  # what a place along surge or sway takes
-TRIPLES = (("surge_m_s", "sway_m_s", "heave_m_s"), ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"))
+TRIPLES = (VELOCITY, RATES)
 
 
 class Sensing:

@@ -29,6 +29,7 @@ from ..errors import InputError
 from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
 from ..record import Manifest, Run, find_file, open_table, read_text, stem, write_dataset
+from ..record.columns import channel_of
 from ..record.table import Table
 from ..resources import models_dir, scenarios_dir
 from ..waves import Waves
@@ -191,7 +192,7 @@ def summary(scenario: WholeScenario, flown: Flown) -> str:
 
 def _range(run: Run, channel: str) -> str:
     """Least and greatest value of the first column that has a channel, "" for none; angles go on beyond half a turn."""
-    column = next((name for name in run.columns if name.rpartition(".")[2] == channel), "")
+    column = next((name for name in run.columns if channel_of(name) == channel), "")
     if not column:
         return ""
     values = run.samples(column)[1]

@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..plant.vehicle import Vehicle
-from ..record.columns import WRENCH
+from ..record.columns import ATTITUDE, VELOCITY, WRENCH, channel_of
 from . import frames
 from .log import Log, Stream, field_names
 from .mapping import WGS84, Armed, Channel, Mapping, Pulses
 
 Array = NDArray[np.float64]
 MOTORS = 8  # outputs of an autopilot that may drive motors, whose functions have numbers in a row
-BODY_VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
-ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
 
 
 @dataclass
@@ -66,7 +64,7 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
             names = _names(log, mapping, made, name, vehicle)
             if not names or (not mapping.several and set(names) & set(found.samples)):
                 continue
-            if made.frame in frames.EARTH and made.columns == BODY_VELOCITY:
+            if made.frame in frames.EARTH and made.columns == VELOCITY:
                 earthly.append((name, names, time_s, values))
             for column, row in zip(names, values, strict=True):
                 found.samples[column] = time_s, row
@@ -128,7 +126,7 @@ def _of_vehicle(vehicle: Vehicle, motor: int, name: str) -> str:
     if motor > len(vehicle.thrusters):
         raise InputError(f"{vehicle.path}: has {len(vehicle.thrusters)} thrusters, the log has motor {motor}")
     thruster = vehicle.thrusters[motor - 1]
-    return (thruster.name or thruster.site) + name.removeprefix(f"thruster_{motor}")
+    return thruster.name + name.removeprefix(f"thruster_{motor}")
 
 
 def _values(log: Log, channel: Channel, stream: Stream, found: Columns) -> tuple[Array, Array]:
@@ -181,7 +179,7 @@ def _source(channel: Channel, stream: Stream) -> str:
 
 def _turn(found: Columns, name: str, names: tuple[str, ...], time_s: Array, values: Array) -> None:
     """Turn earth velocities into body axes by the attitude that was found, interpolated; none without an attitude."""
-    attitude = [next((c for c in found.samples if c.rpartition(".")[2] == angle), "") for angle in ATTITUDE]
+    attitude = [next((c for c in found.samples if channel_of(c) == angle), "") for angle in ATTITUDE]
     if not all(attitude):
         for column in names:
             del found.samples[column], found.origin[column]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..record.columns import MOTION, column
+from ..record.columns import MOTION, channel_of, column
 from ..record.run import INPUTS, OUTPUTS, Run
 
 Array = NDArray[np.float64]
@@ -76,7 +76,7 @@ def asked(run: Run) -> Samples:
 
 def moved(run: Run) -> list[str]:
     """The columns that tell of motion."""
-    return [name for name in run.columns if name in OUTPUTS or name.rpartition(".")[2] in MOTION]
+    return [name for name in run.columns if name in OUTPUTS or channel_of(name) in MOTION]
 
 
 class Held:

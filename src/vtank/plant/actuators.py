@@ -35,7 +35,7 @@ class Thruster:
         site: of the MJCF, where its force acts.
         direction: of positive force, a unit vector in body axes.
         limit_N: largest force either way [N].
-        name: of its columns in a recording; the site's, where the file gives none.
+        name: of its columns in a recording; the site's, where none is given.
         input: one of INPUTS: what it is asked for.
         gain: force per command [N], or per n|n| [N/(rev/s)2]; not used with a curve, or where the input is a force.
         curve: bench table as pairs (input, force [N]), inputs increasing; flat beyond its ends. Empty: none.
@@ -53,10 +53,14 @@ class Thruster:
     lag_s: float = 0.0
     dead_band: float = 0.0
 
+    def __post_init__(self) -> None:
+        """Named as its site, where it has no name of its own."""
+        object.__setattr__(self, "name", self.name or self.site)
+
     @property
     def column(self) -> str:
         """Name of its input in a recording."""
-        return f"{self.name or self.site}_{self.input}"
+        return f"{self.name}_{self.input}"
 
     def force_N(self, asked: Array) -> Array:
         """Steady force of inputs, in the unit of `input`, before the lag: same shape [N]."""
@@ -135,7 +139,7 @@ def read_thruster(table: Table) -> Thruster:
         site=site,
         direction=unit(table, "direction"),
         limit_N=table.positive("limit_N", most),
-        name=table.text("name", site),
+        name=table.text("name", ""),
         input=kind,
         gain=gain,
         curve=curve,

@@ -21,7 +21,7 @@ def check_recorded(run: Run, vehicle: Vehicle) -> None:
             _check_sensor(run, vehicle, name, sensor, channel)
     check_inputs(run, vehicle)
     for thruster in vehicle.thrusters:
-        name = thruster.name or thruster.site
+        name = thruster.name
         found = [column for kind in INPUTS if (column := f"{name}_{kind}") in run.columns]
         if found and thruster.column not in found:
             expected = f"{vehicle.path} knows its force from {thruster.column}, by gain or curve"
@@ -50,7 +50,7 @@ def _check_input(run: Run, vehicle: Vehicle, name: str) -> None:
     owner = name.removesuffix(ending)
     if not ending or owner in ("n", "thrust"):
         return
-    columns = {thruster.name or thruster.site: thruster.column for thruster in vehicle.thrusters}
+    columns = {thruster.name: thruster.column for thruster in vehicle.thrusters}
     columns |= {fin.name: fin.column for fin in vehicle.fins}
     if owner not in columns:
         raise InputError(f"{_where(run, name)}: {vehicle.path} has no thruster or fin '{owner}'{meant(owner, columns)}")

@@ -26,7 +26,7 @@ Box = tuple[float, float, float, float]
 
 def vehicle_picture(vehicle: Vehicle, lit: Mapping[str, float]) -> str:
     """An SVG; lit: place -> probability, by which it is filled."""
-    places = [(t.name or t.site, vehicle.sites[t.site]) for t in vehicle.thrusters]
+    places = [(t.name, vehicle.sites[t.site]) for t in vehicle.thrusters]
     places += [(f.name, vehicle.sites[f.site]) for f in vehicle.fins]
     places += [(s.name, s.position_m) for s in vehicle.sensors]
     points = np.array([(0.0, 0.0), *(p[:2] for _, p in places), *(p[:2] for p in vehicle.sites.values())])

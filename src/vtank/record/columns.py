@@ -48,6 +48,11 @@ MOTION = {
     "accel_y_m_s2": Column("m/s2", "output", 1e4),
     "accel_z_m_s2": Column("m/s2", "output", 1e4),
 }
+ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
+RATES = ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
+VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
+SPEEDS = (*VELOCITY, *RATES)
+ACCELERATION = ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2")
 FIXED = WRENCH | MOTION | {"battery_V": Column("V", "state", 1e4)}
 NAMED = {  # ending of a column that begins with the name of a thruster or a control surface
     "_rev_s": Column("rev/s", "input", 200.0),
@@ -56,6 +61,11 @@ NAMED = {  # ending of a column that begins with the name of a thruster or a con
     "_rad": Column("rad", "input", 7.0),
     "_A": Column("A", "state", 1e4),
 }
+
+
+def channel_of(name: str) -> str:
+    """The channel that a column holds, without its sensor."""
+    return name.rpartition(".")[2]
 
 
 def column(name: str) -> Column | None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .columns import MOTION
+from .columns import ACCELERATION, ATTITUDE, MOTION, RATES, channel_of
 from .run import INPUTS, FloatArray, Run
 
 TURN = 2.0 * np.pi
@@ -24,8 +24,6 @@ BETTER = 0.5  # share of what two channels do not have in common that a delay mu
 MOVES = 20  # samples that a comparison needs; a choice
 SMOOTH_S = 1.0  # [s] over which channels are averaged, so that the noise of a derivative hides nothing; a choice
 FINEST = 2**15  # points on which two channels are compared at most; a choice
-RATES = {"roll_rad": "roll_rate_rad_s", "pitch_rad": "pitch_rate_rad_s", "heading_rad": "yaw_rate_rad_s"}
-ACCELERATION = ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2")
 
 
 def contradictions(run: Run) -> list[str]:
@@ -40,7 +38,7 @@ def contradictions(run: Run) -> list[str]:
 
 def measured(run: Run, channel: str) -> list[str]:
     """The columns that hold a channel, of one sensor or several."""
-    return [name for name in run.columns if name.rpartition(".")[2] == channel and name.rpartition(".")[2] in MOTION]
+    return [name for name in run.columns if channel_of(name) == channel in MOTION]
 
 
 def _degrees(run: Run) -> Iterator[str]:
@@ -53,7 +51,7 @@ def _degrees(run: Run) -> Iterator[str]:
 
 def _angles_and_rates(run: Run) -> Iterator[str]:
     """An angle's derivative against its rate: in degrees, with another sign, or of another axis."""
-    for angle, rate in RATES.items():
+    for angle, rate in zip(ATTITUDE, RATES, strict=True):
         for name in measured(run, angle):
             for other in measured(run, rate):
                 slope, alike = _slope(run, name, other)
@@ -107,7 +105,7 @@ def _clocks(run: Run) -> Iterator[str]:
     for channel in MOTION:
         names = measured(run, channel)
         pairs += [(first, second, False) for k, first in enumerate(names) for second in names[k + 1 :]]
-    for angle, rate in RATES.items():
+    for angle, rate in zip(ATTITUDE, RATES, strict=True):
         pairs += [(name, other, True) for name in measured(run, angle) for other in measured(run, rate)]
     for first, second, derivative in pairs:
         halves = [_uncommon(run, first, second, derivative, share) for share in ((0.0, 0.5), (0.5, 1.0))]
@@ -219,11 +217,11 @@ def _turning(run: Run, name: str, grid: FloatArray) -> FloatArray:
     Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control (2011), 2.2.1; what was not measured is nothing.
     """
     sensor, _, channel = name.rpartition(".")
-    p, q, r = (_optional(run, [f"{sensor}.{rate}".lstrip(".")], grid) for rate in RATES.values())
+    p, q, r = (_optional(run, [f"{sensor}.{rate}".lstrip(".")], grid) for rate in RATES)
     roll, pitch = (_optional(run, measured(run, angle), grid) for angle in ("roll_rad", "pitch_rad"))
     about = q * np.sin(roll) + r * np.cos(roll)
     turning = (p + about * np.tan(pitch), q * np.cos(roll) - r * np.sin(roll), about / np.cos(pitch))
-    return np.asarray(turning[list(RATES.values()).index(channel)])
+    return np.asarray(turning[RATES.index(channel)])
 
 
 def _optional(run: Run, names: list[str], grid: FloatArray) -> FloatArray:

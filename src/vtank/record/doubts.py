@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .columns import channel_of
 from .run import TIME, Run
 
 SHORTEST_S = 1e-3  # [s] between rows; below, they are faster than any recorder of a vehicle; a choice
@@ -32,6 +33,6 @@ def doubts(run: Run) -> Iterator[str]:
     if step_s < SHORTEST_S:
         yield f"column {TIME}: rows {step_s:.3g} s apart; are they hours or days?"
     for name, values in run.columns.items():
-        most, cause = DOUBTED.get(name.rpartition(".")[2], (np.inf, ""))
+        most, cause = DOUBTED.get(channel_of(name), (np.inf, ""))
         if (typical := float(np.nanmedian(np.abs(values)))) > most:
             yield f"column {name}: typically {typical:.4g}; {cause}"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .columns import MOTION, column, unknown
+from .columns import MOTION, channel_of, column, unknown
 from .run import INPUTS, OUTPUTS, TIME, FloatArray, Run
 
 SHORTEST = 10  # samples, the fewest that say anything about a motion; a choice
@@ -73,7 +73,7 @@ def _one_axis(names: Iterable[str]) -> bool:
 
 def _believed(name: str, one_axis: bool) -> tuple[float, float, str]:
     """Least and greatest value that is believed in a column, and these in words."""
-    channel = name.rpartition(".")[2]
+    channel = channel_of(name)
     if channel in BELIEVED:
         return BELIEVED[channel]
     if one_axis or (found := column(name)) is None:
@@ -95,7 +95,7 @@ def _content_faults(run: Run) -> Iterator[Fault]:
         for row in np.flatnonzero(np.isinf(values)).tolist():
             yield Fault(row, f"column {name}: found an infinite value, expected a number")
     yield from _unit_faults(run)
-    outputs = run.outputs or [name for name in run.columns if name.rpartition(".")[2] in MOTION] or list(run.columns)
+    outputs = run.outputs or [name for name in run.columns if channel_of(name) in MOTION] or list(run.columns)
     longest = max(int(np.sum(~np.isnan(run.columns[name]))) for name in outputs)
     if longest < SHORTEST:
         plural = "s" * (longest != 1)

@@ -23,10 +23,8 @@ Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
 CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
 WORTH = 1.0  # log-likelihood from which a wall is moved to where it is likeliest; a choice
-ASIDE_M, FLAT = (
-    0.01,
-    0.01,
-)  # [m] by which it is moved to see that, and log-likelihood lost from which it is told: choices
+ASIDE_M = 0.01  # [m] by which it is moved to see that; a choice
+FLAT = 0.01  # log-likelihood lost by that, from which it is told where the wall is; a choice
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,18 +11,12 @@ from numpy.typing import NDArray
 
 from ..plant.sensor import Sensor
 from ..plant.vehicle import Vehicle
+from ..record.columns import ATTITUDE, SPEEDS, channel_of
 from ..record.run import Run
 
 Array = NDArray[np.float64]
-SPEEDS = ("surge_m_s", "sway_m_s", "heave_m_s", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
-ATTITUDE = ("roll_rad", "pitch_rad", "heading_rad")
 ROUND, CLEARLY = 0.05, 6.0  # [rad], or times the noise of a step, by which a jump may miss a turn; choices
 SMOOTH_S = 0.8  # [s] over which known motion is smoothed by a local parabola; a choice
-
-
-def channel(column: str) -> str:
-    """The channel of a column, without its instrument."""
-    return column.rpartition(".")[2]
 
 
 def known_motion(run: Run, vehicle: Vehicle, known: NDArray[np.bool_]) -> tuple[Array, NDArray[np.bool_], Array]:
@@ -54,7 +48,7 @@ def known_motion(run: Run, vehicle: Vehicle, known: NDArray[np.bool_]) -> tuple[
 
 def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
     """The first recorded column of a channel on a grid of times, as of when it was true."""
-    column = next((column for column in run.columns if channel(column) == name), None)
+    column = next((column for column in run.columns if channel_of(column) == name), None)
     if column is None or (np.isfinite(run.columns[column]).sum() < 2):
         return None
     time, value = run.samples(column)
@@ -88,7 +82,7 @@ def _sensor(vehicle: Vehicle, column: str) -> Sensor | None:
 def _at_origin(run: Run, vehicle: Vehicle, turning: Array, grid: Array) -> list[Array]:
     """Velocity of the body's origin along its axes: what is measured elsewhere less what turning adds there."""
     found = [_series(run, vehicle, name, grid) for name in SPEEDS[:3]]
-    column = next((c for c in run.columns if channel(c) in SPEEDS[:3]), "")
+    column = next((c for c in run.columns if channel_of(c) in SPEEDS[:3]), "")
     velocity = np.stack([np.zeros(grid.size) if v is None else v for v in found], axis=1)
     sensor = _sensor(vehicle, column)
     if sensor is not None:

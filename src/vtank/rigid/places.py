@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..record.columns import ACCELERATION, ATTITUDE, RATES, VELOCITY, channel_of
 from .layout import AXES, COUPLES, XYZ, Layout
-from .readings import ACCEL, CHANNELS, ROLL, ROLL_RATE, SURGE
-from .recorded import channel
+from .readings import CHANNELS, ROLL
 
 Array = NDArray[np.float64]
 EARTH = ("north", "east", "down")
@@ -24,12 +24,11 @@ OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
 OWN_OF_THRUSTERS = {"gain": 0.2, "lag": 0.5}
 OWN_OF_FINS = {"lift": 0.3}
 TWINS = {"sensor_latency": "clock_offset"}  # the same to any recording
-SPEEDS, ANGLES, RATES = CHANNELS[SURGE:ROLL_RATE], CHANNELS[ROLL:SURGE], CHANNELS[ROLL_RATE:ACCEL]
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
-    ("knots", SPEEDS, 1.943844), ("km/h", SPEEDS, 3.6), ("ft/s", SPEEDS, 3.28084), ("cm/s", SPEEDS, 100.0),
-    ("mm/s", SPEEDS, 1000.0), ("degrees", (*ANGLES, *RATES), 57.29578), ("degrees/s", RATES, 57.29578),
-    ("degrees, its rates in rad/s", ANGLES, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
-    ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", CHANNELS[ACCEL:], 0.1019716),
+    ("knots", VELOCITY, 1.943844), ("km/h", VELOCITY, 3.6), ("ft/s", VELOCITY, 3.28084), ("cm/s", VELOCITY, 100.0),
+    ("mm/s", VELOCITY, 1000.0), ("degrees", (*ATTITUDE, *RATES), 57.29578), ("degrees/s", RATES, 57.29578),
+    ("degrees, its rates in rad/s", ATTITUDE, 57.29578), ("feet", CHANNELS[:ROLL], 3.28084),
+    ("cm", CHANNELS[:ROLL], 100.0), ("mm", CHANNELS[:ROLL], 1000.0), ("g", ACCELERATION, 0.1019716),
 )  # fmt: skip
 SPIKE = 0.05  # of the largest input, below which what stands alone is no spike; a choice
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
@@ -110,7 +109,6 @@ class Sizes:
     away: Array
     duration_s: float
     length_m: float
-    reach: Array
     asked: Array
     lone: Array
     waves: tuple[tuple[float, ...], ...] = ((), (), ())
@@ -119,7 +117,7 @@ class Sizes:
     def unit(cls, layout: Layout) -> Sizes:
         """Before anything is known of what the vehicle did."""
         thrusters = np.ones(len(layout.pushes))
-        return cls(np.ones(6), np.ones(6), np.ones(6), 1.0, 1.0, thrusters, thrusters, thrusters)
+        return cls(np.ones(6), np.ones(6), np.ones(6), 1.0, 1.0, thrusters, thrusters)
 
 
 def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: Sizes) -> tuple[Placed, ...]:
@@ -160,7 +158,7 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
         Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
     ), "the hull meets the water again that it has set in motion")  # fmt: skip
-    if axis == "surge" and any(channel(column) == "range_m" for column in layout.columns):
+    if axis == "surge" and any(channel_of(column) == "range_m" for column in layout.columns):
         yield Placed("wall_proximity", axis, HYDRODYNAMICS, (
             Parameter("drag", ("wall_drag@surge",), "-", 0.3, 0.0, 3.0, optional=True),
             Parameter("mass", ("wall_mass@surge",), "-", 0.1, 0.0, 1.0, optional=True),
@@ -179,9 +177,7 @@ def _mass(layout: Layout, i: int) -> float:
 
 def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     push = layout.pushes[k]
-    reach, unit = float(s.asked[k]), {"rev_s": "rev/s", "command": "-", "N": "N"}[push.column.rpartition("_")[2]
-                                     if push.column.rpartition("_")[2] in ("command", "N") else
-                                     "rev_s" if push.thruster is not None else "N"]  # fmt: skip
+    reach, unit = float(s.asked[k]), push.unit
 
     def one(effect: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]) -> Placed:
         number = Parameter("size", (f"{slot}@{push.name}",), unit, scale, **more)  # type: ignore[arg-type]
@@ -191,8 +187,8 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
               starts=(-0.5, -1.0))  # fmt: skip
     yield one("thruster_reversed", "share", "-", 0.0, "it pushes the other way", starts=(-2.0,))
     for other in range(k + 1, len(layout.pushes)):
-        name, kind = layout.pushes[other].name, push.column.rpartition("_")[2]
-        if layout.pushes[other].column.rpartition("_")[2] == kind:
+        name = layout.pushes[other].name
+        if layout.pushes[other].kind == push.kind:
             this = Parameter("this", (f"wired@{push.name}",), "-", 0.0, starts=(other + 1.0,))
             that = Parameter("other", (f"wired@{name}",), "-", 0.0, starts=(k + 1.0,))
             words = f"its input and that of {name} are exchanged"
@@ -243,10 +239,8 @@ def _fin(name: str) -> Iterator[Placed]:
 
 def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     columns = [column for column in layout.columns if layout.vehicle.instrument(column) == name]
-    channels = {channel(column): column for column in columns}
+    channels = {channel_of(column): column for column in columns}
     place = name or "recording"
-    turned = [i for i, angle in enumerate(("roll_rad", "pitch_rad", "heading_rad")) if angle in channels]
-    vectors = [kind for kind in ("surge_m_s", "roll_rate_rad_s", "accel_x_m_s2") if _three(kind) & channels.keys()]
 
     def placed(effect: str, words: str, *numbers: Parameter, detail: str = "") -> Placed:
         return Placed(effect, place, SENSOR_CHANNEL, numbers, words, detail)
@@ -278,7 +272,7 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
     if {"surge_m_s", "sway_m_s"} & channels.keys():
         yield placed("earth_axes", "velocity is recorded along north and east",
                      Parameter("share", (f"earth@{name}",), "-", 0.0, starts=(1.0,)))  # fmt: skip
-    if vectors or len(turned) == 3:
+    if {*VELOCITY, *RATES, *ACCELERATION} & channels.keys() or {*ATTITUDE} <= channels.keys():
         numbers = tuple(Parameter(angle, (f"rotation_{angle}@{name}",), "rad", 0.2, -3.2, 3.2, optional=True)
                         for angle in ("roll", "pitch", "yaw"))  # fmt: skip
         yield placed("sensor_rotated", "it is mounted at other angles", *numbers)
@@ -290,8 +284,8 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
         echo = Parameter("p", (), "-", 0.0, starts=(0.0,)), Parameter("extra", (), "m", 0.0, starts=(0.0,))
         yield placed("sonar_multipath", "some pings come back by a longer way", *echo)
     for effect, kinds, unit, scale, words in (
-        ("gyro_bias", CHANNELS[ROLL_RATE:ACCEL], "rad/s", 0.05, "it turns where nothing turns"),
-        ("accelerometer_bias", CHANNELS[ACCEL:], "m/s2", 0.3, "it reads what is not there"),
+        ("gyro_bias", RATES, "rad/s", 0.05, "it turns where nothing turns"),
+        ("accelerometer_bias", ACCELERATION, "m/s2", 0.3, "it reads what is not there"),
         ("magnetometer_bias", ("heading_rad",), "rad", 0.2, "the heading is off by an angle"),
         ("depth_offset", ("depth_m",), "m", 0.5, "it was set to zero elsewhere"),
         ("sonar_offset", ("range_m",), "m", 0.3, "it measures from another point"),
@@ -300,14 +294,6 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
         if some:
             biases = (Parameter(kind, (f"bias@{channels[kind]}",), unit, scale, optional=True) for kind in some)
             yield placed(effect, words, *biases)
-
-
-def _three(kind: str) -> set[str]:
-    return {
-        "surge_m_s": {"surge_m_s", "sway_m_s", "heave_m_s"},
-        "roll_rate_rad_s": {"roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"},
-        "accel_x_m_s2": {"accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"},
-    }[kind]
 
 
 def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes) -> Iterator[Placed]:

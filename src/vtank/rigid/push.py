@@ -39,6 +39,16 @@ class Push:
     lag_s: float = 0.0
     thruster: Thruster | None = None
 
+    @property
+    def kind(self) -> str:
+        """Of its input: how its column ends."""
+        return self.column.rpartition("_")[2]
+
+    @property
+    def unit(self) -> str:
+        """Of its input."""
+        return {"command": "-", "N": "N"}.get(self.kind, "N" if self.thruster is None else "rev/s")
+
     def table(self, reach: float) -> Array:
         """Steady force [N] over inputs from -reach to reach, shape (POINTS,)."""
         asked = np.linspace(-reach, reach, POINTS)
@@ -69,7 +79,7 @@ def pushes(vehicle: Vehicle, columns: Iterable[str]) -> tuple[Push, ...]:
 
 
 def _thruster(vehicle: Vehicle, thruster: Thruster, columns: set[str]) -> Push | None:
-    name = thruster.name or thruster.site
+    name = thruster.name
     where = vehicle.sites[thruster.site]
     own = Push(name, thruster.column, thruster.direction, where, lag_s=thruster.lag_s, thruster=thruster)
     if thruster.column in columns:

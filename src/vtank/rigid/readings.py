@@ -6,12 +6,12 @@ import math
 
 from ..compiled import lean, term
 from ..plant.sixdof import cross
-from ..record.columns import MOTION
+from ..record.columns import ATTITUDE, MOTION
 from .layout import BEARING, BIAS, COLUMN, EARTH, FIN, HULL, ROTATED, SCALE, SENSOR, SITE, THRUSTER, G
 from .motion import back, rotation, triple, turned
 
 CHANNELS = tuple(MOTION)
-ANGLES = tuple(CHANNELS.index(name) for name in ("roll_rad", "pitch_rad", "heading_rad"))
+ANGLES = tuple(CHANNELS.index(name) for name in ATTITUDE)
 RANGE, POSITION, NORTH, ROLL, SURGE, ROLL_RATE, ACCEL = (
     CHANNELS.index(name) for name in
     ("range_m", "position_m", "north_m", "roll_rad", "surge_m_s", "roll_rate_rad_s", "accel_x_m_s2")

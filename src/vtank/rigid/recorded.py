@@ -14,11 +14,11 @@ from ..effects.coulomb_friction import REVERSAL_M_S
 from ..errors import InputError
 from ..plant.recorded import check_inputs
 from ..plant.vehicle import Vehicle
-from ..record.columns import MOTION
+from ..record.columns import ATTITUDE, MOTION, SPEEDS, channel_of
 from ..record.run import TIME, Run
 from ..record.toml import meant
 from .kernels import Record
-from .known import ATTITUDE, SPEEDS, channel, known_motion, onward
+from .known import known_motion, onward
 from .layout import (
     AXES,
     BUOYED,
@@ -77,6 +77,7 @@ class Recorded:
         knows: attitude (3), velocity (6) and acceleration (6) that enter as known motion, shape (15,) of bool.
         known: these over a grid of times [s], shapes (T,) and (T, 15).
         stamps: of the inputs [s], (I,); inputs of what pushes, (I, K), and angles of fins, (I, F).
+        tables: steady force of what pushes over inputs from -reach to reach, (K, T); reach: (K,).
         time_s, kind, sensor, column, value: of the measurements, (M,).
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
         wall: distance to the wall ahead of the start [m]; facing: heading [rad] near which one is square to it.
@@ -243,8 +244,8 @@ def record(
     """
     named = {name for run in runs for name, values in run.columns.items() if np.isfinite(values).any()}
     pushed = pushes(vehicle, named)
-    seen = sorted((name for name in named if channel(name) in MOTION), key=lambda n: (vehicle.instrument(n), n))
-    told_of = {axis for name in seen for axis in TELLS[channel(name)]}
+    seen = sorted((name for name in named if channel_of(name) in MOTION), key=lambda n: (vehicle.instrument(n), n))
+    told_of = {axis for name in seen for axis in TELLS[channel_of(name)]}
     asked = np.zeros(6, dtype=bool)
     for axis in axes or ():
         if axis not in AXES:
@@ -254,22 +255,23 @@ def record(
         asked[AXES.index(axis)] = True
     if not axes:
         asked[list(told_of)] = True
-    speeds = {channel(name) for name in seen}
+    speeds = {channel_of(name) for name in seen}
     known = ~asked & bool(axes)
     at_rest = [i for i in np.flatnonzero(known) if SPEEDS[i] not in speeds and (i < 3 or ATTITUDE[i - 3] not in speeds)]
-    placed = {a for i in range(3) if asked[i] and SPEEDS[i] in speeds for a in (i,)}
-    used = [name for name in seen if _says(channel(name), asked, known, placed)]
+    placed = {i for i in range(3) if asked[i] and SPEEDS[i] in speeds}
+    used = [name for name in seen if _says(channel_of(name), asked, known, placed)]
     if not used:
         raise InputError("no measurement to fit; expected velocity, attitude or place of an axis that is asked about")
     layout = Layout(vehicle, pushed, tuple(dict.fromkeys(map(vehicle.instrument, used))), tuple(used))
     driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
-    notes = [f"column {name} is not used" for name in sorted(named - driving - set(used)) if name != TIME]
-    notes = [note if _kept(note, known, seen) else note.replace("not used", "known motion") for note in notes]
+    motion = {name for name in seen if channel_of(name) in (*SPEEDS, *ATTITUDE) and known[TELLS[channel_of(name)][0]]}
+    notes = [f"column {name} is {'known motion' if name in motion else 'not used'}"
+             for name in sorted(named - driving - set(used)) if name != TIME]  # fmt: skip
     notes += [f"{AXES[i]} was not measured: taken as at rest" for i in at_rest]
     names = [sensor.name for sensor in vehicle.sensors]
     strange = sorted({owner for name in used if (owner := name.rpartition(".")[0]) and owner not in names})
     missing = [push.column for push in pushed if push.column not in named]
-    missing += [t.column for t in vehicle.thrusters if (t.name or t.site) not in {push.name for push in pushed}]
+    missing += [t.column for t in vehicle.thrusters if t.name not in {push.name for push in pushed}]
     if missing:
         for run in runs:
             check_inputs(run, vehicle)
@@ -294,16 +296,8 @@ def _reach(runs: Sequence[Run], pushed: Sequence[Push]) -> Array:
     """Input to which the table of each force goes, (K,): beyond what any of its kind was asked for, and misread."""
     most = [max(np.nanmax(np.abs(run.columns[push.column]), initial=0.0) for run in runs if push.column in run.columns)
             for push in pushed]  # fmt: skip
-    kinds = [push.column.rpartition("_")[2] for push in pushed]
+    kinds = [push.kind for push in pushed]
     return np.array([BEYOND * max(m for m, k in zip(most, kinds, strict=True) if k == kind) + 1e-9 for kind in kinds])
-
-
-def _kept(note: str, known: NDArray[np.bool_], seen: Sequence[str]) -> bool:
-    """Whether a note stands as it is: the column does not tell known motion."""
-    name = note.split()[1]
-    if name not in seen or channel(name) not in (*SPEEDS, *ATTITUDE):
-        return True
-    return not known[TELLS[channel(name)][0]]
 
 
 def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measured: set[int]) -> bool:
@@ -333,7 +327,7 @@ def _recorded(
     column = np.concatenate([np.full(time.size, c) for c, time, _ in parts])
     time, value = (np.concatenate([part[i] for part in parts]) for i in (1, 2))
     order = np.argsort(time, kind="stable")
-    kind = np.array([CHANNELS.index(channel(name)) for name in layout.columns])[column]
+    kind = np.array([CHANNELS.index(channel_of(name)) for name in layout.columns])[column]
     sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
     start, spread = _start(layout, run)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
@@ -421,7 +415,7 @@ def _edges(first: float, last: float, bin_s: float, stamps: Array) -> Array:
 def _samples(run: Run, name: str) -> tuple[Array, Array]:
     """Samples of a column; angles go on beyond half a turn."""
     time, value = run.samples(name)
-    return time, onward(value) if channel(name) in ATTITUDE else value
+    return time, onward(value) if channel_of(name) in ATTITUDE else value
 
 
 def _inputs(run: Run, layout: Layout) -> Driven:
@@ -454,7 +448,7 @@ def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
     told: dict[int, tuple[float, float]] = {}  # state -> spread, first sample
     for name in layout.columns:
-        state = states.get(channel(name))
+        state = states.get(channel_of(name))
         _, value = _samples(run, name) if name in run.columns else (None, np.empty(0))
         if state is not None and value.size:
             first, sure = float(value[0]), max(4.0 * scatter(value), 1e-4)

@@ -16,7 +16,7 @@ from ..water.record import field
 from .instruments import measured
 from .mjcf import mujoco_says
 from .model import HEARD, TANK_GROUP, vehicle_body
-from .places.effect import Moving, Placed, label
+from .places.effect import Moving, Placed
 from .places.laws import water_velocity
 
 Array = NDArray[np.float64]
@@ -42,7 +42,7 @@ class Flight:
         """model, vehicle, effects: of a `Whole`. velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
         self.done, self.ended, self.vehicle, self.effects = 0, "", vehicle, effects
         self.model, self.data = model, mujoco.MjData(model)
-        self._gears = {label(t): gear for t, gear in zip(vehicle.thrusters, model.actuator_gear, strict=False)}
+        self._gears = {t.name: gear for t, gear in zip(vehicle.thrusters, model.actuator_gear, strict=False)}
         self.body = vehicle_body(self.model)
         self.dof = self.model.body_dofadr[self.body]
         self.sensordata = np.full((steps, self.model.nsensordata), np.nan)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..plant.sensor import Sensor
+from ..record.columns import ACCELERATION, RATES, VELOCITY
 from .model import HEARD
 
 Array = NDArray[np.float64]
@@ -66,8 +67,7 @@ def _channels(model: mujoco.MjModel, sensor: Sensor, numbers: Array) -> Mapping[
         velocity = (u * ahead + v * starboard + d * down) * TO_EARTH
     channels = dict(
         zip(
-            ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2", "roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s")
-            + ("surge_m_s", "sway_m_s", "heave_m_s"),
+            (*ACCELERATION, *RATES, *VELOCITY),
             np.hstack([accel, gyro, velocity]).T,
             strict=True,
         )

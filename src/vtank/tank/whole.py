@@ -22,7 +22,7 @@ from .layout import FINNING, FINS, SIZE, field
 from .mjcf import mujoco_says, named, read
 from .model import centre_of_gravity, mass_kg, site, vehicle_body
 from .places.acting import acting, thrust
-from .places.effect import Placed, label
+from .places.effect import Placed
 from .prepare import forces
 from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 
@@ -58,13 +58,13 @@ class Whole:
     def column(self, name: str) -> str:
         """Column of a thruster or fin."""
         parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
-        return str(next(part.column for part in parts if label(part) == name))
+        return str(next(part.column for part in parts if part.name == name))
 
     def acting(self, asked: Mapping[str, Array], rows: slice) -> dict[str, Array]:
         """Inputs that act at some steps, (n,) by thruster and fin, of what is asked for at all, (T,) by column."""
         step_s = self.model.opt.timestep
         parts: tuple[Any, ...] = (*self.vehicle.thrusters, *self.vehicle.fins)
-        return {label(part): acting(part, self.effects, asked, step_s, rows) for part in parts}
+        return {part.name: acting(part, self.effects, asked, step_s, rows) for part in parts}
 
     def control(self, asked: Mapping[str, Array], rows: slice | None = None) -> Array:
         """Controls from what thrusters and fins are asked for, (T,) each by its column; the others rest. (n, nu).
@@ -73,7 +73,7 @@ class Whole:
         """
         rows = rows or slice(0, len(next(iter(asked.values()))))
         inputs, time_s = self.acting(asked, rows), self.model.opt.timestep * np.arange(rows.start, rows.stop)
-        columns = [thrust(t, self.effects, time_s, inputs[label(t)]) for t in self.vehicle.thrusters]
+        columns = [thrust(t, self.effects, time_s, inputs[t.name]) for t in self.vehicle.thrusters]
         for fin in self.vehicle.fins:
             columns += 2 * [np.clip(inputs[fin.name], -fin.limit_rad, fin.limit_rad)]
         return np.stack(columns + [np.zeros(time_s.size)] * (self.model.nu - len(columns)), axis=1)
@@ -164,7 +164,7 @@ def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array
 def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
     """Raise InputError where a name is given twice, or the MJCF differs about mass, places or which way is down."""
     for key, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
-        names = [part.name or part.site for part in parts]
+        names = [part.name for part in parts]
         if twice := [i for i, name in enumerate(names) if name in names[:i]]:
             where = f"{vehicle.path}: {key}[{twice[0]}].name"
             raise InputError(f"{where}: '{names[twice[0]]}' is taken; expected a name of its own")
@@ -194,7 +194,7 @@ def _add_thruster(world: mujoco.MjSpec, thruster: Thruster, at_m: Array) -> None
     """A force with a first-order lag; "filterexact" would be inexact under RK4."""
     lag = {"dyntype": mujoco.mjtDyn.mjDYN_FILTER, "dynprm": [thruster.lag_s] + 9 * [0.0]} if thruster.lag_s else {}
     gear = (*thruster.direction, *np.cross(at_m, thruster.direction))
-    add_actuator(world, f"vtank/{thruster.name or thruster.site}", gear=gear, **lag)
+    add_actuator(world, f"vtank/{thruster.name}", gear=gear, **lag)
 
 
 def _add_fin(world: mujoco.MjSpec, fin: Fin, at_m: Array) -> None:

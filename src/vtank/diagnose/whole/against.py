@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...plant.vehicle import Vehicle
+from ...record.columns import SPEEDS, channel_of
 from ...record.run import Run
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow
-from ...rigid.known import SPEEDS
 from ...rigid.layout import AXES, Layout
 from ...rigid.noise import first_noise
-from ...rigid.recorded import TELLS, Recorded, channel, record
+from ...rigid.recorded import TELLS, Recorded, record
 from ..given import telling
 from ..likeness import Likeness
 from .alike import SIMULATED, likeness, parameters
@@ -82,8 +82,8 @@ class Plant:
     def _faster(self, layout: Layout, seen: Sequence[Recorded]) -> Iterator[str]:
         """Axes along which recordings go faster than the simulator's runs."""
         for c, name in enumerate(layout.columns):
-            if channel(name) in SPEEDS:
-                i = SPEEDS.index(channel(name))
+            if channel_of(name) in SPEEDS:
+                i = SPEEDS.index(channel_of(name))
                 known = float(self.flow.most[i] * self.flow.usual[i])
                 values = np.abs(np.concatenate([run.value[run.column == c] for run in seen]))
                 reached = float(np.percentile(values, 99.0))
@@ -135,7 +135,7 @@ def _instrumented(run: Run, heard: Layout) -> Run:
 
     What an instrument of the recordings seems to do is then sought in the same columns of the simulator.
     """
-    told = {channel(name): heard.vehicle.instrument(name) for name in heard.columns[::-1]}
+    told = {channel_of(name): heard.vehicle.instrument(name) for name in heard.columns[::-1]}
     own = {name: told.get(name) or heard.vehicle.instrument(name) for name in run.columns}
     names = {name: f"{SIMULATED}{own[name]}.{name}" if own[name] and "." not in name else name for name in own}
     return replace(run, columns={names[name]: values for name, values in run.columns.items()})
@@ -143,7 +143,7 @@ def _instrumented(run: Run, heard: Layout) -> Run:
 
 def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:
     """Axes of which recordings and simulator's runs tell."""
-    told = {axis for run in simulated for name in run.columns for axis in TELLS.get(channel(name), ())}
+    told = {axis for run in simulated for name in run.columns for axis in TELLS.get(channel_of(name), ())}
     asked = np.flatnonzero(recorded.asked)
     common = [AXES[i] for i in asked if i in told]
     if not common:
@@ -154,8 +154,10 @@ def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:
 
 def _noise(layout: Layout, heard: Layout, listened: Sequence[Recorded]) -> Array:
     """Variance of the noise of recordings in each of a simulator's columns; infinite where they have none like it."""
-    noise = list(zip(map(channel, heard.columns), first_noise(listened).variance, strict=True))
-    return np.array([min((v for same, v in noise if same == channel(name)), default=np.inf) for name in layout.columns])
+    noise = list(zip(map(channel_of, heard.columns), first_noise(listened).variance, strict=True))
+    return np.array(
+        [min((v for same, v in noise if same == channel_of(name)), default=np.inf) for name in layout.columns]
+    )
 
 
 def _hardly(layout: Layout, seen: Sequence[Recorded]) -> Array:

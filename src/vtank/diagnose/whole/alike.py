@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...plant.vehicle import Vehicle
+from ...record.columns import channel_of
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES, Layout, masses
-from ...rigid.recorded import Recorded, channel
+from ...rigid.recorded import Recorded
 from ..likeness import Likeness
 from .budget import STRETCH_S, free_errors
 from .curves import Bend
@@ -34,7 +35,7 @@ def likeness(fit: Fit, noise: Array, folder: str, found: tuple[tuple[str, float,
     for c, name in enumerate(layout.columns):
         moves = float(np.sqrt(np.mean(np.concatenate([_about_mean(run, c) for run in runs]) ** 2)))
         error = float(np.sqrt(squares[c] / max(counts[c], 1)))
-        columns[channel(name)] = {"error": error, "moves": moves}
+        columns[channel_of(name)] = {"error": error, "moves": moves}
         if moves > TOLD * np.sqrt(noise[c]) or (np.isinf(noise).all() and moves > 0.0):
             shares.append(error / moves)
     share = float(np.sqrt(np.mean(np.square(shares)))) if shares else 1.0
@@ -65,7 +66,7 @@ def parameters(
             yield f"moving_mass@{place}", float(before[i]), float(after[i])
         elif slot in file.slots:
             yield unknown.name.replace(SIMULATED, ""), float(file.null[file.slot(slot)]), float(p[layout.slot(slot)])
-    given, found = ({t.name or t.site: t for t in v.thrusters} for v in (file.vehicle, vehicle))
+    given, found = ({t.name: t for t in v.thrusters} for v in (file.vehicle, vehicle))
     for bend in free:
         name, asked = bend.names[0], np.array([bend.at])
         before_N, after_N = (float(t[name].force_N(asked)[0]) for t in (given, found))

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from ...errors import InputError
 from ...rigid.filtered import Filtered, share
 from ...rigid.fit import innovations
 from ...rigid.recorded import Recorded
+from ..budget import Line
 from .model import Model
 from .screen import based
 from .selection import Selection, without
@@ -32,20 +32,6 @@ HELD = 10.0  # ranges of a column at which the error of a simulation that runs a
 REDRAWN, SEED = 200, 0  # of stretches, for intervals
 
 
-@dataclass(frozen=True)
-class Share:
-    """A line of the budget: share of the nominal's mean square error, and its 90 % interval."""
-
-    name: str
-    kind: str
-    share: float
-    interval90: tuple[float, float]
-
-    def document(self) -> dict[str, Any]:
-        """As plain data."""
-        return {"name": self.name, "kind": self.kind, "share": self.share, "interval90": list(self.interval90)}
-
-
 @dataclass(frozen=True, eq=False)
 class Budget:
     """Lines in all and by column; root mean square errors by column of nominal, refit and diagnosed, and the noise.
@@ -54,8 +40,8 @@ class Budget:
         least (5 %) of one column, where others may drift far beyond what an instrument can be off by.
     """
 
-    lines: tuple[Share, ...]
-    columns: dict[str, tuple[Share, ...]]
+    lines: tuple[Line, ...]
+    columns: dict[str, tuple[Line, ...]]
     rms: dict[str, dict[str, float]]
     visible: dict[str, float]
 
@@ -112,11 +98,11 @@ def budget(selection: Selection) -> Budget:
     kinds += [("unnamed, repeats" if repeats else "disturbance", "repeatable" if repeats else "disturbance")]
     kinds += [("sensor noise", "noise")]
 
-    def shares(columns: NDArray[np.bool_]) -> tuple[Share, ...]:
+    def shares(columns: NDArray[np.bool_]) -> tuple[Line, ...]:
         now = lines(np.ones(size), columns)
         others = np.array([lines(weight, columns) for weight in draws])
         low, high = np.percentile(others, [5.0, 95.0], axis=0)
-        return tuple(Share(name, kind, float(v), (float(a), float(b)))
+        return tuple(Line(name, kind, float(v), (float(a), float(b)))
                      for (name, kind), v, a, b in zip(kinds, now, low, high, strict=True))  # fmt: skip
 
     each = {name: shares(np.arange(len(names)) == c) for c, name in enumerate(names) if seen[c]}

@@ -107,7 +107,7 @@ def corrected(vehicle: Vehicle, sizes: Mapping[Bend, float]) -> Vehicle:
 
 
 def _corrected(thruster: Thruster, sizes: Mapping[Bend, float]) -> Thruster:
-    mine = [bend for bend in sizes if (thruster.name or thruster.site) in bend.names]
+    mine = [bend for bend in sizes if thruster.name in bend.names]
     if not mine:
         return thruster
     asked = mine[0].asked()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -11,10 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...plant.vehicle import Vehicle
+from ...record.columns import channel_of
 from ...record.run import Run
 from ...rigid.layout import AXES
 from ...rigid.places import TWINS, Placed
-from ...rigid.recorded import channel, record
+from ...rigid.recorded import record
 from ..given import telling
 from ..likeness import Likeness, doubted
 from .against import Plant, plant_of
@@ -238,11 +238,10 @@ def diagnose(
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
-    assert math.isfinite(selection.best.cost)
     missed = plant.sigma if plant else 0.0
     selection = disturbed(selection, missed)
     verdict = verdict_of(selection, spent, missed)
     if like:
-        like = like.beside({channel(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
+        like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)
     return WholeDiagnosis(vehicle, selection, verdict, spent, notes + said, like, plant)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...effects import BY_NAME
+from ...record.columns import channel_of
 from ...rigid.filtered import Filtered
-from ...rigid.known import channel
 from ...rigid.places import Placed
 from ...rigid.recorded import Recorded
 from ..outliers import multipath
@@ -37,7 +37,7 @@ def heard(runs: Sequence[Recorded], found: Sequence[Filtered], candidates: Seque
     layout = runs[0].layout
     for placed in (placed for placed in candidates if not any(number.slots for number in placed.parameters)):
         for c, column in enumerate(layout.columns):
-            if channel(column) == "range_m" and layout.vehicle.instrument(column) == placed.place:
+            if channel_of(column) == "range_m" and layout.vehicle.instrument(column) == placed.place:
                 e = np.concatenate([f.innovation[run.column == c] for run, f in zip(runs, found, strict=True)])
                 gain, p, extra_m = multipath(BY_NAME[placed.effect], e)
                 if gain > (best.gain if best else 0.0):

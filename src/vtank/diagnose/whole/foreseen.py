@@ -25,7 +25,7 @@ from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded, record
 from .model import Model, Unknown, own_unknowns
-from .selection import sizes_of
+from .sizes import sizes_of
 
 Array = NDArray[np.float64]
 SMALL = 0.2  # of a deviation of its prior: what is larger is hardly ever in doubt; a choice

@@ -17,7 +17,7 @@ from ...rigid.noise import first_noise
 from ...rigid.recorded import record
 from ..given import telling
 from .model import blank, own_unknowns
-from .selection import rightly_begun, settled
+from .settling import rightly_begun, settled
 
 
 @dataclass(frozen=True)

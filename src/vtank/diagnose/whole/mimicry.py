@@ -8,7 +8,8 @@ from ...rigid.noise import KEPT
 from ...rigid.places import catalogue
 from .model import blank, own_unknowns
 from .screen import based, promises
-from .selection import settled, sizes_of
+from .settling import settled
+from .sizes import sizes_of
 from .unnamed import unnamed
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...plant.actuators import Fin
+from ...record.columns import channel_of
 from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit, level
-from ...rigid.known import channel
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
@@ -85,7 +85,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
     if fins.size:
         found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))
-    for sonar in dict.fromkeys(map(layout.vehicle.instrument, (c for c in layout.columns if channel(c) == "range_m"))):
+    ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
+    for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
         name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
         found.append(
             Unknown(name, layout.at([name]), np.zeros(1), SQUARE_RAD, -0.8, 0.8, 1e-3 * SQUARE_RAD, stated=False)
@@ -134,7 +135,7 @@ class Model:
     """Effects at places beside own parameters, with the values found.
 
     Attributes:
-        fit: runs, noise and fixed parameters. own: whether own parameters are free.
+        fit: runs and noise.
         effects: at places. unknowns: free numbers; theta: their changes. fixed: vector with what is not free.
         cost: half the sum of squared innovations and prior deviations. log_evidence: up to what all share.
         information: of the unknowns, prior included.

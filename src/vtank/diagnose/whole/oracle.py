@@ -23,7 +23,9 @@ from ..given import telling
 from .budget import free_errors
 from .model import Model, blank, own_unknowns, refit
 from .screen import based, promises
-from .selection import extended, settled, sizes_of
+from .selection import extended
+from .settling import settled
+from .sizes import sizes_of
 
 RUNAWAY = 1e4  # deviations of a simulation that does not hold out
 TRIED = 3  # promising forms of the true effect that are fitted, such as one channel of an instrument or all; a choice

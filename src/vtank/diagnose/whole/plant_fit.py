@@ -21,7 +21,7 @@ from ...rigid.recorded import Recorded
 from .curves import Bend, bends, bent
 from .model import Model, blank, refit
 from .screen import based
-from .selection import settled
+from .settling import settled
 from .simulator import Usual, shared, unknowns, usual
 
 Array = NDArray[np.float64]

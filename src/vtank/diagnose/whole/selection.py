@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...rigid.filtered import Filtered
-from ...rigid.fit import Fit, begun, innovations
+from ...rigid.fit import Fit
 from ...rigid.layout import Layout
-from ...rigid.noise import ALL, ENOUGH, first_noise, settle
+from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
-from ...rigid.steps import spike
-from ...rigid.tangent import Path
 from .echoes import Echoes, heard
 from .gross import mistaken
-from .model import Model, Unknown, blank, even, own_unknowns, refit, trusted
+from .model import Model, Unknown, blank, even, own_unknowns, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .screen import Base, Promise, based, promises
+from .settling import forgetful, rightly_begun, settled, trusting
+from .sizes import sizes_of
 from .unnamed import Block, at_place, unnamed
 
 Array = NDArray[np.float64]
@@ -31,16 +31,11 @@ NEAR = 6.0  # log evidence behind the best promise within which an effect is fit
 STRONGEST = 24  # in every round of score tests, which are tried again as rivals; a choice
 NEARER = (1.0, 0.3, 0.1, 0.03)  # of what a score test says, where a fit begins; choices
 LOST = 50.0  # log evidence that no number of an effect costs: a fit that lies so far behind ran away; a choice
-STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
 STEADIEST = 3  # that promise most beside one that does not, and are fitted; a choice
-SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
-LIKELIER = (
-    4.6  # log evidence from which a noise that is sought afresh takes the place of one sought on the way; a choice
-)
+LIKELIER = 4.6  # log evidence from which a noise sought afresh takes the place of one sought on the way; a choice
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
-WAVE_STEP_S = 0.2  # [s] of the periodogram: no standing wave in water of a tank is quicker; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
 
@@ -49,7 +44,7 @@ class Selection:
     """What was found.
 
     Attributes:
-        layout, runs, sizes, candidates: what was looked at. nominal, own: fits without effects, at the final noise.
+        layout, runs, sizes: what was looked at. nominal, own: fits without effects, at the final noise.
         best: of the sets that were fitted. sets: all of them, by names joined with +.
         found: the filter at the best. blocks: free-form parts beside the best, blocks_alone:
             beside own parameters alone. probabilities: by name.
@@ -58,7 +53,6 @@ class Selection:
     layout: Layout
     runs: tuple[Recorded, ...]
     sizes: Sizes
-    candidates: tuple[Placed, ...]
     nominal: Model
     own: Model
     best: Model
@@ -147,41 +141,6 @@ def _begin(
     return max(begins, key=lambda pair: pair[0].log_evidence)
 
 
-def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise.settle`."""
-    p = model.vector()
-    model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
-    for n, enough in enumerate((ENOUGH, *[ALL] * SETTLING)):
-        before = model.fit.noise
-        noise, found = settle(model.fit, model.vector(), floor, enough, least, near=n > 1)
-        model = replace(model, fit=replace(model.fit, noise=noise))
-        model = refit(model, found, model.theta)
-        if n and noise.like(before):
-            break
-    return model, model.fit.filter(model.vector())
-
-
-def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
-    """The settled model, or what it settles to where some run is likelier to have begun otherwise."""
-    other = begun(model.fit, model.vector())
-    if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
-        return model, found
-    return settled(replace(model, fit=other), floor)
-
-
-def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
-    """The refit beside a disturbance that forgets soon, and its innovations, where the likeliest is nearly steady.
-
-    It may stand for a steady force that a model lacks; nothing where it does not.
-    """
-    steady_s = STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
-    if model.fit.noise.memory_s <= steady_s:
-        return []
-    fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
-    noise, there = settle(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
-    return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
-
-
 def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
     """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to."""
     found: list[Model] = []
@@ -192,13 +151,6 @@ def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: 
                 wider = extended(calm, base, there, layout, promise.placed, promise.begin)
                 found.append(settled(wider, floor)[0])
     return found
-
-
-def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
-    """The model with priors of own parameters as wide as it makes likely."""
-    unknowns = (*trusted(model, own), *model.unknowns[len(own) :])
-    model = refit(replace(model, unknowns=unknowns), found, model.theta)
-    return model, model.fit.filter(model.vector())
 
 
 def extended(
@@ -356,7 +308,7 @@ def _judged(
     total = sum(np.exp(w - level) for w in weights.values())
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
     return Selection(
-        layout=layout, runs=runs, sizes=sizes, candidates=candidates, nominal=nominal, own=refitted, best=best,
+        layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
 
@@ -387,68 +339,9 @@ def narrowed(selection: Selection, hidden: set[str]) -> Selection:
 def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:
     """Gain of log evidence if the law of one of a model's effects has a form of its own, at the place of the effect."""
     base = based(model, found)
-    gains = [block.gain for placed in model.effects for block in at_place(model, found, base, sizes, placed.place)]
+    gains = [block.gain for placed in model.effects for block in at_place(base, sizes, placed.place)]
     return max(gains, default=-np.inf)
 
 
 def _key(model: Model) -> str:
     return "+".join(sorted(model.names)) or "parameters"
-
-
-def tracks_of(model: Model, found: Sequence[Filtered]) -> list[Array]:
-    """States and disturbances along the filtered innovations of each run, (M, 18)."""
-    p, out = model.vector(), []
-    for run, f in zip(model.fit.runs, found, strict=True):
-        out.append(np.empty((run.time_s.size, 18)))
-        innovations(run, p, f.gain, model.fit.noise.memory_s, track=out[-1])
-    return out
-
-
-def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
-    """What the vehicle did, by which priors are scaled."""
-    p, tracks = model.vector(), tracks_of(model, found)
-    runs = model.fit.runs
-    motion = np.concatenate(tracks)
-    speed = np.sqrt(np.mean(motion[:, 6:12] ** 2, axis=0)) + 1e-4
-    away = np.sqrt(np.mean(np.concatenate([t[:, :6] - t[0, :6] for t in tracks]) ** 2, axis=0)) + 1e-3
-    hull = runs[0].hull(p)
-    inertia = np.diag(hull.body + hull.water)
-    force = np.zeros(6)
-    for path in model.fit.paths(p, found):
-        steered = path.drive.thrust + _lift(path, hull.body + hull.water)
-        force = np.maximum(force, np.sqrt(np.mean(steered**2, axis=0)))
-    force = np.maximum(force, 0.2 * inertia * speed)  # [1/s] an axis that no thruster pushes turns round in seconds
-    duration = float(max(np.ptp(run.time_s) for run in runs))
-    asked = np.max([np.abs(run.inputs).max(axis=0, initial=0.0) for run in runs], axis=0)
-    length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
-    waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
-    lone = np.max([[spike(column) for column in run.inputs.T] for run in runs], axis=0)
-    return Sizes(
-        force, speed, away, duration_s=duration, length_m=length, reach=runs[0].reach, asked=np.maximum(asked, 1e-9),
-        lone=lone, waves=waves,
-    )  # fmt: skip
-
-
-def _lift(path: Path, inertia: Array) -> Array:
-    """Wrench of all fins along a path, (N, 6): what is missing where they lift and drag nothing."""
-    layout, p = path.run.layout, path.p.copy()
-    if not layout.vehicle.fins:
-        return np.zeros(6)
-    p[layout.at([f"{slot}@{fin.name}" for fin in layout.vehicle.fins for slot in ("pressure", "induced_drag")])] = 0.0
-    without_fins = path.cause(p)
-    assert without_fins is not None
-    return -without_fins[0] @ inertia.T
-
-
-def _waves(time_s: Array, disturbance: Array) -> tuple[float, ...]:
-    """Frequencies [rad/s] of the two strongest peaks of a disturbance's periodogram; none of a flat one."""
-    grid = np.arange(time_s.min(), time_s.max(), WAVE_STEP_S)
-    if grid.size < 50 or not np.any(disturbance):
-        return ()
-    order = np.argsort(time_s, kind="stable")
-    series = np.interp(grid, time_s[order], disturbance[order])
-    power = np.abs(np.fft.rfft((series - series.mean()) * np.hanning(grid.size), 4 * grid.size)) ** 2
-    rate = 2.0 * np.pi * np.fft.rfftfreq(4 * grid.size, WAVE_STEP_S)
-    peaks = 1 + np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] > power[2:]))
-    peaks = peaks[rate[peaks] * np.ptp(grid) > 4.0 * np.pi]
-    return tuple(float(rate[i]) for i in peaks[np.argsort(power[peaks])[::-1][:2]])

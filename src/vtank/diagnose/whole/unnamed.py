@@ -12,9 +12,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, refiltered, share
 from ...rigid.fit import log_likelihood
-from ...rigid.known import ATTITUDE, channel
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, PROMISE
 from ...rigid.places import Sizes
@@ -61,7 +61,7 @@ class Block:
         return self.size > VISIBLE or self.gain > PLAIN
 
 
-Seeker = Callable[[Model, Sequence[Filtered], Base], Block]
+Seeker = Callable[[Base], Block]
 
 
 def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
@@ -76,7 +76,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     seekers += [partial(_thruster, k=k) for k in range(len(runs[0].layout.pushes))]
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
-    blocks = [seek(model, found, base) for seek in seekers]
+    blocks = share([partial(seek, base) for seek in seekers])
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
@@ -91,29 +91,25 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
         for other, there in even(model, found, column):
             beside, ahead = based(other, there), other.log_evidence - here
             for n in some:
-                also = seekers[n](other, there, beside)
+                also = seekers[n](beside)
                 blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
     return sorted(blocks, key=lambda block: -block.gain)
 
 
-def at_place(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, place: str) -> list[Block]:
+def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
     """Free-form parts at a place: an axis, a thruster, or the columns of an instrument."""
-    layout = model.fit.runs[0].layout
+    layout = base.paths[0].run.layout
     if place in AXES:
-        return [_axis(model, found, base, sizes, AXES.index(place))]
-    blocks = [_thruster(model, found, base, k) for k, push in enumerate(layout.pushes) if push.name == place]
+        return [_axis(base, sizes, AXES.index(place))]
+    blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
     columns = [c for c, name in enumerate(layout.columns) if (layout.vehicle.instrument(name) or "recording") == place]
-    return blocks + [_column(model, found, base, c) for c in columns]
+    return blocks + [_column(base, c) for c in columns]
 
 
 def _disturbance(model: Model, sizes: Sizes) -> Array:
     """Disturbance of each axis over what it usually is pushed with."""
-    return np.asarray(model.fit.noise.sigma * _inertia(model.fit.runs[0], model.vector()) / sizes.force)
-
-
-def _inertia(run: Recorded, p: Array) -> Array:
-    hull = run.hull(p)
-    return np.asarray(np.diag(hull.body) + np.diag(hull.water))
+    hull = model.fit.runs[0].hull(model.vector())
+    return np.asarray(model.fit.noise.sigma * np.diag(hull.body + hull.water) / sizes.force)
 
 
 def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, block: Block) -> Block:
@@ -128,7 +124,7 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
         if not all(np.all(f.variance > 0.0) and np.isfinite(f.innovation).all() for f in there):
             break  # too quiet for what rounding leaves of a covariance
         quiet = replace(model, fit=replace(model.fit, noise=trial))
-        trials.append((_level(there), _axis(quiet, there, based(quiet, there), sizes, axis)))
+        trials.append((_level(there), _axis(based(quiet, there), sizes, axis)))
         if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
             break
     level, best = max(trials, key=_total)
@@ -143,9 +139,10 @@ def _total(pair: tuple[float, Block]) -> float:
     return pair[0] + pair[1].gain
 
 
-def _axis(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, axis: int) -> Block:
+def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
     """A free-form force along or about an axis."""
-    unit = sizes.force[axis] / _inertia(model.fit.runs[0], model.vector())[axis]
+    hull = base.paths[0].hull
+    unit = sizes.force[axis] / (hull.body[axis, axis] + hull.water[axis, axis])
     moving = [i for i in range(6) if sizes.speed[i] > 2e-4]
     variables: dict[str, list[Array]] = {}
     for i in moving:
@@ -163,7 +160,7 @@ def _axis(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, axi
     return _forced(base, AXES[axis], "hydrodynamics", list(_groups(variables, pairs, times)), push)
 
 
-def _thruster(model: Model, found: Sequence[Filtered], base: Base, k: int) -> Block:
+def _thruster(base: Base, k: int) -> Block:
     """A free-form force of a thruster, in the direction in which it pushes."""
     first = base.paths[0]
     gear, name = first.hull.gears[k], first.run.layout.pushes[k].name
@@ -194,15 +191,15 @@ def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push:
     return _block(base, place, channel, groups, answer)
 
 
-def _column(model: Model, found: Sequence[Filtered], base: Base, c: int) -> Block:
+def _column(base: Base, c: int) -> Block:
     """A free-form error of a column: of what it was expected to read, without its own noise, and of the motion."""
     runs = [path.run for path in base.paths]
     column = runs[0].layout.columns[c]
     mine = [run.column == c for run in runs]
     unit = float(np.std(np.concatenate([run.value[at] for run, at in zip(runs, mine, strict=True)]))) or 1.0
-    if channel(column) in ATTITUDE:
+    if channel_of(column) in ATTITUDE:
         unit = min(unit, 1.0)  # [rad]: an error of a heading is no smaller for the turns that were made
-    told = [run.value[at] - f.innovation[at] for run, at, f in zip(runs, mine, found, strict=True)]
+    told = [path.run.value[at] - path.f.innovation[at] for path, at in zip(base.paths, mine, strict=True)]
     before = [path.way.before[at] for path, at in zip(base.paths, mine, strict=True)]
     variables = {"reading": told}
     for i in map(int, np.flatnonzero(runs[0].moves)):

@@ -14,7 +14,7 @@ from ...record.toml import meant
 from .cause import VARIED, Cause, draw_cause, log_uniform
 from .experiment import Experiment, draw_experiment
 from .fly import Trip
-from .generator import EVERYWHERE, LOCAL, SENSOR, Scene
+from .generator import EVERYWHERE, LOCAL, SENSOR, Scene, choose
 from .outside import OUTSIDE
 from .vehicles import FLEET
 
@@ -127,8 +127,8 @@ def draw_case(seed: int, number: int, attempt: int, frequencies: Frequencies, fa
     what = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, number)))
     sequence = np.random.SeedSequence(seed, spawn_key=(2, number, attempt))
     how = np.random.default_rng(sequence)
-    kind = _choose(what, frequencies.kinds)
-    craft = "phoenix" if familiar else _choose(what, {name: craft.share for name, craft in FLEET.items()})
+    kind = choose(what, frequencies.kinds)
+    craft = "phoenix" if familiar else choose(what, {name: craft.share for name, craft in FLEET.items()})
     nominal = FLEET[craft].truth
     names = _names(what, kind, frequencies, nominal)
     wanted = tuple(log_uniform(what, *WANTED) for _ in names)
@@ -172,21 +172,16 @@ def _names(random: np.random.Generator, kind: str, frequencies: Frequencies, nom
             left = {name: f for name, f in left.items() if name in new}
         if not left:
             raise InputError(f"--effects: a {kind} needs {KINDS[kind][1]} different effects that the nominal lacks")
-        names.append(_choose(random, left))
+        names.append(choose(random, left))
     return tuple(names)
 
 
 def _withheld(random: np.random.Generator, kind: str, names: tuple[str, ...], f: Frequencies) -> tuple[str, ...]:
     """The cause and all that is tied to it where it is left out; in some other cases an effect that is no cause."""
-    draw, decoy = random.random(), _choose(random, f.causes["decoy"])
+    draw, decoy = random.random(), choose(random, f.causes["decoy"])
     decoyed = draw < DECOYS and tied(decoy) not in map(tied, names) and kind not in UNKNOWN
     missing = names[0] if kind == "left_out" else decoy if decoyed else ""
     return tuple(effect.name for effect in CATALOGUE if tied(effect.name) == tied(missing))
-
-
-def _choose(random: np.random.Generator, frequencies: dict[str, float]) -> str:
-    names, weights = list(frequencies), np.array(list(frequencies.values()))
-    return names[int(random.choice(len(names), p=weights / weights.sum()))]
 
 
 def _check(names: Sequence[str], known: Sequence[str], what: str) -> None:

@@ -79,8 +79,8 @@ def draw_law(name: str, random: Random, scene: Scene) -> Law:
 
 def anything(random: Random, scene: Scene) -> Law:
     """A product of random factors, anywhere."""
-    acts = _choose(random, ACTS)
-    factors = tuple(_factor(random, scene) for _ in range(_choose(random, FACTORS)))
+    acts = choose(random, ACTS)
+    factors = tuple(_factor(random, scene) for _ in range(choose(random, FACTORS)))
     return _law("random", acts, random, scene, factors)
 
 
@@ -130,7 +130,7 @@ def narrow_band(random: Random, scene: Scene) -> Law:
 def place(random: Random, scene: Scene) -> Law:
     """Range is wrong by where the vehicle is."""
     wave = Factor(GAP, 1.0, bent=SINE, c=random.uniform(0.08, 0.6), w=random.uniform(0.0, 6.0))
-    bend = Factor(X, 0.3, bent=_choose(random, {ODD: 0.5, EVEN: 0.5}), c=random.uniform(1.5, 3.5))
+    bend = Factor(X, 0.3, bent=choose(random, {ODD: 0.5, EVEN: 0.5}), c=random.uniform(1.5, 3.5))
     edge = Factor(X, 1.0, bent=ONE_SIDED, c=random.uniform(-0.15, 0.15), w=random.uniform(0.02, 0.08))
     return _law("place", "range", random, scene, ((wave, bend, edge)[random.integers(3)],), 15.0)
 
@@ -166,7 +166,7 @@ def _law(name: str, acts: str, random: Random, scene: Scene, factors: tuple[Fact
 
 def _factor(random: Random, scene: Scene) -> Factor:
     """A random factor, about one in size."""
-    signal, bent, in_time = (_choose(random, shares) for shares in (SIGNALS, BENT, IN_TIME))
+    signal, bent, in_time = (choose(random, shares) for shares in (SIGNALS, BENT, IN_TIME))
     if signal in (GAP, T):  # always positive: no memory, and a sine or a power
         in_time = NOW
         bent = bent if bent in (EVEN, SINE) else SINE
@@ -206,6 +206,7 @@ def _some(random: Random, scene: Scene, spans: Sequence[tuple[tuple[float, float
     return tuple(tuple((round(a, 2), round(b, 2)) for a, b in span) if k in hit else () for k, span in enumerate(spans))
 
 
-def _choose(random: Random, shares: dict[Any, float]) -> Any:
+def choose(random: Random, shares: dict[Any, float]) -> Any:
+    """One of the keys, as likely as its share of all values."""
     names, weights = list(shares), np.array(list(shares.values()))
     return names[int(random.choice(len(names), p=weights / weights.sum()))]

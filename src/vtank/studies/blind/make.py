@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -12,12 +11,12 @@ import numpy as np
 
 from ...errors import InputError
 from ...experiment import Result, simulate_tank
-from ...record import Run, new_folder, refuse_loss
-from ..processes import processes
+from ...record import Run
 from ..stage import Stage, silent
 from .case import KINDS, Case, Frequencies, draw_frequencies
 from .fly import TripChunk
-from .seal import Entry, as_written, digest, ended, finite, seal_truth, write_index, write_runs
+from .seal import Entry, as_written, digest, finite, seal_truth, write_runs
+from .sealing import make_sealed
 from .sizing import ready_case
 from .truth import truth_of
 from .vehicles import FLEET
@@ -59,28 +58,14 @@ class Made:
 
 
 def make(order: Order, out: Path, truth_out: Path, stage: Stage = silent) -> None:
-    """Write the cases to `out` and the truths to `truth_out`, which appear whole or not at all.
-
-    The truths first: a go that was killed between the two is ended by the next with the same order.
-    """
-    if ended(out, truth_out, vars(order)):
-        return
-    for folder in (out, truth_out):
-        refuse_loss(folder)
-    cases_at, truth_at = out.resolve(), truth_out.resolve()
-    if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
-        raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
+    """Write the cases to `out` and the truths to `truth_out`; as `make_sealed`."""
     frequencies = draw_frequencies(order.seed, order.kinds, order.effects)
-    with new_folder(out) as cases, new_folder(truth_out) as sealed:
-        entries = []
-        with processes(order.threads) as work, stage("making cases", order.trials) as advance:
-            for number, made in enumerate(work(partial(_made, order, frequencies), range(order.trials)), 1):
-                entries.append(_write(cases, sealed, f"case_{number:04d}", made))
-                advance("")
-        for craft in FLEET.values():
-            if (path := Path(craft.nominal)).is_file():
-                shutil.copyfile(path, cases / path.name)
-        write_index(cases, sealed, entries, vars(order))
+    vehicles = {Path(craft.nominal) for craft in FLEET.values()}
+    make_sealed(
+        out, truth_out, order=vars(order), count=order.trials, threads=order.threads,
+        made=partial(_made, order, frequencies), write=_write, stage=stage,
+        beside=sorted(path for path in vehicles if path.is_file()),
+    )  # fmt: skip
 
 
 def _made(order: Order, frequencies: Frequencies, number: int) -> Made:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import os
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,10 +122,10 @@ class Index:
     vehicles: bool = False
 
 
-def write_runs(folder: Path, runs: Iterable[Run]) -> dict[str, str]:
+def write_runs(folder: Path, runs: Iterable[Run], as_bytes: Callable[[Run], bytes] = fixed_csv) -> dict[str, str]:
     """Write runs as run_1.csv, run_2.csv and so on into a new folder; file -> hash."""
     folder.mkdir(parents=True)
-    contents = {f"run_{k}.csv": fixed_csv(run) for k, run in enumerate(runs, 1)}
+    contents = {f"run_{k}.csv": as_bytes(run) for k, run in enumerate(runs, 1)}
     for file, data in contents.items():
         (folder / file).write_bytes(data)
     return {file: sha256(data) for file, data in contents.items()}

@@ -19,7 +19,6 @@ from .hdf5 import check_hdf5, write_hdf5
 from .journal import Journal
 from .table import FAILED
 
-FORMS = ("csv", "hdf5")
 MOST = {"tank": 64, "surge": 256}  # runs per chunk; more together fly no faster
 SAMPLES = 400_000  # in a chunk at most, for memory: about 100 MB while it is computed
 SHARE = 4  # chunks per worker at least, so that none waits long for the last

@@ -14,16 +14,17 @@ from ...experiment.whole_scenario import fly_whole
 from ...plant import Vehicle
 from ...plant.sensor import Sensor
 from ...record import Run
+from ...record.columns import ACCELERATION, ATTITUDE, RATES, VELOCITY
 from ...rigid.filtered import Noise
 from .candidates import Candidate
 
 SEED = 1  # of the flights of the nominal, whose noise nothing depends on
 TIED = 3.0  # deviations below which two hypotheses are not told apart
 INSTRUMENTS = (  # that could be added, with the noise of usual ones (models/README.md); guesses
-    Sensor("added_dvl", ("surge_m_s", "sway_m_s", "heave_m_s"), noise=(0.01, 0.01, 0.01)),
-    Sensor("added_gyro", ("roll_rate_rad_s", "pitch_rate_rad_s", "yaw_rate_rad_s"), noise=(0.002, 0.002, 0.002)),
-    Sensor("added_attitude", ("roll_rad", "pitch_rad", "heading_rad"), noise=(0.005, 0.005, 0.01)),
-    Sensor("added_accelerometer", ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"), noise=(0.02, 0.02, 0.02)),
+    Sensor("added_dvl", VELOCITY, noise=(0.01, 0.01, 0.01)),
+    Sensor("added_gyro", RATES, noise=(0.002, 0.002, 0.002)),
+    Sensor("added_attitude", ATTITUDE, noise=(0.005, 0.005, 0.01)),
+    Sensor("added_accelerometer", ACCELERATION, noise=(0.02, 0.02, 0.02)),
     Sensor("added_motion_capture", ("north_m", "east_m"), noise=(0.005, 0.005)),
     Sensor("added_depth", ("depth_m",), noise=(0.01,)),
 )

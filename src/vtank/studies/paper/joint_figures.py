@@ -14,7 +14,6 @@ from .published import brutzman_a_per_ft, published
 from .study import QUANTITIES, quantiles
 
 READ = dict(zip(READINGS, ("a Q that settles", "q_ii = 1 as printed"), strict=True))
-SHOWN_S = (0.3, 0.5, 0.7, 0.8, 0.9, 1.2)  # T of which a curve is drawn
 
 
 @drawn

@@ -7,14 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ...plant.actuators import Fin, Thruster
-from .effect import Array, Placed, label
+from .effect import Array, Placed
 
 
 def acting(
     part: Thruster | Fin, effects: Sequence[Placed], asked: Mapping[str, Array], step_s: float, rows: slice
 ) -> Array:
     """Inputs that act on a thruster or fin at some steps, shape (n,), of what all are asked for at every step, (T,)."""
-    mine = [placed for placed in effects if placed.place == label(part)]
+    mine = [placed for placed in effects if placed.place == part.name]
     column = next((p.values["column"] for p in mine if "column" in p.values), part.column)
     values = asked.get(column, np.zeros(len(next(iter(asked.values())))))
     delays = [placed.effect.delay(placed.values) for placed in mine if placed.effect.delay]
@@ -40,6 +40,6 @@ def thrust(thruster: Thruster, effects: Sequence[Placed], time_s: Array, inputs:
     """Steady force of a thruster under inputs that act, shape (n,) [N]."""
     force = thruster.force_N(inputs)
     for placed in effects:
-        if placed.effect.thrust and placed.place == label(thruster):
+        if placed.effect.thrust and placed.place == thruster.name:
             force = placed.effect.thrust(time_s, inputs, force, placed.values)
     return force

@@ -182,15 +182,10 @@ def along(axis: str, force: float) -> Array:
 def with_part(vehicle: Vehicle, kind: str, name: str, **changed: Any) -> Vehicle:
     """The vehicle with other attributes of one of its `thrusters`, `fins` or `sensors`."""
     parts = getattr(vehicle, kind)
-    others: Any = {kind: tuple(replace(part, **changed) if label(part) == name else part for part in parts)}
+    others: Any = {kind: tuple(replace(part, **changed) if part.name == name else part for part in parts)}
     return replace(vehicle, **others)
 
 
 def part(vehicle: Vehicle, kind: str, name: str) -> Any:
     """The thruster, fin or sensor of that name."""
-    return next(part for part in getattr(vehicle, kind) if label(part) == name)
-
-
-def label(part: Any) -> str:
-    """Name of a thruster, fin or sensor; of a thruster without one, its site's."""
-    return str(part.name or part.site)
+    return next(part for part in getattr(vehicle, kind) if part.name == name)

@@ -8,7 +8,7 @@ from ...plant.vehicle import AXES, Vehicle
 from ...record.table import Table
 from ...record.toml import meant
 from .catalogue import CATALOGUE
-from .effect import VEHICLE, Number, Placed, PlacedEffect, label, part
+from .effect import VEHICLE, Number, Placed, PlacedEffect, part
 
 INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of `effect.INPUT`
 
@@ -27,7 +27,7 @@ def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
     """Kind of a place -> the places of that kind that a vehicle has."""
     return {
         "axis": AXES,
-        "thruster": tuple(map(label, vehicle.thrusters)),
+        "thruster": tuple(t.name for t in vehicle.thrusters),
         "fin": tuple(fin.name for fin in vehicle.fins if fin.limit_rad),
         "sensor": tuple(sensor.name for sensor in vehicle.sensors),
         VEHICLE: (VEHICLE,),
@@ -37,7 +37,7 @@ def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
 def partners(vehicle: Vehicle, name: str) -> tuple[str, ...]:
     """Other thrusters that take the same kind of input, whose wires may be exchanged with one's."""
     own = part(vehicle, "thrusters", name)
-    return tuple(label(t) for t in vehicle.thrusters if t.input == own.input and label(t) != name)
+    return tuple(t.name for t in vehicle.thrusters if t.input == own.input and t.name != name)
 
 
 def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
@@ -60,7 +60,7 @@ def _read(table: Table, key: str, vehicle: Vehicle) -> list[Placed]:
             raise table.error(key, f"{vehicle.name} has no other thruster that takes {one.input}")
         two = part(vehicle, "thrusters", own.choice("other", others))
         own.close()
-        return [Placed(effect, place, {"column": two.column}), Placed(effect, label(two), {"column": one.column})]
+        return [Placed(effect, place, {"column": two.column}), Placed(effect, two.name, {"column": one.column})]
     if effect.text:
         channels = part(vehicle, "sensors", place).channels
         values["channel"] = own.choice("channel", ("", *channels), "")

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ....plant.vehicle import AXES, Vehicle
 from ....tank.places import Moving, Placed, PlacedEffect, Usual, along
-
-Force = Callable[[Moving, int], float]
 
 
 def draw_strange(random: np.random.Generator, vehicle: Vehicle, axis: str, size: float, duration_s: float) -> Placed:
@@ -20,7 +18,6 @@ def draw_strange(random: np.random.Generator, vehicle: Vehicle, axis: str, size:
     rad_s, phase = random.uniform(0.2, 1.2), random.uniform(0.0, 6.28)
     start_s = random.uniform(0.2, 0.5) * duration_s
     numbers = {"F": push, "u": usual.u, "rad_s": rad_s, "phase": phase, "start_s": start_s}
-
     return strange(family, axis, numbers)
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+from ....record.columns import VELOCITY
 from ..effect import PlacedEffect
 from .change import change
-
-VELOCITY = ("surge_m_s", "sway_m_s", "heave_m_s")
-
 
 EFFECT = PlacedEffect(
     "earth_axes",

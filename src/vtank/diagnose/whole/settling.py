@@ -1,0 +1,60 @@
+"""A fit and the noise of its recordings, each at the other's, until both stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...rigid.filtered import Filtered
+from ...rigid.fit import begun
+from ...rigid.noise import ALL, ENOUGH, settle
+from .model import Model, Unknown, refit, trusted
+
+Array = NDArray[np.float64]
+STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
+SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
+
+
+def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
+    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise.settle`."""
+    p = model.vector()
+    model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
+    for n, enough in enumerate((ENOUGH, *[ALL] * SETTLING)):
+        before = model.fit.noise
+        noise, found = settle(model.fit, model.vector(), floor, enough, least, near=n > 1)
+        model = replace(model, fit=replace(model.fit, noise=noise))
+        model = refit(model, found, model.theta)
+        if n and noise.like(before):
+            break
+    return model, model.fit.filter(model.vector())
+
+
+def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+    """The settled model, or what it settles to where some run is likelier to have begun otherwise."""
+    other = begun(model.fit, model.vector())
+    if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
+        return model, found
+    return settled(replace(model, fit=other), floor)
+
+
+def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
+    """The refit beside a disturbance that forgets soon, and its innovations, where the likeliest is nearly steady.
+
+    It may stand for a steady force that a model lacks; nothing where it does not.
+    """
+    steady_s = STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
+    if model.fit.noise.memory_s <= steady_s:
+        return []
+    fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
+    noise, there = settle(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
+    return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
+
+
+def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
+    """The model with priors of own parameters as wide as it makes likely."""
+    unknowns = (*trusted(model, own), *model.unknowns[len(own) :])
+    model = refit(replace(model, unknowns=unknowns), found, model.theta)
+    return model, model.fit.filter(model.vector())
