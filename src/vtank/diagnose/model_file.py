@@ -150,9 +150,9 @@ def _texts(names: Sequence[str]) -> str:
     return "[" + ", ".join(f'"{name}"' for name in names) + "]"
 
 
-def read_model(path: Path | str) -> ModelFile:
-    """The model file at `path`; InputError names file and key of what is wrong."""
-    file = open_table(Path(path))
+def read_model(path: Path | str | Table) -> ModelFile:
+    """The model file at `path`, or one that is open already; InputError names file and key of what is wrong."""
+    file = path if isinstance(path, Table) else open_table(Path(path))
     if file.text("schema", "") != SCHEMA:
         raise file.error("schema", f'expected "{SCHEMA}", a model written by vtank diagnose')
     name = file.text("input")

@@ -167,7 +167,7 @@ def _separation(setting: Setting, winner: Fitted, rival: Fitted, experiment: Exp
     known = _known(rival)
     problem, theta, own = _alone(setting, rival, experiment)
     best = np.inf
-    for values in _own_values(problem, winner, rival):
+    for values in _own_values(problem, winner):
         theta[len(known) : len(known) + len(problem.per_run)] = values
         best = min(best, _least_squares(problem, theta, block_diag(known, np.diag(own))))
     return float(np.sqrt(max(best, 0.0)))
@@ -186,7 +186,7 @@ def _least_squares(problem: Problem, theta: np.ndarray, known: np.ndarray) -> fl
     return min(least, cost + float(b @ step))
 
 
-def _own_values(problem: Problem, winner: Fitted, rival: Fitted) -> list[list[float]]:
+def _own_values(problem: Problem, winner: Fitted) -> list[list[float]]:
     """Values of a new run's own parameters (a wave's phase) from which a rival may start: the winner's, or a grid."""
     if set(problem.per_run) <= set(winner.problem.per_run):
         p = winner.vector()

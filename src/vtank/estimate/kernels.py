@@ -154,7 +154,7 @@ def plan(record, p):
     return Steps(start[:i], length[:i], held[:i], which, upto, at[which])
 
 
-def begun(steps, record, forcing, p):
+def begun(record, forcing, p):
     """What is held over a step, before the first: see `renewed`."""
     return -1, -1.0, inputs(record.reading, record.lone, 0, p), forced(forcing, 0), 0.0, 0.0, fades(1.0, p)
 
@@ -187,7 +187,7 @@ def simulate(parameters, start, steps, record, value, forcing, gain, memory, out
     """
     p = taken(rows(parameters))
     s, b, before, i, gap, fade = opened(start), 0.0 * p[0], steps.at[0], 0, 0.0, 1.0
-    over = begun(steps, record, forcing, p)
+    over = begun(record, forcing, p)
     for m in range(steps.which.size):
         k, at = steps.which[m], steps.at[m]
         while i < steps.upto[m]:
@@ -226,7 +226,7 @@ def kalman(
         s[i], P[i, i] = start[i], start_sd[i] ** 2
     for axis in range(SIZE - STATES):
         P[STATES + axis, STATES + axis] = sigma[axis] * sigma[axis]
-    over, done, before = begun(steps, record, forcing, p), 0, steps.at[0]
+    over, done, before = begun(record, forcing, p), 0, steps.at[0]
     for m in range(steps.which.size):
         k, at, o = steps.which[m], steps.at[m], record.colour[steps.which[m]]
         while done < steps.upto[m]:
@@ -284,7 +284,7 @@ def linearise(parameters, start, steps, record, error, gap, transition, row):
     x, y, pushes = start.copy(), np.zeros((SIZE, WIDTH)), np.zeros((1, WIDTH))
     pushes[0, 3] = PUSH
     written(y, opened(start))
-    over, i, before = begun(steps, record, pushes, p), 0, steps.at[0]
+    over, i, before = begun(record, pushes, p), 0, steps.at[0]
     for m in range(steps.which.size):
         k, at = steps.which[m], steps.at[m]
         for state in range(SIZE):

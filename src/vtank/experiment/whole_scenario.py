@@ -16,7 +16,6 @@ bandwidth_rad_s = 0.5
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +29,7 @@ from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
 from ..record import Manifest, Run, find_file, open_table, read_text, stem, write_dataset
 from ..record.columns import channel_of
-from ..record.table import Table
+from ..record.table import Table, table_of
 from ..resources import models_dir, scenarios_dir
 from ..waves import Waves
 from .orders import Order, check_orders, read_excite, read_hold
@@ -84,10 +83,18 @@ def load_whole_scenario(
 
     settings: KEY=VALUE laid over it. seed: instead of the file's.
     """
+    path = find_file(name_or_path, scenarios_dir(), "scenario")
+    return _read(open_table(path, tuple(settings)), seed)
+
+
+def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
+    """The scenario of a TOML text, under a name; as `load_whole_scenario`."""
+    return _read(table_of(text, Path(f"{name}.toml")), seed)
+
+
+def _read(table: Table, seed: int | None) -> WholeScenario:
     from ..tank.places.read import read_placed  # MuJoCo takes a while to load
 
-    path = find_file(name_or_path, scenarios_dir(), "scenario")
-    table = open_table(path, tuple(settings))
     table.text("description", "")
     vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
     vehicle = replace(vehicle, sensors=changed_sensors(table.table("sensor"), vehicle.sensors))
@@ -99,8 +106,8 @@ def load_whole_scenario(
     walls = table.file("walls", "", ".xml")
     depth_m = table.number("depth_m", None, 0.0, 1e4) if table.has("depth_m") else None
     scenario = WholeScenario(
-        name=stem(path),
-        path=path,
+        name=stem(table.path),
+        path=table.path,
         vehicle=vehicle,
         duration_s=table.positive("duration_s", 120.0, 86400.0),
         period_s=table.positive("period_s", 0.1, 10.0),
@@ -114,14 +121,6 @@ def load_whole_scenario(
     )
     table.close()
     return scenario
-
-
-def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
-    """The scenario of a TOML text, under a name; as `load_whole_scenario`."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name}.toml"
-        path.write_text(text, encoding="utf-8")
-        return load_whole_scenario(path, seed=seed)
 
 
 def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:

@@ -199,14 +199,14 @@ def formula_of(values: Mapping[str, float], fed: str = "n_rev_s") -> Formula | N
     return Formula(acts, tuple(factors), memory, values[f"law.{acts}"], fed)
 
 
-def law_lines(formula: Formula, table: str = "law") -> list[str]:
+def law_lines(formula: Formula) -> list[str]:
     """The law as a table of TOML, which `read_law` reads back."""
 
     def words(*parts: object) -> str:
         return '"' + " ".join(p if isinstance(p, str) else f"{p:.12g}" for p in parts) + '"'
 
     lines = [
-        f"[{table}] # {formula.text()}",
+        f"[law] # {formula.text()}",
         f'acts = "{formula.acts}"',
         f'input = "{formula.fed}"',
         f"size = {formula.size:.12g} # {formula.unit}",

@@ -79,6 +79,6 @@ def _asked(effect: Effect, symbols: Mapping[str, str]) -> list[str]:
     return names[:count]
 
 
-def shifting(effects: Sequence[Effect] = CATALOGUE) -> tuple[str, ...]:
+def shifting() -> tuple[str, ...]:
     """Names of the parameters that shift an instant, of the input or of a measurement."""
-    return tuple(name for e in effects if e.instant or e.acts for name in e.slots())
+    return tuple(name for e in CATALOGUE if e.instant or e.acts for name in e.slots())

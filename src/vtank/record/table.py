@@ -207,7 +207,12 @@ class Table:
 
 def open_table(path: Path, settings: tuple[str, ...] = ()) -> Table:
     """The whole TOML file, with `key.key=value` settings of the command line laid over it."""
-    entries = parse(read_text(path), path)
+    return table_of(read_text(path), path, settings)
+
+
+def table_of(text: str, path: Path, settings: tuple[str, ...] = ()) -> Table:
+    """A TOML text as the file at `path` would be, which need not be there; as `open_table`."""
+    entries = parse(text, path)
     names = [override(entries, setting) for setting in settings]
     return Table(path, "", entries, frozenset(names))
 

@@ -200,7 +200,7 @@ def lost(nu_r, asked, hull):
 
 
 @lean
-def held_by(x, R, nu, hull):
+def held_by(x, R, hull):
     """Wrench of weight, buoyancy, a trim weight, and a tether, whose spring is about the start."""
     p, down = hull.p, back(R, (0.0, 0.0, 1.0))
     W, B = p[WEIGHT], p[BUOYANCY] + p[WATERLINE] * x[2]
@@ -285,7 +285,7 @@ def wrench(t, x, thrust, asked, fins, hull):
         axis_force(2, t, x, nu_r[2], off[2], hull), axis_force(3, t, x, nu_r[3], x[3], hull),
         axis_force(4, t, x, nu_r[4], x[4], hull), axis_force(5, t, x, nu_r[5], x[5] - home[3], hull),
     )  # fmt: skip
-    total = add(total, add(turning(nu, nu_r, hull), held_by(x, R, nu, hull)))
+    total = add(total, add(turning(nu, nu_r, hull), held_by(x, R, hull)))
     if U[0] != 0.0 or U[1] != 0.0 or U[2] != 0.0:
         rate = cross(U, (x[9], x[10], x[11]))  # d U/dt in the turning axes, -w x U
         total = add(total, multiply(hull.water, (rate[0], rate[1], rate[2], 0.0, 0.0, 0.0)))

@@ -40,7 +40,7 @@ def draw_tank(path: str | Path, model: mujoco.MjModel, qpos: np.ndarray | None =
         _draw_vehicle(axes, model, data, across, sight)
         axes.set_aspect("equal")
         axes.margins(0.02)
-    _label(plan, side, model, data, beam)
+    _label(plan, side, data, beam)
     figure.savefig(path, dpi=110)
 
 
@@ -107,7 +107,7 @@ def _colour(model: mujoco.MjModel, geom: int) -> np.ndarray:
     return (model.mat_rgba[material] if material >= 0 else model.geom_rgba[geom])[:3]
 
 
-def _label(plan: Any, side: Any, model: mujoco.MjModel, data: mujoco.MjData, beam: np.ndarray) -> None:
+def _label(plan: Any, side: Any, data: mujoco.MjData, beam: np.ndarray) -> None:
     """Titles, the water line and the distances that matter, in feet as in the paper and in metres."""
     side.axhline(0.0, color="#18a0c8", lw=1.0, ls="--", zorder=3)
     gap = beam[1, 0] - beam[0, 0]

@@ -104,9 +104,9 @@ def frequencies(time_s: np.ndarray) -> np.ndarray:
     return 2.0 * np.pi * np.arange(1, count + 1) / (time_s[-1] - time_s[0] + step)
 
 
-def largest_by_chance(ordinates: int, level: float = LEVEL) -> float:
-    """What the largest of so many exponential ordinates of mean one exceeds with probability `level`."""
-    return float(-np.log(-np.expm1(np.log1p(-level) / ordinates)))
+def largest_by_chance(ordinates: int) -> float:
+    """What the largest of so many exponential ordinates of mean one exceeds with probability LEVEL."""
+    return float(-np.log(-np.expm1(np.log1p(-LEVEL) / ordinates)))
 
 
 def waves(time_s: np.ndarray, frequency: np.ndarray) -> np.ndarray:

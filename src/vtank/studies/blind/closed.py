@@ -7,7 +7,6 @@ code, the floor being what the true model leaves.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from ...effects import PARAMETERS
 from ...plant import vector
 from ...record import read_run
+from ...record.table import table_of
 from .held_out import HeldOut, gaps
 
 
@@ -64,10 +64,7 @@ def closed(case: str, truth: Mapping[str, Any], answer: Mapping[str, Any], folde
         return Closed(**known)
     from ...diagnose import ModelFile, read_model
 
-    with tempfile.TemporaryDirectory() as room:
-        path = Path(room) / "model.toml"
-        path.write_text(answer["model"], encoding="utf-8")
-        models: ModelFile = read_model(path)
+    models: ModelFile = read_model(table_of(answer["model"], Path("model.toml")))
     files = [folder / "held_out" / case / file for file in sorted(truth["held_out_files"])]
     count = truth["experiment"]["runs"]
     standoff = truth["experiment"]["standoff_m"][count:]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -10,7 +9,8 @@ from typing import Any
 
 from ....diagnose.whole import Known, free_gap, slots_of
 from ....plant import Vehicle
-from ....record import Run, open_table
+from ....record import Run
+from ....record.table import table_of
 from ..closed import Closed
 
 
@@ -20,9 +20,6 @@ def closed(vehicle: Vehicle, answer: Mapping[str, Any], known: Known, held: Sequ
     if known.oracle is not None:
         models["oracle"] = known.oracle
     if "model" in answer:
-        with tempfile.TemporaryDirectory() as room:
-            path = Path(room) / "model.toml"
-            path.write_text(answer["model"], encoding="utf-8")
-            models["diagnosed"] = slots_of(open_table(path), "diagnosed")
+        models["diagnosed"] = slots_of(table_of(answer["model"], Path("model.toml")), "diagnosed")
     gaps = {name: free_gap(vehicle, held, known.noise, slots) for name, slots in models.items()}
     return replace(Closed(), **gaps)  # type: ignore[arg-type]
