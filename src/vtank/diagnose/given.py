@@ -94,8 +94,11 @@ def known_vehicle(vehicle: Vehicle) -> Vehicle:
 
 
 def telling(runs: Sequence[Run]) -> tuple[tuple[Run, ...], tuple[str, ...]]:
-    """The runs from which something can be decided, and what is said of all; InputError where there is none."""
-    judged = [(run, decidable(run)) for run in runs]
+    """The runs from which something can be decided, and what is said of all; InputError where there is none.
+
+    A run is cut where recording paused.
+    """
+    judged = [(run, decidable(run)) for run in stretches(runs)]
     kept = tuple(run for run, found in judged if not found.refusal)
     if not kept and judged:
         run, found = judged[0]

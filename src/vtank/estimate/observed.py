@@ -13,8 +13,9 @@ from ..channels import channels
 from ..errors import InputError
 from ..plant.plant import Plant
 from ..plant.surge import STANDOFF, SURGE
+from ..record.columns import MOTION, channel_of, column
 from ..record.manifest import DataSetWarning
-from ..record.run import Run
+from ..record.run import INPUTS, Run
 from .kernels import Record, Steps
 
 RANGE, POSITION, SPEED = 0, 1, 2
@@ -154,8 +155,8 @@ def _stretches(run: Run) -> list[Run]:
     if ends.size == 0:
         return [run]
     rows = np.split(np.arange(run.time_s.size), ends)
-    driven = ~np.isnan(run.columns[run.input])
-    seen = np.any([~np.isnan(run.columns[name]) for name in run.outputs], axis=0)
+    none = np.zeros(run.time_s.size, dtype=bool)
+    driven, seen = (np.any([none, *(~np.isnan(run.columns[name]) for name in names)], axis=0) for names in _both(run))
     kept = [part for part in rows if driven[part].any() and seen[part].sum() >= FEWEST] or [max(rows, key=len)]
     spans = [f"{run.time_s[part[0]]:.10g}-{run.time_s[part[-1]]:.10g}s" for part in kept]
     warnings.warn(
@@ -169,6 +170,14 @@ def _stretches(run: Run) -> list[Run]:
         columns = {name: values[part] for name, values in run.columns.items()}
         found.append(Run(f"{run.name}_{span}", run.time_s[part] - run.time_s[part[0]], columns))
     return found
+
+
+def _both(run: Run) -> tuple[list[str], list[str]]:
+    """What drove the vehicle and what it did: the columns of a run along one axis, or of a whole vehicle."""
+    if set(INPUTS) & run.columns.keys():
+        return [run.input], list(run.outputs)
+    driving = [name for name in run.columns if (found := column(name)) and found.role == "input"]
+    return driving, [name for name in run.columns if channel_of(name) in MOTION]
 
 
 def observe(run: Run) -> Observed:

@@ -289,6 +289,9 @@ def record(
     recordings = [
         _recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in zip(runs, inputs, strict=True)
     ]
+    told = {int(c) for run in recordings for c in np.unique(run.column)}
+    notes += [f"column {name} is not used: fewer than {FEWEST} samples"
+              for c, name in enumerate(used) if c not in told]  # fmt: skip
     return layout, _facing_walls(recordings), tuple(notes)
 
 

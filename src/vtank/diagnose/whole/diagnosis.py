@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
 from ...record.run import Run
@@ -225,7 +226,7 @@ def diagnose(
     kept, said = telling(runs)
     plant, like = None, None
     if against is not None:
-        plant, like = plant_of(against, kept, vehicle, axes, folder, progress or (lambda text: None))
+        plant, like = plant_of(stretches(against), kept, vehicle, axes, folder, progress or (lambda text: None))
     layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
     selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:

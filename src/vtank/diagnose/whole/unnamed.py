@@ -277,5 +277,5 @@ def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
             most = max(most, abs(float(z[1:] @ z[:-1])) / np.sqrt(max(z.size, 1)))
         return most
 
-    lag = [unwhite(c) for c in range(len(runs[0].layout.columns))]
-    return [int(c) for c in np.argsort(lag)[::-1][:SUSPECTS]]
+    told = np.unique(np.concatenate([run.column for run in runs]))
+    return [int(c) for c in told[np.argsort([unwhite(c) for c in told])[::-1][:SUSPECTS]]]
