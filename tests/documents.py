@@ -13,9 +13,11 @@ from pathlib import Path
 from vtank.cli import main
 
 ROOT = Path(__file__).parents[1]
+MADE = {"out", "reproduction", "build", "dist"}  # folders of make, beside those that begin with a dot
 DOCUMENTS = sorted(
-    path for path in ROOT.rglob("*.md") if not {".venv", ".hypothesis", "out"} & set(path.relative_to(ROOT).parts)
-)
+    path for path in ROOT.rglob("*.md")
+    if not any(part in MADE or part.startswith(".") for part in path.relative_to(ROOT).parts)
+)  # fmt: skip
 LANGUAGES = ("sh", "python", "toml", "xml", "text")
 FENCE = re.compile(r"^```(\w*)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -259,3 +259,16 @@ def test_a_slip_is_told_with_what_was_meant(
     except SystemExit as ended:
         code = ended.code
     assert code == 2 and SLIPS[line] in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "line", ["run paper-ds1 --out loop", "run paper-ds1 --out loop/d", "import log.csv --out loop"]
+)
+def test_links_that_go_round_in_a_circle_are_told(
+    line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("loop").symlink_to("loop")
+    Path("log.csv").write_text("t;n_rev_s\n" + "".join(f"{k};{k}\n" for k in range(12)))
+    assert cli.main(line.split()) == 2
+    assert "its links go round in a circle" in capsys.readouterr().err

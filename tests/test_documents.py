@@ -21,6 +21,7 @@ import pytest
 from documents import DOCUMENTS, LANGUAGES, ROOT, blocks, commands, follow, obey
 
 import vtank as vt
+from vtank.cli import main
 from vtank.experiment.scenario import load_scenario
 from vtank.experiment.whole_scenario import is_whole, load_whole_scenario
 from vtank.logs import import_log, read_mapping
@@ -45,9 +46,9 @@ ELSEWHERE = {  # command that takes minutes, or needs what is not always here ->
     "vtank bandwidth mine-sway.toml --out bandwidth": 'test_bandwidth_station.py: main(["bandwidth"',
     "vtank reproduce --out paper": 'test_reproduce.py: main(["reproduce"',
     "vtank view data/paper-ds1.csv --film gap.mp4": 'test_view.py: main(["view"',
-    "vtank identifiability whole/zigzag --nominal remus100": "test_identifiability_whole.py: everything_is_written",
-    "vtank explore zigzag --nominal bluerov2 --write-plan next.toml": "test_explore.py: ranked(plans",
-    "vtank diagnose zigzag --nominal bluerov2 --axes yaw --against mine": "test_against.py: every_outlet_tells",
+    "vtank identifiability whole/zigzag --nominal remus100": "test_documents.py: WHOLE",
+    "vtank explore zigzag --nominal bluerov2 --write-plan next.toml": "test_documents.py: WHOLE",
+    "vtank diagnose zigzag --nominal bluerov2 --axes yaw --against mine": "test_documents.py: WHOLE",
     "vtank identifiability --seeds 400 --design --out page --write-plan plan": 'test_identifiability_plan.py: "plan"',
 }
 
@@ -221,3 +222,24 @@ def test_the_code_of_docstrings_works(module: str, tmp_path: Path, monkeypatch: 
     monkeypatch.chdir(tmp_path)
     for code in shown(str(ROOT / "src" / "vtank" / module)):
         DOCSTRINGS[module](code, tmp_path)
+
+
+WHOLE = (  # in their order, in one folder
+    "run whole/zigzag --set vehicle=bluerov2 --set duration_s=20 --out zigzag",
+    "run whole/zigzag --set vehicle=bluerov2 --set duration_s=20 --seed 5 --out mine",
+    "identifiability whole/zigzag --nominal remus100",
+    "explore zigzag --nominal bluerov2 --write-plan next.toml",
+    "diagnose zigzag --nominal bluerov2 --axes yaw --against mine",
+)
+
+
+@pytest.mark.slow
+def test_commands_on_whole_vehicles_end_well(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Those of the README, on shorter flights; none prints a number that is none."""
+    monkeypatch.chdir(tmp_path)
+    for line in WHOLE:
+        assert main(line.split()) == 0, line
+    assert "nan" not in capsys.readouterr().out
+    assert (tmp_path / "next.toml").is_file()

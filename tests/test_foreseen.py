@@ -88,3 +88,4 @@ def test_doubt_falls_by_no_more_than_there_is() -> None:
     assert drop_of_doubt([0.999, 0.001], pair(30.0)) < 0.01
     assert drop_of_doubt([1.0, 1.0], pair(1.0)) == drops[1]  # in any measure
     assert drop_of_doubt([0.5, 0.5], np.array([[0.0, 30.0], [0.0, 0.0]])) == 0.0  # one of them explains the other
+    assert drop_of_doubt([1.0, 0.0], pair(100.0)) == 0.0  # what is impossible leaves no doubt

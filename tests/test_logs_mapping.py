@@ -15,6 +15,7 @@ from vtank.logs.mapping import PRESETS
 from vtank.logs.units import UNITS
 from vtank.record.columns import FIXED, NAMED
 
+PULSES = '[[channel]]\nmessage = "RCOU"\nfield = "C{{n}}"\ncolumn = "thruster_{{n}}_command"\nunit = "us"\n{}\n'
 CHANNEL = '[[channel]]\nmessage = "ATTITUDE"\nfield = "yaw"\ncolumn = "heading_rad"\n'
 
 
@@ -36,6 +37,8 @@ def test_presets_are_sound(preset: Path) -> None:
         ('[[channel]]\nfield = "x"\ncolumn = "depth_m"\n', "message"),
         (CHANNEL + "sign = 2\n", "expected 1 or -1, found 2"),
         (CHANNEL + CHANNEL, "column 'heading_rad' is given twice"),
+        (PULSES.format("outputs = 1000000000"), "outputs: expected a whole number of at least 0 and up to 64"),
+        (PULSES.format("stop_us = 1500.0\nfull_us = 1500.0"), "full_us: expected another length than stop_us, 1500"),
         ('preset = "rso"\n' + CHANNEL, "preset: expected one of ardusub-bin, ardusub-tlog, px4, ros; found 'rso'"),
         ('several = 1\n' + CHANNEL, "several: expected true or false"),
         ('time = { field = "t", unit = "h" }\n' + CHANNEL, "'h' is no unit of time"),

@@ -163,6 +163,16 @@ def test_rows_out_of_order_and_cells_that_are_no_numbers_are_told(tmp_path: Path
     assert "1 rows are incomplete" in str(found) and "the last line is not whole" in str(found)
 
 
+def test_a_clock_that_goes_back_is_told(tmp_path: Path) -> None:
+    """Two recordings in one file, whose second begins at nothing again."""
+    one = text(",").splitlines()
+    (tmp_path / "log.csv").write_text("\n".join([*one, *one[1:]]) + "\n")
+    assert any(
+        "its clock goes back 1 time, by up to 1.95 s: several" in said
+        for said in import_log(tmp_path / "log.csv").columns.remarks
+    )
+
+
 def test_a_written_run_comes_back(tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(text(","))
     run = import_log(tmp_path / "log.csv").run

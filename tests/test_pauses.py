@@ -13,6 +13,7 @@ from recorded import NOISE, NOMINAL, TICK_S, find, record, sine
 
 from vtank.cli import main
 from vtank.diagnose import model_file
+from vtank.diagnose.given import telling
 from vtank.diagnose.holdout import Model
 from vtank.diagnose.model_file import ModelFile
 from vtank.diagnose.shrink import parts_of
@@ -33,6 +34,18 @@ def paused(pause_s: float, half_s: float = 30.0) -> Run:
     time = np.concatenate([parts[0].time_s, parts[0].time_s[-1] + pause_s + parts[1].time_s])
     n, seen = (np.concatenate([getattr(part, name) for part in parts]) for name in ("input", "value"))
     return Run("run", time, {"n_rev_s": n, "range_m": seen})
+
+
+def test_a_whole_vehicle_s_recording_is_cut_too() -> None:
+    """Steps through the pause would be as many as it has seconds times thirty, and the vehicle's state a guess."""
+    time = np.append(np.arange(0.0, 6.0, 0.1), 4000.0 + np.arange(0.0, 6.0, 0.1))
+    turn = np.sin(time)
+    run = Run(
+        "run", time, {"bow_command": 0.3 * turn, "gyro.yaw_rate_rad_s": 0.1 * turn, "battery_V": 12.0 + 0.0 * time}
+    )
+    with pytest.warns(DataSetWarning, match="nothing was recorded for 3994 s; taken as stretches"):
+        kept, _ = telling([run])
+    assert [part.duration_s for part in kept] == pytest.approx([5.9, 5.9])
 
 
 def nominal_alone() -> ModelFile:

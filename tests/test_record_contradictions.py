@@ -66,6 +66,12 @@ def timed(name: str, late_s: float, faster: float = 0.0) -> Callable[[Channels],
     return change
 
 
+def in_g(channels: Channels) -> None:
+    """Record acceleration in multiples of gravity."""
+    for name in ("accel_x_m_s2", "accel_y_m_s2", "accel_z_m_s2"):
+        channels[name] = channels[name][0], channels[name][1] / 9.81
+
+
 @pytest.mark.parametrize(
     "change, said",
     [
@@ -73,6 +79,8 @@ def timed(name: str, late_s: float, faster: float = 0.0) -> Callable[[Channels],
         (scaled("yaw_rate_rad_s", np.degrees(1.0)), "column yaw_rate_rad_s: is .* times as fast .* is it in degrees"),
         (scaled("pitch_rate_rad_s", -1.0), "ahrs.pitch_rad and pitch_rate_rad_s: they turn against each other"),
         (scaled("depth_m", -1.0), "column depth_m: .* above the surface; is it height, z axis up"),
+        (scaled("mocap.heading_rad", np.degrees(1.0), 360.0), "mocap.heading_rad and ahrs.heading_rad: .* 57.3 times"),
+        (in_g, "columns accel_.: typically .* m.s2, where gravity is 9.81; are they in g, or without gravity"),
         (scaled("heave_m_s", -1.0), "depth_m and heave_m_s: depth grows while heave says up"),
         (scaled("accel_z_m_s2", -1.0), "gravity is upside down against ahrs.roll_rad; does the z axis point up"),
         (

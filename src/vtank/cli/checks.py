@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from ..errors import InputError
+from ..record.files import resolved
 
 # Most that an option may ask for, against slips of the keyboard, which would fill the memory; choices
 MOST = {
@@ -31,8 +32,8 @@ def refuse_unwritable(*paths: Path | None) -> None:
     """InputError where a file could not be written, or two are one; None is one that was not asked for."""
     named = [path for path in paths if path is not None]
     for number, path in enumerate(named):
-        if path.resolve() in [other.resolve() for other in named[:number]]:
+        if resolved(path) in [resolved(other) for other in named[:number]]:
             raise InputError(f"{path}: named twice, expected files of their own")
-        parent = next(folder for folder in path.resolve().parents if folder.exists())
+        parent = next(folder for folder in resolved(path).parents if folder.exists())
         if path.is_dir() or not parent.is_dir() or not os.access(parent, os.W_OK):
             raise InputError(f"{path}: cannot be written, expected the path of a file")

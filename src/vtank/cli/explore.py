@@ -88,7 +88,7 @@ def _plan(args: argparse.Namespace) -> int:
         chance, decided = doubt.decided(diagnosis, runs)
         plans = doubt.plans(diagnosis)
     print(f"{answer_of(diagnosis)}, {100.0 * chance:.0f} %{', decided' if decided else ''}")
-    print(plain(advice(plans[0])), end="")
+    print(plain(advice(plans[0])))
     if args.write_plan:
         write_text(args.write_plan, plans[0].candidate.text)
         print(f"wrote {args.write_plan}; fly it with vtank run {args.write_plan}")

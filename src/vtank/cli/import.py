@@ -32,7 +32,7 @@ def run(args: argparse.Namespace) -> int:
     """Import, write, and print the preview."""
     from ..errors import InputError
     from ..logs import import_log
-    from ..record.files import stem
+    from ..record.files import resolved, stem
     from .checks import refuse_unwritable
 
     if args.out and not args.out.suffix:
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         parts, outs = [args.logs], [args.out]
     refuse_unwritable(*outs)
     for out in filter(None, outs):
-        if any(out.resolve() == log.resolve() for log in args.logs):
+        if any(resolved(out) == resolved(log) for log in args.logs):
             raise InputError(f"{out}: is the log itself, which would be overwritten; choose another file")
     found = [import_log(*logs, mapping=args.map, vehicle=args.vehicle) for logs in parts]
     for each, out in zip(found, outs, strict=True):

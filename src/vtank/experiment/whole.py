@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..tank.whole import Whole
 
 Array = NDArray[np.float64]
+MOST_STEPS = 10_000_000  # of a flight, whose sensors take some GB by then; a choice
 
 
 Pilot = Callable[[float, Mapping[str, float]], Mapping[str, float]]
@@ -114,7 +115,13 @@ def fly(
         effects = read_placed(Table(Path("effects"), "", dict(effects)), vehicle)
     north, east, down = current_m_s
     whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, effects=effects, **water)
-    flight = whole.flight(round(duration_s / whole.model.opt.timestep) + 1)
+    steps = round(duration_s / whole.model.opt.timestep) + 1
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"{duration_s:g} s at the time step of {whole.model.opt.timestep:g} s ({vehicle.mjcf}) are {steps:.2g} "
+            f"steps; expected at most {MOST_STEPS:.0e}"
+        )
+    flight = whole.flight(steps)
     instruments = {sensor.name: Instrument(sensor, duration_s, seed) for sensor in whole.vehicle.sensors}
     with forces():
         table = _flown(whole, flight, commands, period_s, instruments)

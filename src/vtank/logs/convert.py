@@ -18,6 +18,7 @@ from .log import Log, Stream, field_names
 from .mapping import WGS84, Armed, Channel, Mapping, Pulses
 
 Array = NDArray[np.float64]
+BACK_S = 1.0  # [s] by which samples of a log may be out of order; a choice
 MOTORS = 8  # outputs of an autopilot that may drive motors, whose functions have numbers in a row
 
 
@@ -64,6 +65,8 @@ def columns(log: Log, mapping: Mapping, vehicle: Vehicle | None = None) -> Colum
             names = _names(log, mapping, made, name, vehicle)
             if not names or (not mapping.several and set(names) & set(found.samples)):
                 continue
+            if (said := _goes_back(name, time_s)) and said not in found.remarks:
+                found.remarks.append(said)
             if made.frame in frames.EARTH and made.columns == VELOCITY:
                 earthly.append((name, names, time_s, values))
             for column, row in zip(names, values, strict=True):
@@ -207,6 +210,17 @@ def _at(time_s: Array, known_s: Array, angle: Array) -> Array:
     if not known_s.size:
         return np.full(time_s.size, np.nan)
     return np.interp(time_s, known_s, np.unwrap(angle), left=np.nan, right=np.nan)
+
+
+def _goes_back(name: str, time_s: Array) -> str:
+    """What to say of a message whose clock goes back by more than its samples may be out of order; "" of no such."""
+    step = np.diff(time_s[np.isfinite(time_s)])
+    if not step.size or -step.min() < BACK_S:
+        return ""
+    often = int(np.sum(step < -BACK_S))
+    return (f"{name}: its clock goes back {often} time{'s' * (often > 1)}, by up to {-step.min():.4g} s: several "
+            "recordings in one, or past midnight? Its samples are put in the order of their times, and of several at "
+            "one time the last is kept")  # fmt: skip
 
 
 def _tidy(time_s: Array, values: Array) -> tuple[Array, Array]:

@@ -33,6 +33,7 @@ from .units import UNITS, factor
 
 KEYS = ("message", "type", "field", "fields", "column", "columns", "unit", "sign", "scale", "offset", "frame", "where",
         "outputs", "first", "instance", "stop_us", "full_us", "one_way", "parameters", "motor_function")  # fmt: skip
+OUTPUTS = 64  # of an autopilot, at most; a choice
 PARAMETERS = ("stop_us", "full_us", "function", "sign")
 
 
@@ -86,7 +87,7 @@ def _channels(table: Table) -> list[Channel]:
     frame = table.choice("frame", (*EARTH, *BODY, *ATTITUDE, WGS84, ""), "")
     _check_shape(table, fields, columns, frame)
     pulses = _pulses(table) if table.text("unit", "") == "us" else None
-    outputs = table.integer("outputs", 0)
+    outputs = table.integer("outputs", 0, 0, OUTPUTS)
     for name in columns:
         _check_column(table, name.replace("{n}", "1"), pulses is not None)
     channel = Channel(
@@ -105,7 +106,7 @@ def _channels(table: Table) -> list[Channel]:
     )
     if not (channel.message or channel.type):
         raise table.error("message", "missing; expected the name of a message or topic, or a 'type'")
-    first, instance = table.integer("first", 1, 1), table.text("instance", "")
+    first, instance = table.integer("first", 1, 1, 1000), table.text("instance", "")
     return [_numbered(channel, first, n, instance) for n in range(first, first + outputs)] if outputs else [channel]
 
 
@@ -138,7 +139,10 @@ def _check_column(table: Table, name: str, pulses: bool) -> None:
 
 
 def _pulses(table: Table) -> Pulses:
-    return Pulses(table.number("stop_us", 1500.0), table.number("full_us", 1900.0), _flag(table, "one_way"))
+    pulses = Pulses(table.number("stop_us", 1500.0), table.number("full_us", 1900.0), _flag(table, "one_way"))
+    if pulses.stop_us == pulses.full_us:
+        raise table.error("full_us", f"expected another length than stop_us, {pulses.stop_us:g}")
+    return pulses
 
 
 def _parameters(table: Table) -> dict[str, str]:

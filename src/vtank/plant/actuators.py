@@ -24,6 +24,7 @@ DEAD_BAND = {"rev_s": "dead_band_rev_s", "command": "dead_band", "N": "dead_band
 THRUSTER = ("name", "site", "direction", "input", *GAIN.values(), "curve", "lag_s", "limit_N", *DEAD_BAND.values())
 FIN = ("name", "site", "axis", "area_m2", "lift_per_rad", "stall_rad", "drag", "limit_rad", "density_kg_per_m3")
 FINE = 2001  # points at which a thruster's law is inverted; a choice
+MOST_N = 1e8  # [N] of a thruster that is believed: as of a column; a choice
 FRESH_KG_PER_M3 = 1000.0  # fresh water; a choice
 
 
@@ -139,7 +140,7 @@ def read_thruster(table: Table) -> Thruster:
         site=site,
         direction=unit(table, "direction"),
         limit_N=table.positive("limit_N", most),
-        name=table.text("name", ""),
+        name=table.name_of("name", ""),
         input=kind,
         gain=gain,
         curve=curve,
@@ -192,7 +193,7 @@ def read_fin(table: Table) -> Fin:
     if abs(axis[0]) > 1e-6:
         raise table.error("axis", "expected a direction across the hull, with x = 0")
     return Fin(
-        name=table.text("name"),
+        name=table.name_of("name"),
         site=table.text("site"),
         axis=axis,
         area_m2=table.positive("area_m2"),
@@ -218,6 +219,12 @@ def read_curve(path: Path, kind: str) -> Curve:
             raise InputError(f"{path}, line {number}: expected two numbers, found '{line[:60]}'") from None
         if not np.isfinite([asked, force]).all() or points and asked <= points[-1][0]:
             raise InputError(f"{path}, line {number}: expected finite numbers, {kind} increasing; found '{line[:60]}'")
+        if kind == "command" and abs(asked) > 1.0 or abs(force) > MOST_N:
+            expected = f"{kind} from -1 to 1 and" if kind == "command" else ""
+            cause = "; is it in percent?" if kind == "command" and abs(asked) > 1.0 else ""
+            raise InputError(
+                f"{path}, line {number}: expected {expected} a force within {MOST_N:g} N, found '{line[:60]}'{cause}"
+            )
         points.append((asked, force))
     if len(points) < 2:
         raise InputError(f"{path}: expected two points or more, found {len(points)}")

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..record.columns import MOTION
-from ..record.table import Table
+from ..record.table import NAME, NO_NAME, Table
 from ..record.toml import meant
 
 EACH = ("noise", "bias", "resolution")  # numbers for each channel, in its own unit
@@ -84,6 +84,9 @@ def matrix_of(roll_pitch_yaw_rad: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def read_sensors(table: Table) -> tuple[Sensor, ...]:
     """The [sensor.NAME] of a vehicle file; InputError names file and key."""
+    for name in table.entries:
+        if not NAME.fullmatch(name):
+            raise table.error(name, NO_NAME)
     return tuple(_sensor(name, table.table(name)) for name in table.entries)
 
 
@@ -109,6 +112,8 @@ def _sensor(name: str, table: Table) -> Sensor:
     for channel in channels:
         if channel not in CHANNELS:
             raise table.error("channels", f"unknown channel '{channel}'" + meant(channel, CHANNELS))
+        if channels.count(channel) > 1:
+            raise table.error("channels", f"'{channel}' is given twice; expected each channel once")
     zero = (0.0, 0.0, 0.0)
     return Sensor(
         name=name,

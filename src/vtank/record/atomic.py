@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from .files import resolved
 from .lock import Held, locked
 
 NEW, OLD = "new", "old"  # folders within a room
@@ -40,7 +41,7 @@ def write_files(contents: Mapping[Path, bytes]) -> None:
     """Write files as a set: all are on the disk before the first of them takes its name. Errors as of `write_bytes`."""
     with ExitStack() as stack:
         ready = []
-        for path, data in ((path.resolve(), data) for path, data in contents.items()):
+        for path, data in ((resolved(path), data) for path, data in contents.items()):
             stack.enter_context(cannot_write(path))
             beside = stack.enter_context(room(path))
             if path.exists() and not path.is_file():  # a device or a pipe is written to, never replaced

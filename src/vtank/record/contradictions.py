@@ -17,6 +17,8 @@ ALIKE = 0.7  # correlation above which two channels tell of one motion; a choice
 DEGREES = 180.0 / np.pi
 GRAVITY_M_S2 = 9.81  # [m/s2] to three digits, as no accelerometer is better by itself
 ABOVE_M = 0.5  # [m] of negative depth that no wave or offset explains; a choice
+ONE, ANOTHER = 0.9, 1.5  # correlation above which two channels are one, and their ratio in another unit; choices
+BEYOND_TURN = 7.0  # [rad] beyond which an angle is in degrees, or has been counted on and needs no unwrapping; a choice
 LATE_S = 0.3  # [s] by which two clocks part at least, more than the delays of sensors; a choice
 LATE_STEPS = 2.0  # the same in steps of the slower channel; a choice
 LONGEST_S = 10.0  # [s] searched either way; a choice
@@ -33,7 +35,7 @@ def contradictions(run: Run) -> list[str]:
     """
     if set(INPUTS) & set(run.columns) and run.outputs:
         return []
-    return [*_degrees(run), *_angles_and_rates(run), *_upside_down(run), *_gravity(run), *_clocks(run)]
+    return [*_degrees(run), *_angles_and_rates(run), *_units(run), *_upside_down(run), *_gravity(run), *_clocks(run)]
 
 
 def measured(run: Run, channel: str) -> list[str]:
@@ -65,6 +67,26 @@ def _angles_and_rates(run: Run) -> Iterator[str]:
                     yield f"column {other}: is {1.0 / slope:.3g} times as fast as {name} turns; is it in degrees?"
 
 
+def _units(run: Run) -> Iterator[str]:
+    """Two sensors that tell of one motion, one of them many times as much."""
+    for channel in MOTION:
+        names = measured(run, channel)
+        for k, first in enumerate(names):
+            for second in names[k + 1 :]:
+                grid = _grid(run, first, second)
+                if grid.size < MOVES:
+                    continue
+                a, b = (_smooth(_on(run, name, grid), grid) for name in (first, second))
+                power = np.sqrt(float(a @ a) * float(b @ b))
+                if not power or abs(float(a @ b)) / power < ONE:
+                    continue
+                times = float(np.sqrt((a @ a) / (b @ b)))
+                if max(times, 1.0 / times) > ANOTHER:
+                    large, small = (first, second) if times > 1.0 else (second, first)
+                    yield (f"columns {large} and {small}: the first is {max(times, 1.0 / times):.3g} times the second; "
+                           "is one in another unit?")  # fmt: skip
+
+
 def _upside_down(run: Run) -> Iterator[str]:
     """Depth that falls below zero, or rises when heave says that the vehicle goes up."""
     for name in measured(run, "depth_m"):
@@ -83,7 +105,10 @@ def _gravity(run: Run) -> Iterator[str]:
         if not all(sensor + name in run.columns for name in ACCELERATION):
             continue
         force = np.array([np.median(run.samples(sensor + name)[1]) for name in ACCELERATION])
-        if not 0.5 < np.linalg.norm(force) / GRAVITY_M_S2 < 1.5:
+        felt = float(np.linalg.norm(force))
+        if not 0.5 < felt / GRAVITY_M_S2 < 1.5:
+            yield (f"columns {sensor}accel_*: typically {felt:.3g} m/s2, where gravity is {GRAVITY_M_S2:g}; "
+                   "are they in g, or without gravity?")  # fmt: skip
             continue
         for roll in measured(run, "roll_rad"):
             pitch = roll.removesuffix("roll_rad") + "pitch_rad"
@@ -202,8 +227,7 @@ def _on(run: Run, name: str, grid: FloatArray) -> FloatArray:
     """A channel at even times; an angle goes on beyond a turn."""
     time_s, values = run.samples(name)
     if name.endswith("_rad"):
-        turn = 360.0 if np.ptp(values) > 2.0 * TURN and np.abs(np.diff(values)).max() > 180.0 else TURN
-        values = np.unwrap(values, period=turn)
+        values = np.unwrap(values, period=360.0 if np.abs(values).max() > BEYOND_TURN else TURN)
     return np.interp(grid, time_s, values)
 
 

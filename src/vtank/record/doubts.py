@@ -16,6 +16,13 @@ SHORTEST_S = 1e-3  # [s] between rows; below, they are faster than any recorder 
 DOUBTED = {
     "range_m": (500.0, "is it mm or cm?"),
     "position_m": (5000.0, "is it mm or cm?"),
+    "depth_m": (2000.0, "is it mm, cm or mbar?"),
+    "roll_rad": (1.6, "is it degrees?"),
+    "pitch_rad": (1.6, "is it degrees?"),
+    "accel_x_m_s2": (50.0, "is it mg or cm/s2?"),
+    "accel_y_m_s2": (50.0, "is it mg or cm/s2?"),
+    "accel_z_m_s2": (50.0, "is it mg or cm/s2?"),
+    "battery_V": (1000.0, "is it mV?"),
     "surge_m_s": (15.0, "is it cm/s or mm/s?"),
     "sway_m_s": (15.0, "is it cm/s or mm/s?"),
     "heave_m_s": (15.0, "is it cm/s or mm/s?"),

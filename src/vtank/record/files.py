@@ -10,6 +10,14 @@ from ..errors import InputError
 MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take some GB while they are read; a choice
 
 
+def resolved(path: Path | str) -> Path:
+    """Where a path leads, links followed; InputError where these go round in a circle."""
+    try:
+        return Path(path).resolve()
+    except (OSError, RuntimeError):
+        raise InputError(f"{path}: its links go round in a circle; expected a path that leads somewhere") from None
+
+
 def is_file(path: Path) -> bool:
     """Whether a file that can be read stands there; False for what cannot be the name of one, too."""
     try:

@@ -17,6 +17,7 @@ from typing import Any
 from ..errors import InputError
 from .atomic import NEW, cannot_write, put_in_place, room, utf8
 from .documents import json_text, read_json
+from .files import resolved
 
 
 @dataclass(frozen=True)
@@ -48,10 +49,10 @@ def refuse_loss(path: Path | str, kind: Kind | None = None) -> None:
         named = ", ".join(sorted(strangers)[:3]) + ", ..." * (len(strangers) > 3)
         what = f", no part of {kind.what}" if kind else ""
         raise InputError(f"{path}: holds {named}{what}; vtank deletes nothing of yours: choose another folder")
-    parent = next(folder for folder in path.resolve().parents if folder.exists())
+    parent = next(folder for folder in resolved(path).parents if folder.exists())
     if not parent.is_dir() or not os.access(parent, os.W_OK):
         raise InputError(f"{path}: cannot be written in {parent}")
-    if path.resolve() in (Path.cwd(), *Path.cwd().parents):
+    if resolved(path) in (Path.cwd(), *Path.cwd().parents):
         raise InputError(f"{path}: is the folder you are in, or one above it, which cannot be replaced: choose another")
 
 
@@ -75,7 +76,7 @@ def new_folder(path: Path | str, kind: Kind | None = None) -> Iterator[Path]:
     something would be lost, and where it cannot be written.
     """
     refuse_loss(path, kind)
-    shown, path = path, Path(path).resolve()
+    shown, path = path, resolved(path)
     with cannot_write(path), room(path) as beside:
         (beside / NEW).mkdir()
         yield beside / NEW

@@ -6,6 +6,7 @@ import re
 
 # Units in use as they stand at the end of a key, the longest first, so that "_m_s2" is not taken for "_s2"
 WRITTEN = (
+    "N_m_s_per_rad N_s_per_m N_s2_per_m2 N_m_s2_per_rad2 N_s2_per_m3 kg_m2 "
     "m_per_rev2 ft_per_rev2 m2_per_s5 ft2_per_s5 per_rev per_s2 per_s per_m rev_s rad_s ft_s2 m_s2 deg_s ft_s m_s "
     "rpm ft2 m2 rad deg min mm cm ft in ms hz N_m N m s"
 )

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 import sys
 import textwrap
 from collections.abc import Iterable
@@ -23,6 +24,8 @@ from .toml import LONGEST, find_file, line_of, meant, override, parse, shown
 
 LARGEST = 100.0  # of listed amplitudes [m, rev/s] and frequencies [rad/s], against slips of the keyboard; a choice
 GREATEST = 1e12  # of any number: no mass, inertia, force or gain of a vehicle is larger in SI or feet; a guess
+NAME = re.compile(r"[^\s,;.\"']+")  # that columns of a table may begin with
+NO_NAME = "expected a name without blank, comma, semicolon, dot or quote: columns begin with it"
 ORIGIN = ("value", "imperial", "source", "confidence", "note")
 
 
@@ -96,6 +99,13 @@ class Table:
         if not isinstance(value, str) or "\0" in value:
             raise self.error(key, f"expected a text in quotes, found {shown(value)}")
         return value
+
+    def name_of(self, key: str, default: str | None = None) -> str:
+        """A text that columns of a recording may begin with."""
+        name = self.text(key, default)
+        if name and not NAME.fullmatch(name):
+            raise self.error(key, f"{NO_NAME}, found {shown(name)}")
+        return name
 
     def texts(self, key: str) -> tuple[str, ...]:
         """A list of texts."""

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.vehicle import AXES, Vehicle
 from ..plant.vehicle import COUPLING as COUPLING_OF
+from ..units import G_M_S2
 from .flow import STILL, Flow
 from .push import Push
 
 Array = NDArray[np.float64]
-G = 9.80665  # standard gravity [m/s2]
+G = G_M_S2
 
 # Offsets of quantities within their block; those of an axis take six slots, vectors three.
 MASS, CENTRE, INERTIA, ADDED, COUPLED = 0, 1, 4, 7, 13

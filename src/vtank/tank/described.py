@@ -10,7 +10,7 @@ import numpy as np
 
 from ..plant.vehicle import Vehicle
 from .mjcf import mujoco_says, named, read
-from .model import centre_of_gravity, rigid_mass, vehicle_body
+from .model import centre_of_gravity, moments, vehicle_body
 from .whole import check_files, place
 from .world import set_afloat
 
@@ -42,14 +42,13 @@ def described(vehicle: Vehicle) -> Vehicle:
         vehicle,
         sites=sites,
         centre_m=vehicle.centre_m or (float(x), float(y), float(z)),
-        inertia=vehicle.inertia or _moments(vehicle, model, np.array([x, y, z])),
+        inertia=vehicle.inertia or _principal(vehicle, model),
     )
 
 
-def _moments(vehicle: Vehicle, model: mujoco.MjModel, centre: np.ndarray) -> tuple[float, float, float]:
+def _principal(vehicle: Vehicle, model: mujoco.MjModel) -> tuple[float, float, float]:
     """Moments of inertia about the centre of gravity, body axes [kg m2]."""
-    mass = rigid_mass(model, vehicle_body(model))
-    about = mass[3:, 3:] - mass[0, 0] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    about = moments(model, vehicle_body(model))
     most = np.abs(about - np.diag(np.diag(about))).max()
     if most > SLANT * np.diag(about).min():
         warnings.warn(f"{vehicle.mjcf}: products of inertia of up to {most:.3g} kg m2 are left out", stacklevel=2)

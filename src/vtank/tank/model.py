@@ -58,6 +58,12 @@ def rigid_mass(model: mujoco.MjModel, body: int) -> np.ndarray:
     return full[dof : dof + 6, dof : dof + 6]
 
 
+def moments(model: mujoco.MjModel, body: int) -> np.ndarray:
+    """Inertia of the vehicle and all that is fixed to it about its centre of gravity, body axes, (3, 3) [kg m2]."""
+    mass, centre = rigid_mass(model, body), centre_of_gravity(model, body)
+    return np.asarray(mass[3:, 3:] - mass[0, 0] * (centre @ centre * np.eye(3) - np.outer(centre, centre)))
+
+
 def centre_of_gravity(model: mujoco.MjModel, body: int) -> np.ndarray:
     """Centre of gravity of the vehicle and all that is fixed to it in body axes, shape (3,) [m]."""
     place, parts = at_origin(model).xipos, model.body_rootid == body

@@ -20,13 +20,14 @@ from .flight import Flight
 from .instruments import add_sensors
 from .layout import FINNING, FINS, SIZE, field
 from .mjcf import mujoco_says, named, read
-from .model import centre_of_gravity, mass_kg, site, vehicle_body
+from .model import centre_of_gravity, mass_kg, moments, site, vehicle_body
 from .places.acting import acting, thrust
 from .places.effect import Placed
 from .prepare import forces
 from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 
 Array = NDArray[np.float64]
+NEAR = 0.02  # of the largest moment of inertia within which the two files of a vehicle may differ; a choice
 NEAR_M = 1e-3  # [m] within which the two files of a vehicle may differ about a place; a choice
 WATERLINE = "vtank/waterline"
 TURNED = np.array([1.0, -1.0, -1.0])  # from axes z up to axes z down, x ahead in both
@@ -172,6 +173,15 @@ def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
     if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
         told = f"found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg"
         raise InputError(f"{vehicle.path}: body.mass_kg: {told}; is one of them without payload or ballast?")
+    about = np.diag(moments(model, vehicle_body(model)))
+    told_twice = (
+        ("centre_of_gravity_m", vehicle.centre_m, centre, NEAR_M),
+        ("inertia_kg_m2", vehicle.inertia, about, NEAR * np.abs(about).max()),
+    )
+    for key, written, found, near in told_twice:
+        if written is not None and np.abs(found - written).max() > near:
+            told = f"found {_shown(written)}, but {vehicle.mjcf} has {_shown(found)}"
+            raise InputError(f"{vehicle.path}: body.{key}: {told}; one of the two files was changed alone")
     sites = {model.site(i).name for i in range(model.nsite)}
     for name, written in vehicle.sites.items():
         if name in sites and np.abs((found := site(model, name)) - written).max() > NEAR_M:

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
+from scipy.special import xlogy
 
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
@@ -226,4 +227,4 @@ def drop_of_doubt(chances: Sequence[float] | Array, apart: Array) -> float:
     """
     p = np.array(chances) / np.sum(chances)
     near = np.exp(-(np.minimum(apart, apart.T) ** 2) / 8.0)
-    return float(-np.sum(p * np.log(near @ p)))
+    return float(-np.sum(xlogy(p, near @ p)))

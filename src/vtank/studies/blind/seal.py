@@ -19,6 +19,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...record import NEW, Run, clear_rooms, current_versions, left_rooms, read_bytes, read_json, sha256
+from ...record.files import resolved
 
 SCHEMA, TRUTH_SCHEMA, SEAL_SCHEMA = "vtank.blind/3", "vtank.blind-truth/2", "vtank.blind-seal/2"
 VEHICLES_SCHEMA = "vtank.blind-vehicles-truth/1"  # of the truths of whole vehicles
@@ -198,7 +199,7 @@ def _entry(case: dict[str, Any]) -> Entry:
 
 def ended(cases: Path, sealed: Path, order: Mapping[str, Any]) -> bool:
     """Whether the truths of this order are in place and its cases stood ready beside theirs, where they are put now."""
-    path, done = cases.resolve(), False
+    path, done = resolved(cases), False
     for ready in (left / NEW for left in left_rooms(path)):
         if not path.exists() and (ready / INDEX).is_file() and (sealed / SEAL).is_file():
             seal, faults = read_seal(sealed, read_index(ready))
@@ -207,5 +208,5 @@ def ended(cases: Path, sealed: Path, order: Mapping[str, Any]) -> bool:
                 done = True
     if path.exists():
         clear_rooms(path)
-        clear_rooms(sealed.resolve())
+        clear_rooms(resolved(sealed))
     return done

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from ...errors import InputError
 from ...record import new_folder, refuse_loss
+from ...record.files import resolved
 from ..processes import processes
 from ..stage import Stage
 from .seal import Entry, ended, write_index
@@ -29,7 +30,7 @@ def make_sealed(
         return
     for folder in (out, truth_out):
         refuse_loss(folder)
-    cases_at, truth_at = out.resolve(), truth_out.resolve()
+    cases_at, truth_at = resolved(out), resolved(truth_out)
     if cases_at in (truth_at, *truth_at.parents) or truth_at in cases_at.parents:
         raise InputError(f"{truth_out}: expected a folder for the truth that lies apart from {out}")
     with new_folder(out) as cases, new_folder(truth_out) as sealed:

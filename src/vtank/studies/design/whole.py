@@ -99,7 +99,12 @@ class WholeFindings:
         """Bounds, and effects at places: all of them, or those that are not clearly seen and apart."""
         clear = [] if every else self._clear
         rows = tuple(
-            (name, number(value, 4), number(sd, 2), f"{100.0 * prior / value:.3g}", f"{100.0 * sd / value:.3g}")
+            (
+                name,
+                number(value, 4),
+                number(sd, 2),
+                *(f"{100.0 * s / value:.3g}" if value else "-" for s in (prior, sd)),
+            )
             for name, value, prior, sd in self.own
         )
         bounds = Table(
@@ -197,3 +202,8 @@ def write_whole(folder: Path | str, found: WholeFindings) -> list[str]:
         for name, text in files.items():
             (new / name).write_bytes(text.encode())
     return [*files, RESULTS.marker]
+
+
+def _share(deviation: float, value: float) -> str:
+    """In per cent of the file's value; a dash where that is nothing."""
+    return f"{100.0 * deviation / value:.3g}" if value else "-"
