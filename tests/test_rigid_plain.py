@@ -13,6 +13,7 @@ from vtank.diagnose.whole.model import own_unknowns
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
+from vtank.rigid import recorded
 from vtank.rigid.fit import Fit
 from vtank.rigid.layout import BEARING, HULL, SENSOR, THRUSTER
 from vtank.rigid.noise import first_noise
@@ -103,3 +104,22 @@ def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
     run = fly_vehicle("phoenix", multisine(load_vehicle("phoenix"), 15.0, 1), 15.0, 4, walls=models_dir() / "basin.xml")
     found = vt.diagnose([run], nominal="phoenix", effects=("sonar_offset",))
     assert [u.name for u in found.selection.nominal.unknowns] == ["wall_bearing@sonar"]
+
+
+def test_of_a_long_recording_stretches_are_looked_at_by_its_own_clock(monkeypatch: pytest.MonkeyPatch):
+    """Spread from its beginning to its end, with what drove the vehicle before each; never averaged over more."""
+    monkeypatch.setattr(recorded, "MOST", 3500)  # of 10,000
+    time = 0.1 * np.arange(10_000)
+    turn = 0.1 * np.sin(0.5 * time)
+    commands = {t.column: np.sin(0.5 * time) if k < 4 else np.full(time.size, 0.1) for k, t in enumerate(ROV.thrusters)}
+    columns = commands | {"imu.yaw_rate_rad_s": turn}
+    layout, seen, notes = record([vt.Run("run", time, columns)], FEW, ["yaw"])
+    spans = [(run.time_s.min(), run.time_s.max()) for run in seen]
+    assert len(seen) == 5 and spans[0][0] == 0.0 and spans[-1][1] == pytest.approx(time[-1])
+    assert sum(end - start for start, end in spans) == pytest.approx(350.0, abs=1.0)
+    assert all(np.median(np.diff(np.unique(run.time_s))) == pytest.approx(0.1) for run in seen)
+    for run, (start, _) in zip(seen[1:], spans[1:], strict=True):
+        assert start - 31.0 < run.stamps[0] <= start - 30.0
+        k = int(np.searchsorted(time, run.stamps[5] - 1e-6))
+        assert run.inputs[5, 0] == pytest.approx(commands[layout.pushes[0].column][k])
+    assert "a long recording: 5 stretches of it, 350 s in all, are looked at" in notes

@@ -48,7 +48,8 @@ from .steps import Drive, Steps, held, plan, thrusts
 Array = NDArray[np.float64]
 Driven = tuple[Array, Array, Array]  # stamps, inputs of thrusters and angles of fins: `_inputs`
 BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
-MOST = 150_000  # measurements of all runs; beyond, they are averaged over longer times, so that memory holds; a choice
+MOST = 150_000  # measurements of all runs; beyond, some stretches are looked at, so that memory holds; a choice
+STRETCH_S, BEFORE_S = 60.0, 30.0  # [s] of such a stretch at least, and of inputs before it that still act; choices
 TELLS = {  # channel -> axes whose motion it tells
     "range_m": (0,), "position_m": (0,), "north_m": (0, 1), "east_m": (0, 1), "depth_m": (2,), "roll_rad": (3,),
     "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
@@ -61,6 +62,7 @@ WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrumen
 ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 ASKEW = 0.4  # [rad] between the headings at which runs start before one wall; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
+KEPT = 8  # drives of a run; a choice
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
@@ -217,7 +219,7 @@ class Recorded:
         steps, (_, fins, sensors, _) = self.steps, self.layout.starts
         key = p[HULL:sensors].tobytes()
         if key not in self._drives:
-            if len(self._drives) > 64:
+            if len(self._drives) > KEPT:
                 self._drives.clear()
             force, swing, size = thrusts(
                 steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
@@ -283,12 +285,12 @@ def record(
     reach = _reach(runs, pushed)
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
     inputs = [_inputs(run, layout) for run in runs]
-    bins = _bins(runs, used, inputs)
-    if max(bins.values()) > BIN_S:
-        notes.append(f"a long recording: samples are averaged over {max(bins.values()):.2g} s")
-    recordings = [
-        _recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in zip(runs, inputs, strict=True)
-    ]
+    bins, share = _bins(runs, used, inputs)
+    pieces = [piece for run, told in zip(runs, inputs, strict=True) for piece in _stretches(run, told, share)]
+    recordings = [_recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in pieces]
+    if len(pieces) > len(runs) or any(piece is not run for (piece, _), run in zip(pieces, runs, strict=False)):
+        looked_at = sum(float(np.ptp(piece.time_s)) for piece, _ in pieces)
+        notes.append(f"a long recording: {len(pieces)} stretches of it, {looked_at:.0f} s in all, are looked at")
     told = {int(c) for run in recordings for c in np.unique(run.column)}
     notes += [f"column {name} is not used: fewer than {FEWEST} samples"
               for c, name in enumerate(used) if c not in told]  # fmt: skip
@@ -346,16 +348,38 @@ def _recorded(
     )  # fmt: skip
 
 
+def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven]]:
+    """Stretches with a share of a run's time, evenly over it and by its own clock, and what drove it; or the run.
+
+    What goes with the time, as a battery or a clock, is so seen from beginning to end; averages over longer times would
+    take lever arms and what is quick for something else.
+    """
+    first, duration_s = float(run.time_s[0]), float(np.ptp(run.time_s))
+    count = max(int(share * duration_s / STRETCH_S), 1)
+    length_s = max(share * duration_s / count, STRETCH_S)
+    if share >= 1.0 or duration_s <= length_s:
+        return [(run, driven)]
+    found = []
+    for start in first + np.linspace(0.0, duration_s - length_s, count):
+        kept = (run.time_s >= start - TICK_S) & (run.time_s <= start + length_s)
+        before, after = np.searchsorted(driven[0], [start - BEFORE_S, start + length_s])
+        acts = slice(max(int(before) - 1, 0), int(after))
+        columns = {name: values[kept] for name, values in run.columns.items()}
+        name = f"{run.name}_{start - first:.0f}-{start - first + length_s:.0f}s"
+        found.append((Run(name, run.time_s[kept], columns), (driven[0][acts], driven[1][acts], driven[2][acts])))
+    return found
+
+
 def _bins(
     runs: Sequence[Run], columns: Sequence[str], driven: Sequence[tuple[Array, Array, Array]]
-) -> dict[str, float]:
-    """Time over which samples of each column are averaged [s]: longer where there are very many of them."""
+) -> tuple[dict[str, float], float]:
+    """Time over which samples of each column are averaged [s], and the share of all time that can be looked at."""
     bins, count = dict[str, float](), 0.0
     for name in columns:
         each = [(*_samples(run, name), told) for run, told in zip(runs, driven, strict=True) if name in run.columns]
         bins[name] = min(_bin_s(*samples) for samples in each)
         count += sum(min(time.size, float(np.ptp(time)) / bins[name]) for time, _, _ in each)
-    return {name: bin_s * max(1.0, count / MOST) for name, bin_s in bins.items()}
+    return bins, min(MOST / max(count, 1.0), 1.0)
 
 
 def _bin_s(time: Array, value: Array, driven: Driven) -> float:
