@@ -61,3 +61,12 @@ def test_every_row_of_the_table_has_the_same_number_of_cells() -> None:
     rows = catalogue_table().replace("\\|", "").splitlines()
     assert {row.count("|") for row in rows} == {6}
     assert len(rows) == len(CATALOGUE) + 2
+
+
+def test_an_effect_at_places_is_shown_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects", "thruster_dead"]) == 0
+    assert "| thruster_dead | thruster | `share` |" in capsys.readouterr().out
+    assert main(["effects", "thruster_ded"]) == 2
+    assert "did you mean 'thruster_dead'?" in capsys.readouterr().err
+    assert main(["effects", "linear_drag", "thruster_dead"]) == 2
+    assert "'thruster_dead' is an effect at places" in capsys.readouterr().err

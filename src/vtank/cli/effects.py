@@ -35,9 +35,19 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.draft:
         return _draft(args.names, args.draft)
-    for name in args.names:
-        if name not in BY_NAME:
-            raise InputError(f"no effect '{name}'{meant(name, BY_NAME)}")
+    if strange := [name for name in args.names if name not in BY_NAME]:
+        from ..tank.places.catalogue import CATALOGUE as PLACED
+        from ..tank.places.catalogue import table
+
+        placed = [effect for effect in PLACED if effect.name in strange]
+        known = dict.fromkeys([*BY_NAME, *(effect.name for effect in PLACED)])
+        for name in strange:
+            if name not in known:
+                raise InputError(f"no effect '{name}'{meant(name, known)}")
+        if strange != args.names:
+            raise InputError(f"'{strange[0]}' is an effect at places: expected such alone, or none of them")
+        print(table(placed), end="")
+        return 0
     effects = [BY_NAME[name] for name in args.names] or list(CATALOGUE)
     if args.json:
         print(json_text([as_data(effect) for effect in effects]), end="")

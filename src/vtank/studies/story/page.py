@@ -23,7 +23,7 @@ FILES = (
 )
 COMMANDS = (
     ("vtank demo --seed 7 --out other", "another cause, drawn from another seed"),
-    ("vtank diagnose dive.csv --report gap.html", "a recording of your own"),
+    ("vtank diagnose dive.csv --nominal none --report gap.html", "a recording of your own"),
     ("vtank view paper-ds1 --film ds1.mp4", "any experiment as a film; without --film in a window"),
     ("vtank reproduce", "the paper's tables and figures, and a study of its estimator"),
 )
@@ -41,6 +41,6 @@ def write_page(folder: Path, steps: Sequence[Step], complete: bool) -> None:
         Heading("Look closer"),
         Links(tuple((path, text) for path, text in FILES if (folder / path).exists())),
         Heading("Go on"),
-        *(Paragraph(text, f"{command}:") for command, text in COMMANDS),
+        *(Paragraph(text, command) for command, text in COMMANDS),
     ]
     write_text(folder / "index.html", document.html("vtank demo", page))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from pkgutil import iter_modules
 
@@ -29,10 +29,10 @@ def keys(effect: PlacedEffect) -> str:
     return ", ".join([*numbers, *([f"`{effect.text}`"] if effect.text else [])])
 
 
-def table() -> str:
-    """The catalogue as a table in Markdown: where, keys, law."""
+def table(effects: Sequence[PlacedEffect] = CATALOGUE) -> str:
+    """Effects as a table in Markdown: where, keys, law."""
     rows = ["| effect | place | keys | law |", "|---|---|---|---|"]
-    for effect in CATALOGUE:
+    for effect in effects:
         places = effect.kind if effect.kind != "axis" or len(effect.places) == 6 else " ".join(effect.places)
         rows.append(
             f"| {effect.name} | {places} | {keys(effect) or 'none'} | {effect.law.replace('|', chr(92) + '|')} |"
