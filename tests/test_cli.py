@@ -272,3 +272,10 @@ def test_links_that_go_round_in_a_circle_are_told(
     Path("log.csv").write_text("t;n_rev_s\n" + "".join(f"{k};{k}\n" for k in range(12)))
     assert cli.main(line.split()) == 2
     assert "its links go round in a circle" in capsys.readouterr().err
+
+
+def test_a_way_to_draw_that_is_none_is_told() -> None:
+    command = [sys.executable, "-m", "vtank", "run", "paper-ds1", "--out", "nowhere/d"]
+    run = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"MUJOCO_GL": "nonsense"})
+    assert run.returncode == 2 and "MUJOCO_GL=nonsense: nothing here can draw by that" in run.stderr
+    assert "Traceback" not in run.stderr

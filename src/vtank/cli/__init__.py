@@ -22,6 +22,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from contextlib import suppress
+from traceback import extract_tb
 from types import ModuleType
 from typing import NoReturn
 
@@ -59,6 +60,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 141
     except OSError as error:
         return _refuse(f"{_culprit(error)}: {error.strerror or error}")
+    except (AttributeError, ImportError, RuntimeError) as error:
+        drawing = any("gl_context" in frame.filename for frame in extract_tb(error.__traceback__))
+        if "MUJOCO_GL" not in os.environ or not drawing:
+            raise
+        told = "nothing here can draw by that; expected egl, osmesa or glfw where it is installed, or no such variable"
+        return _refuse(f"MUJOCO_GL={os.environ['MUJOCO_GL']}: {told}")
     finally:
         signal.signal(signal.SIGTERM, previous)
 
