@@ -489,7 +489,10 @@ def test_each_effect_has_a_file_of_its_name_in_the_folder_of_its_kind() -> None:
     [
         ({"linear_dragg__surge": {"c_N_s_per_m": 1.0}}, "no effect 'linear_dragg'; did you mean 'linear_drag'?"),
         ({"linear_drag__surg": {"c_N_s_per_m": 1.0}}, "found the place 'surg'; did you mean 'surge'?"),
-        ({"linear_drag__yaw": {"c_N_s_per_m": 1.0}}, "linear_drag@yaw.c_N_m_s_per_rad: missing"),
+        (
+            {"linear_drag__yaw": {"c_N_s_per_m": 1.0}},
+            "wrong unit: expected 'c_N_m_s_per_rad' [N m s/rad], found 'c_N_s_per_m' [N s/m]",
+        ),
         ({"linear_drag": {"c_N_s_per_m": 1.0}}, "expected linear_drag@PLACE"),
         ({"thrust_deadband__thre": {"n0": 1.0}}, "did you mean 'three'? there are: one, two, three"),
         ({"thrust_deadband__one": {"n0": 1.0}}, "thrust_deadband@one.n0: wrong unit: expected 'n0_rev_s' [rev/s]"),

@@ -13,9 +13,11 @@ WRITTEN = (
 
 
 def _unit(written: str) -> str:
-    """As it is read aloud: m_s2 is m/s2, per_rev is 1/rev, N_m is N m."""
-    fraction = written.replace("_per_", "/").replace("per_", "1/").replace("hz", "Hz")
-    return re.sub("_(?=s)", "/", fraction).replace("_", " ")
+    """As it is read aloud: m_s2 is m/s2, per_rev is 1/rev, N_m is N m, N_s_per_m is N s/m."""
+    above, per, below = written.partition("_per_")
+    if per:
+        return f"{above}/{below}".replace("_", " ")
+    return re.sub("_(?=s)", "/", written.replace("per_", "1/").replace("hz", "Hz")).replace("_", " ")
 
 
 UNITS = {f"_{written}": _unit(written) for written in WRITTEN.split()}
