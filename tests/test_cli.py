@@ -279,3 +279,18 @@ def test_a_way_to_draw_that_is_none_is_told() -> None:
     run = subprocess.run(command, capture_output=True, text=True, env=os.environ | {"MUJOCO_GL": "nonsense"})
     assert run.returncode == 2 and "MUJOCO_GL=nonsense: nothing here can draw by that" in run.stderr
     assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "said"),
+    [
+        (["--depth", "nan"], "--depth nan: expected a number from 0 to 1e4 m"),
+        (["--depth", "-5"], "--depth -5: expected a number from 0 to 1e4 m"),
+        (["--walls", "nothere"], "--walls nothere: no file"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused_before_any_work(
+    option: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.main(["explore", str(tmp_path / "runs"), "--nominal", "bluerov2", *option]) == 2
+    assert said in capsys.readouterr().err

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
+from ..record.files import is_file
 from .checks import refuse_unwritable
 
 if TYPE_CHECKING:
@@ -40,6 +41,15 @@ def run(args: argparse.Namespace) -> int:
     refuse_unwritable(args.json, args.write_plan)
     if (args.runs is None) == (args.tank is None):
         raise InputError("expected recordings, with --nominal, or --tank, and not both")
+    if args.depth is not None and not 0.0 <= args.depth <= 1e4:
+        raise InputError(f"--depth {args.depth:g}: expected a number from 0 to 1e4 m")
+    if args.walls:
+        from ..experiment.whole_scenario import walls_at
+
+        if not is_file(walls_at(args.walls)):
+            raise InputError(
+                f"--walls {args.walls}: no file {walls_at(args.walls)}; expected basin or the path of an MJCF"
+            )
     return _plan(args) if args.tank is None else _explore(args)
 
 

@@ -92,6 +92,11 @@ def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
     return _read(table_of(text, Path(f"{name}.toml")), seed)
 
 
+def walls_at(name_or_path: str) -> Path:
+    """The MJCF of walls: of that name in models/, or at that path."""
+    return Path(name_or_path) if name_or_path.endswith(".xml") else models_dir() / f"{name_or_path}.xml"
+
+
 def _read(table: Table, seed: int | None) -> WholeScenario:
     from ..tank.places.read import read_placed  # MuJoCo takes a while to load
 
@@ -112,7 +117,7 @@ def _read(table: Table, seed: int | None) -> WholeScenario:
         duration_s=table.positive("duration_s", 120.0, 86400.0),
         period_s=table.positive("period_s", 0.1, 10.0),
         seed=own_seed if seed is None else seed,
-        walls=(models_dir() / f"{walls}.xml" if not walls.endswith(".xml") else Path(walls)) if walls else None,
+        walls=walls_at(walls) if walls else None,
         current_m_s=table.vector("current_m_s") if table.has("current_m_s") else (0.0, 0.0, 0.0),
         depth_m=depth_m,
         waves=_waves(table, vehicle, depth_m),
