@@ -20,7 +20,6 @@ from .. import water
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..resources import models_dir
-from ..units import G_M_S2
 from .layout import SIZE, SURGE, TRIM
 from .mjcf import mujoco_says, named, read
 from .model import TANK_GROUP, mass_kg, propeller_height, vehicle_body
@@ -175,14 +174,10 @@ def _move(world: mujoco.MjSpec, hull: mujoco.MjSpec, start: np.ndarray) -> None:
 
 
 def _set_options(world: mujoco.MjSpec, own: mujoco.MjOption) -> None:
-    """Integrator, origin and room for the laws; `own`: the vehicle's options, of which the time step counts.
-
-    Gravity is standard gravity, as it is for all who estimate: MuJoCo's own, which an MJCF has that says nothing, would
-    pull a vehicle of 9 kg down by 0.03 N more.
-    """
+    """Integrator, origin and room for the laws; `own`: the vehicle's options, of which gravity and time step count."""
     option, body = world.option, free_body(world)
     body.name = body.name or "vtank/vehicle"
-    option.timestep, option.gravity = own.timestep, (0.0, 0.0, -G_M_S2)
+    option.timestep, option.gravity = own.timestep, own.gravity
     option.integrator = mujoco.mjtIntegrator.mjINT_RK4
     option.disableflags, option.enableflags = int(SWITCHED_OFF), 0
     world.nuser_actuator = max(world.nuser_actuator, SIZE)
