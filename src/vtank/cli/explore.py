@@ -44,7 +44,7 @@ def run(args: argparse.Namespace) -> int:
     if args.depth is not None and not 0.0 <= args.depth <= 1e4:
         raise InputError(f"--depth {args.depth:g}: expected a number from 0 to 1e4 m")
     if args.walls:
-        from ..experiment.whole_scenario import walls_at
+        from ..experiment.clearance import walls_at
 
         if not is_file(walls_at(args.walls)):
             raise InputError(

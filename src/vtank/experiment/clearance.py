@@ -31,9 +31,14 @@ def vehicle_of(name_or_path: str) -> Vehicle:
     return vehicle
 
 
+def walls_at(name_or_path: str) -> Path:
+    """The MJCF of walls: of that name in models/, or at that path."""
+    return Path(name_or_path) if name_or_path.endswith(".xml") else models_dir() / f"{name_or_path}.xml"
+
+
 def walls_path(scenario: Scenario) -> Path:
     """The MJCF of the walls; InputError where there is none."""
-    path = Path(scenario.walls) if scenario.walls.endswith(".xml") else models_dir() / f"{scenario.walls}.xml"
+    path = walls_at(scenario.walls)
     if not is_file(path):
         raise InputError(f"{scenario.path}: walls: no file {path}; expected basin, sea or the path of an MJCF")
     return path.resolve()

@@ -32,6 +32,7 @@ from ..record.columns import channel_of
 from ..record.table import Table, table_of
 from ..resources import models_dir, scenarios_dir
 from ..waves import Waves
+from .clearance import walls_at
 from .orders import Order, check_orders, read_excite, read_hold
 from .pilot import Pilot
 from .sea import read_waves
@@ -90,11 +91,6 @@ def load_whole_scenario(
 def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
     """The scenario of a TOML text, under a name; as `load_whole_scenario`."""
     return _read(table_of(text, Path(f"{name}.toml")), seed)
-
-
-def walls_at(name_or_path: str) -> Path:
-    """The MJCF of walls: of that name in models/, or at that path."""
-    return Path(name_or_path) if name_or_path.endswith(".xml") else models_dir() / f"{name_or_path}.xml"
 
 
 def _read(table: Table, seed: int | None) -> WholeScenario:
