@@ -202,6 +202,7 @@ def test_private_names_stay_in_their_module(module: str) -> None:
 MOST_ARGUMENTS = 8  # by position; more are given by name
 COMPILED = {"law", "lean", "term"}  # decorators of kernels, which pass arrays and numbers and nothing else
 MADE = {"kalman", "simulate", "step", "with_forces"}  # kernels that are made for each plant
+IN_C = {"ray"}  # MuJoCo's functions, which take no names
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -209,7 +210,7 @@ def test_long_calls_name_their_arguments(module: str) -> None:
     compiled = {name for path in MODULES for name in laws(path)}
     calls = [n for n in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))) if isinstance(n, ast.Call)]
     long = {ast.unparse(n.func).split(".")[-1] for n in calls if len(n.args) > MOST_ARGUMENTS}
-    assert not long - compiled - MADE
+    assert not long - compiled - MADE - IN_C
 
 
 @cache

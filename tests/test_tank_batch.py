@@ -120,6 +120,13 @@ def test_tank_ranges_by_ray() -> None:
         assert found[k] == pytest.approx(expected, rel=1e-9)
 
 
+def test_along_no_direction_there_is_no_range() -> None:
+    """Where MuJoCo's ray would end the process: what a simulation that ran away may ask for."""
+    tank = Tank(*phoenix(), TRUTHS[:1])
+    found = tank.ray(np.zeros((1, 1, 3)), np.array([[0.0, 0.0, 0.0], [np.nan, np.nan, np.nan], [1.0, 0.0, 0.0]]))
+    assert np.isnan(found[0, 0]) and np.isfinite(found[0, 2])
+
+
 @pytest.mark.parametrize(
     ("name", "value"), [("disturbance_m_s2", 1e12), ("propeller_rev_s", np.nan), ("propeller_rev_s", 1e300)]
 )

@@ -103,6 +103,20 @@ def test_somebody_elses_callback_is_neither_replaced_nor_removed() -> None:
     mujoco.set_mjcb_control(None)
 
 
+def test_mujocos_own_profile_stands_still_in_the_tank_and_nowhere_else() -> None:
+    """Its clock, asked many times a step, is put away while the tank is stepped, and is back afterwards."""
+    model, _ = phoenix()
+
+    def profiled() -> float:
+        data = mujoco.MjData(model)
+        mujoco.mj_step(model, data, 20)
+        return float(data.timer.duration.sum())
+
+    with forces():
+        assert profiled() == 0.0
+    assert profiled() > 0.0
+
+
 @pytest.mark.parametrize("room", [0, 512])
 def test_other_models_step_untouched(room: int) -> None:
     """To the byte, also those with room for user data and with the fields that the callback would write."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 from .errors import InputError
@@ -20,6 +21,7 @@ def scenarios_dir() -> Path:
     return _folder("scenarios")
 
 
+@functools.cache
 def _folder(name: str) -> Path:
     for parent in (_PACKAGE, _CHECKOUT):
         if (parent / name).is_dir():

@@ -15,8 +15,9 @@ from ..water.installation import present
 from ..water.record import field as wet_field
 from .callbacks import callbacks
 from .layout import SURGE, field
-from .model import HEARD, rigid_mass, vehicle_body
+from .model import rigid_mass, vehicle_body
 from .prepare import check_parameters, forces, prepare
+from .rays import Walls
 
 
 class Diverged(InputError):
@@ -60,6 +61,7 @@ class Tank:
         self.mass = rigid_mass(model, vehicle_body(model)) + vehicle.added_mass
         self.model, self.vehicle = (model := prepare(model, vehicle, truths[0], held)), vehicle
         self.batch = mujoco.batch.Batch(model, len(truths), nthread=nthread)
+        self._walls = Walls(model)
         body, first = vehicle_body(model), model.actuator(SURGE).id
         law, self._wet = self.batch.expand("actuator_user")[:, first], self.batch.expand("body_user")[:, body]
         self.parameters, self.disturbance_m_s2 = field(law, "parameters"), field(law, "disturbance_m_s2")
@@ -125,5 +127,4 @@ class Tank:
             points: world axes, broadcast to (N, K, 3) [m].
             directions: unit vectors in world axes, broadcast to (N, K, 3).
         """
-        distance, geom = self.batch.ray(points, directions, geomgroup=HEARD)
-        return np.where(geom >= 0, distance, np.inf)
+        return self._walls.distances(points, directions, len(self.time))
