@@ -99,6 +99,19 @@ def test_without_process_noise_the_filter_is_a_simulation():
     assert np.all(S == VARIANCE[RANGE]) and not K.any()
 
 
+def test_the_simulation_that_a_run_keeps_is_the_one_that_is_asked_for() -> None:
+    """By parameters, start and known push; and nobody can change it for the next who asks."""
+    run = observed(P, sine(15.0, 0.9), seed=3, duration_s=20.0)
+    push = np.full(run.input.size, 0.01)
+    moved = REST + [0.0, 0.1, 0.0, 0.0]
+    asked = [(P, REST, None), (P * 1.01, REST, None), (P, moved, None), (P, REST, push), (P, REST, None)]
+    for p, start, forcing in [*asked, *asked]:
+        found = filtered_by(run, p, start, Noise(), VARIANCE[run.kind], forcing=forcing).innovation
+        assert np.array_equal(found, innovations(run, p, start, Noise(), no_gain(run), forcing=forcing))
+        with pytest.raises(ValueError, match="read-only"):
+            found[0] = 1.0
+
+
 def test_held_gains_give_the_filters_innovations():
     run = observed(P, sine(15.0, 0.9), {RANGE: 0.1, POSITION: 0.3, SPEED: 0.5}, seed=4, duration_s=20.0)
     e, _, K = filtered(P, run, 0.02)

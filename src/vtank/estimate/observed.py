@@ -81,6 +81,11 @@ class Observed:
         return {}
 
     @cached_property
+    def residuals(self) -> dict[tuple[bytes | None, ...], np.ndarray]:
+        """Its last simulation's errors, by the model they are of."""
+        return {}
+
+    @cached_property
     def has_position(self) -> bool:
         """Whether any channel fixes the hull's place, and not only its speed."""
         return bool(np.any(self.placed))
