@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from ..effects.catalogue import BY_NAME
+from ..estimate import NORMAL95
 from ..plant.parameters import slot, unit_of
 from .evidence import Fitted
 from .selection import Selection
 from .verdict import Verdict
 
-NORMAL95 = 1.959964  # [-] deviations that hold 95 % of a normal distribution
 FORCES = {"m/s2": "N", "1/s": "N s/m", "1/m": "N s2/m2", "1/s2": "N/m", "m/rev2": "N s2/rev2"}  # unit -> times kg
 
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .cramer_rao import cramer_rao, rounded_variance
     from .first_guess import first_guesses
     from .innovations import innovations
-    from .maximum_likelihood import MODELS, Estimate, beforehand, fit, identify, refit
+    from .maximum_likelihood import MODELS, NORMAL95, Estimate, beforehand, fit, identify, refit
     from .observed import RANGE, SPEED, Observed, observe
     from .optimum import descend
     from .problem import Filtered, Noise, Problem

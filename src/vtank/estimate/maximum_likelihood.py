@@ -27,6 +27,7 @@ from .optimum import Optimum, Prior, descend
 from .problem import Filtered, Problem
 from .process_noise import SUSPICIOUS, colour, measurement_noise, noise_level
 
+NORMAL95 = 1.959964  # [-] deviations to either side that hold 95 % of a normal distribution
 MODELS: dict[str, tuple[str, ...]] = {"I": ("alpha", "beta"), "II": ("alpha", "beta", LAG), "III": LUMPED}
 BOUNDS = {  # drag slows, thrust pushes; a lag below a fifth of the sampling period looks like any shorter one
     "alpha": (-np.inf, 0.0),
@@ -99,7 +100,7 @@ class Estimate:
     def interval95(self, name: str) -> tuple[float, float]:
         """95 % interval of a shared parameter (normal)."""
         value, sd = self.values[name], self.sd[name]
-        return value - 1.959964 * sd, value + 1.959964 * sd
+        return value - NORMAL95 * sd, value + NORMAL95 * sd
 
     @property
     def correlation(self) -> np.ndarray:

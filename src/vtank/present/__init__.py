@@ -11,6 +11,6 @@ if TYPE_CHECKING:
     from .blocks import Bars, Block, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
     from .identification import FEET, NAMES, UNITS, plain_names
     from .numbers import fixed, number
-    from .words import effect_name
+    from .words import effect_name, listed
 
 __all__ = facade(__name__)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...estimate import MODELS, Estimate, cramer_rao, identify, observe, rounded_variance
+from ...estimate import MODELS, NORMAL95, Estimate, cramer_rao, identify, observe, rounded_variance
 from ...estimate.paper import Array, Model
 from ...experiment import load_scenario, plan_run, simulate_surge, simulate_tank
 from ...plant import load_truth, slot
@@ -50,7 +50,7 @@ class Trials:
     @property
     def coverage(self) -> Array:
         """Share of the 95 % intervals that hold the truth, shape (P,)."""
-        return np.asarray(np.mean(np.abs(self.found - self.true) < 1.959964 * self.claimed, axis=0))
+        return np.asarray(np.mean(np.abs(self.found - self.true) < NORMAL95 * self.claimed, axis=0))
 
     @property
     def variance_over_claim(self) -> Array:
@@ -126,10 +126,11 @@ def trials_sheet(t: Trials) -> Table:
     ]
     names, pairs = [NAMES[name] for name in t.names], np.argwhere(np.triu(np.ones_like(t.correlation), 1))
     correlation = ", ".join(f"{names[i]}-{names[j]} {t.correlation[i, j]:+.2f}" for i, j in pairs)
+    sure, scatter = 100.0 * NORMAL95 * np.sqrt(0.0475 / count), NORMAL95 * np.sqrt(2.0 / count)
     notes = [
         "Bias +- its own deviation, and scatter, in per cent of the truth (times 100 where that is 0). With "
-        f"{count} seeds a coverage of 95 % shows as 95 +- {195.9964 * np.sqrt(0.0475 / count):.1f} %, a variance ratio "
-        f"of 1 as 1 +- {1.96 * np.sqrt(2 / count):.2f}. Bound: Cramer-Rao, for known sonar noise and a propeller speed "
+        f"{count} seeds a coverage of 95 % shows as 95 +- {sure:.1f} %, a variance ratio "
+        f"of 1 as 1 +- {scatter:.2f}. Bound: Cramer-Rao, for known sonar noise and a propeller speed "
         "recorded without error.",
         f"Mean claimed correlation: {correlation}.",
         f"Process noise found on {t.disturbed} of {count} seeds.",

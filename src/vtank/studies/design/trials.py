@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...estimate import MODELS
+from ...estimate import MODELS, NORMAL95
 from ...estimate.paper import Model
 from ...experiment import Scenario, plan_run, simulate_surge
 from ...plant import LUMPED, Truth, null_vector, slot
@@ -17,7 +17,6 @@ from ...plant import NAMES as SLOTS
 from .estimators import METHODS, Answer, answers
 from .flown import Array, noise_of
 
-NORMAL95 = 1.959964
 CENTRAL = (15.87, 84.13)  # per cent: one deviation to either side of a normal variable's median
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...estimate.paper import Array
-from ...present import Paragraph, fixed
+from ...present import Paragraph, fixed, listed
 from .campaign import Campaign
 from .joint import Joint
 from .practice import Practice
@@ -108,11 +108,6 @@ def numbers(values: Sequence[float] | Array, digits: int = 2) -> str:
 def percents(shares: Sequence[float] | Array) -> str:
     """Shares in percent, one after another."""
     return ", ".join(f"{100.0 * share:.0f}" for share in shares) + " %"
-
-
-def listed(words: Sequence[str]) -> str:
-    """Words with commas, and the last after "and"."""
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def percent(share: float) -> str:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from ...present import Block, Heading, Paragraph
+from ...present import Block, Heading, Paragraph, listed
 from .central import CENTRAL
 from .claims import CLAIMS
-from .evidence import Results, filled, listed, span
+from .evidence import Results, filled, span
 from .joint import BETWEEN, HIGH
 from .judgement import DECIDES, JUDGEMENT, SETTLED, joint_table, left, quantiles, with_interval
 from .published import brutzman_a_per_ft, published

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...estimate.paper import Array
-from ...present import Table
+from ...present import Table, listed
 from .campaign import Campaign
 from .evidence import (
     FAILS,
@@ -15,7 +15,6 @@ from .evidence import (
     Finding,
     Results,
     filled,
-    listed,
     numbers,
     percents,
     steady,
