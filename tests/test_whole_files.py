@@ -173,6 +173,7 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
 @pytest.mark.parametrize(
     ("find", "replacement", "said"),
     [
+        ("lag_s = 0.1", "lag_s = 0.0005", "thruster[0].lag_s: 0.0005 s is too short for the time step of 0.002 s"),
         ("lag_s = 0.1", "lagg_s = 0.1", "thruster[0].lagg_s: unknown key; did you mean 'lag_s'?"),
         ("gain_N = 20.0\n", "", "thruster[0].input: 'command' makes no force without gain_N, or a curve"),
         ("gain_N = 20.0", "gain_N_s2_per_rev2 = 0.1", "gain_N_s2_per_rev2: does not go with input = 'command'"),

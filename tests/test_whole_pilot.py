@@ -20,7 +20,7 @@ from vtank.experiment.whole_scenario import WholeScenario, fly_whole, load_whole
 from vtank.plant import Sensor, load_vehicle
 from vtank.plant.vehicle import AXES
 from vtank.record import read_dataset, read_truth
-from vtank.resources import models_dir
+from vtank.resources import models_dir, scenarios_dir
 from vtank.tank import load_whole
 
 VEHICLES = ("bluerov2", "kingfisher", "phoenix", "remus100")
@@ -318,8 +318,47 @@ def test_what_may_be_left_is_left_and_told(tmp_path: Path) -> None:
         pilot = written(tmp_path, text).pilot()
         assert [(o.target, o.through) for o in pilot.orders] == [("surge", ""), ("heave", "pitch")]
         assert pilot.left == ("sway",)
-    with pytest.raises(InputError, match=r"hold\[1\].axis: the thrusters of remus100 cannot push along pitch beside"):
-        written(tmp_path, 'vehicle = "remus100"\n[[hold]]\naxis = "heave"\n[[hold]]\naxis = "pitch"\n').pilot()
+    with pytest.raises(InputError, match=r"hold\[2\].axis: the thrusters of remus100 cannot push along pitch beside"):
+        written(tmp_path, f'vehicle = "remus100"\n{ahead}[[hold]]\naxis = "heave"\n[[hold]]\naxis = "pitch"\n').pilot()
+
+
+@pytest.mark.parametrize("axis", ["heave", "yaw"])
+def test_fins_hold_nothing_where_no_speed_is_ordered(tmp_path: Path, axis: str) -> None:
+    """Nobody is told that a torpedo at rest keeps its depth or its heading."""
+    still = f'vehicle = "remus100"\n[[hold]]\naxis = "{axis}"\n'
+    assert written(tmp_path, still + 'otherwise = "leave"\n').pilot().left == (axis,)
+    with pytest.raises(InputError, match="its fins turn it under way only"):
+        written(tmp_path, still).pilot()
+    driven = (
+        '[[excite]]\nkind = "step_coast"\ninput = "propeller_rev_s"\namplitude = 20.0\npush_s = 9.0\ncoast_s = 1.0\n'
+    )
+    assert written(tmp_path, still + driven).pilot().left == ()
+
+
+def test_heading_comes_before_speed(tmp_path: Path) -> None:
+    """What is asked for in vain ahead takes nothing from what is held, and is told; all cut alike it swung by 2 rad."""
+    text = (scenarios_dir() / "whole/turns-and-steps.toml").read_text().replace("s = 0.5\n", "s = 1.5\n")
+    scenario = written(tmp_path, text.replace("bluerov2", "kingfisher"))
+    flown = fly_whole(scenario)
+    assert np.abs(flown.run.samples("compass.heading_rad")[1]).max() < 0.6
+    assert flown.cut["surge"] > 0.5 > 0.01 > flown.cut.get("yaw", 0.0)
+    assert "more asked than thrusters and fins make: surge" in summary(scenario, flown)
+
+
+def test_a_hull_that_turns_over_by_itself_is_held(tmp_path: Path) -> None:
+    """At 0.7 of the 0.85 m/s that a BlueROV2 makes the Munk moment is six times what rights its pitch."""
+    path = tmp_path / "fast.toml"
+    path.write_text((scenarios_dir() / "whole/turns-and-steps.toml").read_text().replace("s = 0.5\n", "s = 0.7\n"))
+    run = fly_whole(load_whole_scenario(path)).run
+    assert np.abs(run.samples("ahrs.pitch_rad")[1]).max() < 0.1 and np.ptp(run.samples("depth.depth_m")[1]) < 0.1
+
+
+def test_a_share_of_the_largest_force_is_at_most_all_of_it(tmp_path: Path) -> None:
+    more = (
+        '[[excite]]\nkind = "multisine"\naxis = "sway"\nfrequencies_rad_s = [0.3, 0.7]\namplitudes_share = [0.7, 0.7]\n'
+    )
+    with pytest.raises(InputError, match=r"mine.toml: excite\[0\].amplitudes_share: 1.34 of the largest force"):
+        written(tmp_path, 'vehicle = "bluerov2"\n' + more).pilot()
 
 
 def test_a_thruster_that_pushes_one_way_only_brakes_by_doing_nothing() -> None:

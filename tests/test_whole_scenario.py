@@ -12,7 +12,7 @@ from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
 from vtank.experiment.whole import Flown
-from vtank.experiment.whole_scenario import is_whole, load_whole_scenario, summary
+from vtank.experiment.whole_scenario import fly_scenarios, is_whole, load_whole_scenario, summary
 from vtank.plant import Sensor, Thruster, load_vehicle
 from vtank.plant.vehicle import AXES
 from vtank.record import Run, read_dataset, read_truth
@@ -113,8 +113,22 @@ def test_the_scenarios_that_come_with_vtank_fly_from_the_command_line(tmp_path: 
     assert "dvl.heave_m_s" in told and "imu.yaw_rate_rad_s" in told
     runs = read_dataset(out).runs
     assert [f"whole/{run.name}" for run in runs] == NAMES and len(NAMES) == 7
-    assert [entry["seed"] for entry in read_truth(out)["scenarios"]] == [5] * 7
+    seeds = [entry["seed"] for entry in read_truth(out)["scenarios"]]
+    assert seeds[0] == 5 and len(set(seeds)) == 7
     assert main(["check-data", str(out)]) == 0 and "remus100-zigzag" in capsys.readouterr().out
+
+
+def test_runs_of_one_data_set_have_noise_of_their_own(tmp_path: Path) -> None:
+    """The first is the scenario flown alone; the second flies alike, with other errors and other samples lost."""
+    path = scenario(tmp_path, size=2.0)
+    (again := tmp_path / "again.toml").write_text(path.read_text())
+    _, flights = fly_scenarios([path, again], seed=3)
+    (alone,) = fly_scenarios([path], seed=3)[1]
+    first, second = (flown.run.samples("depth.depth_m")[1] for flown in flights)
+    assert np.array_equal(first, alone.run.samples("depth.depth_m")[1])
+    count = min(first.size, second.size)
+    noise = [np.diff(depth[:count], 3) for depth in (first, second)]
+    assert abs(np.corrcoef(noise)[0, 1]) < 0.3
 
 
 def test_a_rudder_zigzag_turns_the_hull_to_either_side(tmp_path: Path) -> None:

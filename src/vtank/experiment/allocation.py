@@ -57,9 +57,12 @@ class Allocation:
         return self._known[speed]
 
     def able(self, axis: str, surge_m_s: float = 1.0) -> bool:
-        """Whether the force along one of the ordered axes can be made without one along the others of them."""
+        """Whether the force along one of the ordered axes can be made without one along the others of them.
+
+        surge_m_s: speed ahead, without which fins turn nothing.
+        """
         one = np.eye(6)[AXES.index(axis)]
-        made = self._wrenches(max(surge_m_s, SLOWEST_M_S)) @ (self.matrix(surge_m_s) @ one / self.limits)
+        made = self._wrenches(surge_m_s) @ (self.matrix(surge_m_s) @ one / self.limits)
         return bool(np.abs((made - one)[self._ordered]).max() < REACH)
 
     def steers(self, axis: str) -> bool:
@@ -85,11 +88,20 @@ class Allocation:
 
         A thruster that pushes one way only gives nothing the other way, and stops nobody else.
         """
-        shares = [0.0]
-        for part, effort in zip(self.parts, efforts.tolist(), strict=True):
-            most = part.limit_rad if isinstance(part, Fin) else part.most_N(1.0 if effort > 0.0 else -1.0)
-            shares.append(abs(effort) / most if most else 0.0)
-        return max(shares)
+        most = self._most(efforts)
+        return float(np.max(np.abs(efforts[most > 0.0]) / most[most > 0.0], initial=0.0))
+
+    def room(self, efforts: Array, more: Array) -> float:
+        """The largest share, up to 1, of further forces and angles that the parts can do beside `efforts`."""
+        most = self._most(more)
+        asked = (most > 0.0) & (np.abs(more) > REACH * most)
+        free = most[asked] - efforts[asked] * np.sign(more[asked])
+        return float(np.clip(np.min(free / np.abs(more[asked]), initial=1.0), 0.0, 1.0))
+
+    def _most(self, way: Array) -> Array:
+        """What each part can do the way that a number points, shape (parts,) [N or rad]."""
+        pairs = zip(self.parts, np.where(way > 0.0, 1.0, -1.0).tolist(), strict=True)
+        return np.array([part.limit_rad if isinstance(part, Fin) else part.most_N(side) for part, side in pairs])
 
     def inputs(self, efforts: Array) -> dict[str, Array]:
         """Inputs of thrusters [rev/s, -, N] and fins [rad] by column, (T,), for forces and angles, (T, parts).

@@ -5,6 +5,7 @@ It knows the vehicle file and what the instruments read, as a pilot on board wou
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -26,14 +27,19 @@ SHORT = 0.01  # share of its largest force by which a thruster may miss what is 
 HURRIED_RAD = 0.3  # [rad] that latency, lag and tick may cost a loop at its bandwidth; a choice
 DIVING = 0.3  # bandwidth of a depth over that of the pitch by which it is held; a choice
 LOOPS, FORWARD = ("place", "speed"), ("surge", "speed")
+FIRST_TO_LAST = ([3, 4], [2], [5], [0, 1])  # numbers of AXES, as thrusters and fins are given to them; a choice
 STEEPEST_RAD = 0.35  # [rad] pitch that is ordered for the sake of depth; a choice
 
 
 class Pilot:
     """Flies a vehicle by orders; to be called at every tick with the time and the readings.
 
-    Where the parts cannot make all that is ordered, all of it is made smaller alike, and integrals wait; in open loop
-    that is refused.
+    Where the parts cannot make all that is ordered, attitude and depth come before heading, and heading before what
+    moves the vehicle about, which is made smaller, and its integrals wait; in open loop that is refused.
+
+    Attributes:
+        orders: those that are obeyed. left: axes of those that are not.
+        ticks: so far. cut: of these, by axis, how many asked more than the parts make.
     """
 
     def __init__(
@@ -52,19 +58,24 @@ class Pilot:
         body = vehicle_body(self.model)
         self.vehicle, self.duration_s, self.period_s = vehicle, duration_s, period_s
         self.sensing = Sensing(vehicle, -float(self.model.body_pos[body, 2]))
-        self.orders = obeyed(vehicle, self.model, orders, self.sensing)
+        self.orders = obeyed(vehicle, self.model, orders, self.sensing, duration_s)
         kept = {axis for order in self.orders for axis in (order.target, order.axis)}
         self.left = tuple(order.target for order in orders if order.target not in kept)
         axes = sorted({order.axis for order in self.orders if order.axis in AXES}, key=AXES.index)
         self.allocation = Allocation(vehicle, self.model, axes)
         for order in self.orders:
             self.sensing.watch(order)
+            most = np.abs(order.signal.command(self._ticks(), duration_s)[0]).max()
+            if order.loop == "share" and most > 1.0:
+                key = next(key for key in order.table.entries if key.endswith("_share"))
+                raise order.table.error(key, f"{most:.3g} of the largest force; expected up to 1")
         height = float(centre_of_gravity(self.model, body)[2])
         rights = vehicle.mass_kg * G_M_S2 * height - vehicle.buoyancy_N * float(vehicle.centre_of_buoyancy_m[2])
         self._loops = {i: self._loop(order, rights) for i, order in enumerate(self.orders) if order.loop in LOOPS}
         self._sides = dict.fromkeys((order.target for order in self.orders if order.turns_at_rad), 1.0)
         self._wanted = np.zeros(6)
         self._surge = 0.0
+        self.ticks, self.cut = 0, Counter[str]()
 
     @property
     def closed(self) -> bool:
@@ -78,13 +89,17 @@ class Pilot:
 
     def table(self) -> dict[str, Array]:
         """Inputs by column at every tick, (T,), in open loop. InputError where thrusters cannot make what is asked."""
-        ticks = self.period_s * np.arange(int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1, dtype=np.float64)
+        ticks = self._ticks()
         rows = [self._efforts(float(at), {}) for at in ticks]
         efforts = np.array([row for row, _ in rows])
         for part, forces in zip(self.allocation.parts, efforts.T, strict=True):
             self._refuse_short(part, forces)
         direct = {key: np.array([row[key] for _, row in rows]) for key in rows[0][1]}
         return {TIME: ticks} | direct | self.allocation.inputs(efforts)
+
+    def _ticks(self) -> Array:
+        """Times of all ticks [s]."""
+        return self.period_s * np.arange(int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1, dtype=np.float64)
 
     def _efforts(self, time_s: float, readings: Mapping[str, float]) -> tuple[Array, dict[str, float]]:
         """Forces of thrusters [N] and angles of fins [rad], (parts,), and inputs that are ordered by themselves."""
@@ -107,12 +122,18 @@ class Pilot:
                 most = self.allocation.largest(order.axis, self._surge) if order.loop == "share" else 1.0
                 wanted[AXES.index(order.axis)] += self._side(order, seen) * value * most
         efforts = matrix @ wanted
-        over = self.allocation.overload(efforts)
-        if over > 1.0 and self.closed:
-            efforts, wanted = efforts / over, wanted / over
-        else:
-            for i, error in errors.items():
+        self.ticks += 1
+        short: list[int] = []
+        if self.closed and self.allocation.overload(efforts) > 1.0:
+            efforts = np.zeros_like(efforts)
+            for axes in FIRST_TO_LAST:
+                share = self.allocation.room(efforts, more := matrix[:, axes] @ wanted[axes])
+                efforts, wanted[axes] = efforts + share * more, share * wanted[axes]
+                short += axes if share < 1.0 else []
+        for i, error in errors.items():
+            if AXES.index(self.orders[i].axis) not in short:
                 self._loops[i].integral += error * self.period_s
+        self.cut.update(order.target for order in self.orders if order.axis in [AXES[axis] for axis in short])
         self._wanted = wanted
         return efforts, direct
 
@@ -151,8 +172,8 @@ class Pilot:
         i = AXES.index(order.axis)
         channel = SPEED[order.axis] if order.loop == "speed" else PLACE.get(order.axis, "north_m")
         late = self.sensing.latency_s(channel) + max((t.lag_s for t in self.vehicle.thrusters), default=0.0)
-        if order.bandwidth_rad_s * (late + self.period_s) > HURRIED_RAD:
-            most = HURRIED_RAD / (late + self.period_s)
+        most = HURRIED_RAD / (late + self.period_s)
+        if order.bandwidth_rad_s > most:
             what = f"latency, lag and tick of {self.vehicle.name} are {late + self.period_s:.2g} s together"
             raise order.table.error("bandwidth_rad_s", f"{what}; expected {most:.2g} or less")
         return Loop(
@@ -162,6 +183,7 @@ class Pilot:
             rights=max(rights, 0.0) if order.axis in ("roll", "pitch") else 0.0,
             per_square=self._per_square(order.axis),
             bandwidth_rad_s=order.bandwidth_rad_s,
+            most_rad_s=most,
             of_speed=order.loop == "speed",
         )
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -43,11 +43,13 @@ Pilot = Callable[[float, Mapping[str, float]], Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Flown:
-    """A recording, why the flight ended before its time ("" where it did not), and axes that were not held."""
+    """A recording, why the flight ended before its time ("" where it did not), axes that were not held, and those that
+    asked more than thrusters and fins make, with the share of the time."""
 
     run: Run
     ended: str = ""
     left: tuple[str, ...] = ()
+    cut: Mapping[str, float] = field(default_factory=dict)
 
 
 def fly_vehicle(

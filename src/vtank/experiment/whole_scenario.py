@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from ..tank.places.effect import Placed
 
 Array = NDArray[np.float64]
+NOTED = 0.01  # share of the time from which a limit of the thrusters is told; a choice
 
 
 @dataclass(frozen=True)
@@ -153,7 +154,7 @@ def fly_whole(scenario: WholeScenario, vehicle: Vehicle | None = None) -> Flown:
         depth_m=scenario.depth_m,
         effects=scenario.effects,
     )
-    return replace(flown, left=pilot.left)
+    return replace(flown, left=pilot.left, cut={axis: ticks / pilot.ticks for axis, ticks in pilot.cut.items()})
 
 
 def fly_scenarios(
@@ -162,16 +163,25 @@ def fly_scenarios(
     seed: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> tuple[list[WholeScenario], list[Flown]]:
-    """Load and fly scenarios of whole vehicles; InputError where one is of one axis. progress: told the share done."""
+    """Load and fly scenarios of whole vehicles, each with noise of its own; InputError where one is of one axis.
+
+    seed: of all, in place of the files'. progress: told the share done.
+    """
     if single := [name for name in names if not is_whole(name)]:
         raise InputError(f"{single[0]}: an experiment of one axis; expected it apart from those of whole vehicles")
-    scenarios = [load_whole_scenario(name, settings, seed) for name in names]
+    loaded = [load_whole_scenario(name, settings, seed) for name in names]
+    scenarios = [replace(scenario, seed=_seed_of(scenario.seed, run)) for run, scenario in enumerate(loaded)]
     flights = []
     for number, scenario in enumerate(scenarios, 1):
         flights.append(fly_whole(scenario))
         if progress:
             progress(number / len(scenarios))
     return scenarios, flights
+
+
+def _seed_of(seed: int, run: int) -> int:
+    """The seed of a run of a data set: the first has the data set's own, as if it were flown alone."""
+    return seed if run == 0 else int(np.random.SeedSequence(seed, spawn_key=(run,)).generate_state(1)[0])
 
 
 def summary(scenario: WholeScenario, flown: Flown) -> str:
@@ -186,6 +196,8 @@ def summary(scenario: WholeScenario, flown: Flown) -> str:
             told += [_range(run, channel) or f"{channel} is not measured" * (axis in orders) for channel in channels]
     if flown.left:
         told.append(f"{', '.join(flown.left)} not held: {scenario.vehicle.name} cannot")
+    if cut := [f"{axis} {100.0 * share:.0f} %" for axis, share in flown.cut.items() if share > NOTED]:
+        told.append(f"more asked than thrusters and fins make: {', '.join(cut)} of the time")
     ended = f"; {flown.ended}" if flown.ended else ""
     return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(filter(None, told))}{ended}"
 

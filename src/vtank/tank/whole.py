@@ -30,6 +30,7 @@ from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 Array = NDArray[np.float64]
 NEAR = 0.02  # of the largest moment of inertia within which the two files of a vehicle may differ; a choice
 NEAR_M = 1e-3  # [m] within which the two files of a vehicle may differ about a place; a choice
+QUICKEST = 0.4  # [time steps] of a lag that classical Runge-Kutta follows: it is stable from 1/2.785 on
 WATERLINE = "vtank/waterline"
 TURNED = np.array([1.0, -1.0, -1.0])  # from axes z up to axes z down, x ahead in both
 
@@ -123,6 +124,11 @@ def load_whole(
         if placed.effect.rigid:
             placed.effect.rigid(world, placed.values)
     for number, thruster in enumerate(vehicle.thrusters):
+        if 0.0 < thruster.lag_s < (least := QUICKEST * bare.opt.timestep):
+            raise InputError(
+                f"{vehicle.path}: thruster[{number}].lag_s: {thruster.lag_s:g} s is too short for the time step of "
+                f"{bare.opt.timestep:g} s of {vehicle.mjcf}; expected 0 for none, or {least:g} s or more"
+            )
         _add_thruster(world, thruster, place(vehicle, bare, f"thruster[{number}]", thruster.site))
     for number, fin in enumerate(vehicle.fins):
         _add_fin(world, fin, place(vehicle, bare, f"fin[{number}]", fin.site))
