@@ -119,6 +119,7 @@ def test_a_simulator_that_nothing_is_like_is_refused(tugs, tmp_path, capsys):
     assert "up to 50 % is borne" in said
 
 
+@pytest.mark.slow
 def test_a_vehicle_s_simulator_that_nothing_is_like_is_refused():
     real, other = boat(60.0, 5, 1.0, np.random.default_rng(2)), boat(60.0, 5)
     backwards = {name: values if "command" in name else values[::-1] for name, values in other.columns.items()}

@@ -130,6 +130,7 @@ def test_parts_are_runs_or_blocks_of_few_runs(count: int, expected: int) -> None
         assert part.input_time_s[0] <= part.time_s[0]
 
 
+@pytest.mark.slow
 def test_parameters_that_differ_from_run_to_run_have_a_line_of_their_own() -> None:
     """Blocks of every run are left out, and the rest of the run tells what it has for itself."""
     gains = (0.85, 0.95, 1.05, 1.15)
@@ -142,6 +143,7 @@ def test_parameters_that_differ_from_run_to_run_have_a_line_of_their_own() -> No
     assert found.lines[1].share > 0.8 * (1.0 - found.lines[0].share - found.share("noise"))
 
 
+@pytest.mark.slow
 def test_a_lag_of_each_run_is_its_own_and_not_found_anew() -> None:
     """The lag is an effect's parameter, too, but no phase that a run's start would tell."""
     tau = NOMINAL[slot("thrust_lag.tau")]

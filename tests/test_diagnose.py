@@ -31,7 +31,7 @@ def flown(values=None, seed=7, settings=()):
     return [observe(result.run) for result in simulate_surge(plans)]
 
 
-@pytest.mark.parametrize(("turbulence_m_s2", "least"), [(0.001, 0.8), (0.002, 0.6)])
+@pytest.mark.parametrize(("turbulence_m_s2", "least"), [(0.001, 0.8), pytest.param(0.002, 0.6, marks=pytest.mark.slow)])
 def test_no_gap(turbulence_m_s2, least):
     """The rest is for causes without a name; water twice as restless as still water speaks for one."""
     settings = [f"turbulence.acceleration_m_s2={turbulence_m_s2}", "turbulence.time_s=2.0"]
@@ -41,6 +41,7 @@ def test_no_gap(turbulence_m_s2, least):
     assert all(not free.components for free in found.selection.free)
 
 
+@pytest.mark.slow
 def test_a_limit_close_to_full_speed_is_found():
     """Where the propeller often runs at full speed, a limit at 0.97 of it costs thrust in many samples."""
     limit = 0.97 * largest_input(flown())
@@ -108,6 +109,7 @@ def test_document_keeps_the_contract():
     assert max(document["baselines"]["BIC"], key=document["baselines"]["BIC"].get) == "parameters"
 
 
+@pytest.mark.slow
 def test_functions_that_the_parameters_take_up_explain_nothing_more():
     near = linearise(diagnose(flown(OTHER), NOMINAL).selection.refit)
     rest = near.remaining(near.jacobian)

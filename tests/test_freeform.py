@@ -69,8 +69,10 @@ def coloured(seed: int) -> Callable[[np.ndarray], np.ndarray]:
     return error
 
 
-@pytest.mark.parametrize("water", ["still", "turbulent", "coloured"])
-@pytest.mark.parametrize("seed", [110, 120, 130])
+@pytest.mark.parametrize(
+    "water", ["still", *(pytest.param(w, marks=pytest.mark.slow) for w in ("turbulent", "coloured"))]
+)
+@pytest.mark.parametrize("seed", [110, *(pytest.param(s, marks=pytest.mark.slow) for s in (120, 130))])
 def test_nothing_is_found_where_nothing_is_missing(water: str, seed: int) -> None:
     if water == "turbulent":
         found = beside(
@@ -179,6 +181,7 @@ def test_inertia_that_grows_with_speed_is_a_force() -> None:
     assert component.kind == "function" and component.force
 
 
+@pytest.mark.slow
 # --- what comes and goes ---------------------------------------------------------------------------------------------
 def test_a_thrust_gain_that_wanders_is_found_as_one() -> None:
     component = first(recordings(force=lambda t, u, n: 0.15 * OWN["beta"] * n * abs(n) * np.sin(0.31 * t)))
@@ -186,6 +189,7 @@ def test_a_thrust_gain_that_wanders_is_found_as_one() -> None:
     assert component.windows and not component.own
 
 
+@pytest.mark.slow
 def test_drag_in_a_window_of_one_run_is_found_there() -> None:
     runs = recordings()
     runs[2] = record(

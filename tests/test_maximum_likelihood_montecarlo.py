@@ -18,6 +18,7 @@ SEEDS = 60
 EXACT_TACHOMETER = ("tachometer.noise_rev_s=0",)
 
 
+@pytest.mark.slow
 def test_model_ii_on_its_own_truth():
     """Unbiased within 1 %, intervals that cover, and no more variance than the bound allows."""
     t = monte_carlo("paper-ii", "II", SEEDS, settings=EXACT_TACHOMETER)
@@ -30,6 +31,7 @@ def test_model_ii_on_its_own_truth():
     assert t.disturbed <= 1 and t.correlation[0, 1] == pytest.approx(-0.93, abs=0.05)
 
 
+@pytest.mark.slow
 def test_noise_of_the_tachometer_is_taken_for_what_it_does():
     """It disturbs the thrust that the model believes in: found as process noise, and the intervals still cover."""
     t = monte_carlo("paper-ii", "II", 12)
@@ -38,6 +40,7 @@ def test_noise_of_the_tachometer_is_taken_for_what_it_does():
     assert np.all(t.claimed.mean(axis=0) > 1.05 * t.bound.mean(axis=0))
 
 
+@pytest.mark.slow
 def test_model_iii_on_its_own_truth():
     t = monte_carlo("paper-iii", "III", 12, settings=EXACT_TACHOMETER)
     assert np.all(np.mean(((t.found - t.true) / t.claimed) ** 2, axis=0) < chi2.ppf(1 - 1e-4, 12) / 12)

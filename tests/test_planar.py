@@ -97,6 +97,7 @@ def test_eight_parameter_sets_at_once_are_eight_simulations(quiet_run):
         np.testing.assert_allclose(together[:, k], alone, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_the_vehicle_is_identified_from_runs_with_noise():
     runs = tuple(flown(shift, seed) for shift, seed in ((0.0, 1), (1.0, 2)))
     wrong = PLANAR.parameters.vector({name: value * 1.3 for name, value in TRUTH.items()})

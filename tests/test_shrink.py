@@ -140,6 +140,7 @@ def test_nothing_is_closed_where_the_simulator_is_right() -> None:
     assert found["refit"] == pytest.approx(found["floor"], rel=0.1)
 
 
+@pytest.mark.slow
 def test_a_vehicle_that_differs_by_run_leaves_noise_where_that_is_known() -> None:
     """Its own parameters are no effect's, which would be weighed in the window of every new run."""
     beta = NOMINAL[slot("beta")]

@@ -152,6 +152,7 @@ def test_a_force_is_recovered_bin_by_bin_and_under_its_own_variable() -> None:
         assert np.all(np.abs(other_mean) < 4.0 * other_sd + 5e-5)
 
 
+@pytest.mark.slow
 def test_bands_cover_a_known_force_of_each_bin() -> None:
     """Bins of propeller speed, a constant force in each: errors over deviations are at most standard normal."""
     edges = {"n_rev_s": np.array([-14.0, -7.0, 0.0, 7.0, 14.0])}

@@ -76,6 +76,7 @@ def test_a_dead_thruster_is_told_from_the_other_seven():
     assert verdict.probability > 0.95
 
 
+@pytest.mark.slow
 def test_a_vehicle_as_its_file_has_it_has_no_effect():
     verdict = vt.diagnose([flight(NOMINAL, 5)], nominal=NOMINAL, effects=SOME).verdict
     assert verdict.kind in ("none", "parameters")
@@ -105,6 +106,7 @@ def test_a_saved_model_foretells_a_flight_that_it_has_not_seen(dragging, tmp_pat
     assert rate["diagnosed"] == pytest.approx(rate["noise"], rel=0.5)
 
 
+@pytest.mark.slow
 def test_own_parameters_are_identified_with_honest_deviations():
     """Drag of surge 25 % and added mass of yaw 20 % above the file's, within four deviations."""
     drag, added = NOMINAL.quadratic_drag.copy(), NOMINAL.added_mass.copy()

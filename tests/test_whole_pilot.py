@@ -345,6 +345,7 @@ def test_heading_comes_before_speed(tmp_path: Path) -> None:
     assert "more asked than thrusters and fins make: surge" in summary(scenario, flown)
 
 
+@pytest.mark.slow
 def test_a_hull_that_turns_over_by_itself_is_held(tmp_path: Path) -> None:
     """At 0.7 of the 0.85 m/s that a BlueROV2 makes the Munk moment is six times what rights its pitch."""
     path = tmp_path / "fast.toml"
