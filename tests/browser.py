@@ -9,6 +9,9 @@ import subprocess
 from functools import cache
 from pathlib import Path
 
+import numpy as np
+from matplotlib.image import imread
+
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
 QUIET = ("--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking", "--disable-component-update",
          "--disable-sync", "--no-first-run", "--hide-scrollbars", "--enable-logging=stderr",
@@ -36,19 +39,35 @@ def open_page(browser: str, profile: Path, page: Path, *options: str) -> tuple[s
 def overflow(browser: str, folder: Path, page: Path, width: int) -> tuple[int, list[str]]:
     """By how many pixels a page is wider than a window of that width, and what its console says.
 
-    The page is looked at in a frame, since no window gets as narrow as a telephone; `folder` is for the browser's own.
+    `folder` is for the browser's own.
     """
     probe = page.with_name(f"probe-{page.name}")
     tell = "parent.postMessage(document.documentElement.scrollWidth - document.documentElement.clientWidth, '*')"
     told = page.read_text(encoding="utf-8").replace("</body>", f"<script>{tell}</script></body>")
     probe.write_text(told, encoding="utf-8")
-    outer = page.with_name(f"frame-{page.name}")
     listen = "onmessage = message => { document.title = 'overflow ' + message.data }"
-    frame = f'<iframe src="{probe.name}" style="width: {width}px; height: 900px"></iframe>'
-    outer.write_text(f"<title></title><script>{listen}</script>{frame}", encoding="utf-8")
+    outer = framed(probe, width, f"<title></title><script>{listen}</script>")
     try:
         printed, console = open_page(browser, folder / "profile", outer, "--dump-dom", "--virtual-time-budget=3000")
     finally:
         probe.unlink()
         outer.unlink()
     return int(re.findall(r"<title>overflow (-?\d+)</title>", printed)[0]), console
+
+
+def shot(browser: str, folder: Path, page: Path, width: int) -> np.ndarray:
+    """The top of a page in a window of that width and 900 pixels high, shape (900, width, 3) [0 to 1]."""
+    outer, picture = framed(page, width, "<style>* { margin: 0; border: 0 }</style>"), folder / "shot.png"
+    try:
+        open_page(browser, folder / "profile", outer, f"--screenshot={picture}", f"--window-size={max(width, 600)},900")
+    finally:
+        outer.unlink()
+    return np.asarray(imread(picture)[:, :width, :3])
+
+
+def framed(page: Path, width: int, head: str) -> Path:
+    """A page beside another, which shows it in a frame: no window of a browser gets as narrow as a telephone."""
+    outer = page.with_name(f"frame-{page.name}")
+    frame = f'<iframe src="{page.name}" style="width: {width}px; height: 900px"></iframe>'
+    outer.write_text(f"{head}{frame}", encoding="utf-8")
+    return outer

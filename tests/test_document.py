@@ -13,10 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from browser import shot
 
 from vtank.present.blocks import Bars, Block, Details, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
 from vtank.present.document import csv_text, html, literal, markdown, plain
 from vtank.present.numbers import fixed, number, percent
+from vtank.present.svg import drawn
 from vtank.record import jsonable
 
 EVIL = ("<script>alert(1)</script>", "*a* _b_ `c` ~d~", "![x](http://y/z.png)", "[x](javascript:alert(1))", "&lt;b&gt;",
@@ -160,3 +162,12 @@ def test_the_longest_things_do_not_widen_a_page(tmp_path: Path, fits: Callable[[
     blocks = [*page("word " * 30), *page("x" * 300), wide, Links((("folder/" * 30 + "file.html", "there"),))]
     (tmp_path / "wide.html").write_text(html("t" * 300, blocks), encoding="utf-8")
     assert fits(tmp_path / "wide.html")
+
+
+def test_a_figure_that_scrolls_sideways_is_shaded_where_more_follows(tmp_path: Path, browser: str) -> None:
+    """It would look cut off else: a telephone shows no scroll bar."""
+    page = tmp_path / "page.html"
+    page.write_text(html("t", [Drawing(drawn("d", 800, 900, "", "empty"), "c")]), encoding="utf-8")
+    narrow, wide = (shot(browser, tmp_path, page, width)[500, :, 0] for width in (400, 1200))  # a row, [0 to 1]
+    assert narrow[30:360].min() > 0.95 and narrow[366:372].max() < 0.9  # 375 is the figure's end
+    assert wide[110:1090].min() > 0.95
