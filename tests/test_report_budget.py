@@ -18,11 +18,12 @@ from vtank.diagnose.selection import Selection, prepare, with_nameless
 from vtank.diagnose.unnamed import unnamed
 from vtank.diagnose.verdict import Verdict
 from vtank.plant.parameters import slot, vector
-from vtank.present import pictures_budget, words, words_budget
+from vtank.present import pictures_budget, whole, words, words_budget
 from vtank.present.terminal import terminal_text
 
 MINUS = "\N{MINUS SIGN}"
 STILL = {"sigma_m_s2": 3e-4, "memory_s": 2.0, "plausible": True}
+WHOLE = "Of the mean-square error of the simulator as it is on runs left out, "
 REST = (("repeatable, unnamed", "repeatable"), ("disturbance", "disturbance"), ("sensor noise", "noise"))
 
 
@@ -53,33 +54,43 @@ def component(kind: str = "function", about: str = "speed", **changes: Any) -> d
 def test_the_shares_are_told_in_one_sentence() -> None:
     found = budgeted("effects", lines(0.39, {"tachometer_bias": 0.5, "linear_drag": 0.105}, 0.0, 0.004, 0.001))
     assert words_budget.budget(found) == [
-        "On runs left out, own parameters account for 39 % of the gap, tachometer bias for 50 % and linear drag for "
-        "10 %; 0.4 % is disturbance (0.3 mm/s², as still water has) and 0.1 % is sensor noise."
+        f"{WHOLE}own parameters account for 39 %, tachometer bias for 50 % and linear drag for 10 %; 0.4 % is "
+        "disturbance (0.3 mm/s², as still water has) and 0.1 % is sensor noise."
     ]
-    assert "Budget      On runs left out, own parameters account" in terminal_text(found)
+    assert f"Budget      {WHOLE}own" in terminal_text(found)
 
 
 def test_a_step_that_made_it_worse_adds_to_the_gap() -> None:
     found = budgeted("effects", lines(-0.03, {"linear_drag": 1.02}, 0.0, 0.0, 0.01))
     told = words_budget.shared_out(found)
-    assert told.startswith("On runs left out, linear drag accounts for 102 % of the gap; 1.0 % is sensor noise;")
-    assert told.endswith("; a refit adds 3.0 %.")
+    assert told.startswith(f"{WHOLE}linear drag accounts for 102 %; 1.0 % is sensor noise;")
+    assert told.endswith("; a refit adds 3.0 %, so that the shares of the others come to 103 %.")
+
+
+def test_of_a_whole_vehicle_no_share_is_hidden_and_what_they_are_of_is_said() -> None:
+    table = whole.budget(lines(-0.12, {"linear_drag@yaw": 1.11}, 0.0, 0.0, 0.01))
+    assert [row[1] for row in table.rows] == [f"{MINUS}12 %", "111 %", "0 %", "0 %", "1.0 %"]
+    assert table.notes[0] == "Shares of the mean-square error of the simulator as it is; they add to 100 %."
+    assert "below zero adds" in table.notes[1]
+    assert len(whole.budget(lines(0.12, {"linear_drag@yaw": 0.87}, 0.0, 0.0, 0.01)).notes) == 1
 
 
 def test_without_a_simulator_the_fit_of_drag_and_thrust_has_the_line() -> None:
     found = budgeted("none", lines(0.2, {}, 0.0, 0.3, 0.5), nominal="none")
-    assert "a refit accounts for 20 % of the gap" in words_budget.shared_out(found)
+    assert "error of drag and thrust alone on runs left out, a refit accounts for 20 %;" in words_budget.shared_out(
+        found
+    )
 
 
 def test_what_is_not_explained_is_told_with_what_it_goes_with() -> None:
     shares = lines(0.2, {}, 0.7, 0.03, 0.07)
     found = budgeted("unknown", shares, component(), component(about="speed and input"))
-    assert words_budget.unexplained(found) == "73 % is not explained; it repeats, and goes with speed and input."
-    assert words_budget.unexplained(budgeted("unknown", shares)) == "73 % is not explained; it repeats."
+    assert words_budget.unexplained(found) == "73 % of it is not explained; it repeats, and goes with speed and input."
+    assert words_budget.unexplained(budgeted("unknown", shares)) == "73 % of it is not explained; it repeats."
     found = budgeted("unknown", shares, component(about="drag over time"), component(about="place", force=False))
     assert words_budget.unexplained(found) == (
-        "73 % is not explained; it repeats, and is drag that changes with the time since the start of a run and is an "
-        "error of the sonar that goes with place."
+        "73 % of it is not explained; it repeats, and is drag that changes with the time since the start of a run and "
+        "is an error of the sonar that goes with place."
     )
     del found["where"]["region"]["distance_m"]
     assert "an error of the readings" in words_budget.unexplained(found)
@@ -89,7 +100,7 @@ def test_what_earns_little_beside_the_most_telling_is_left_out() -> None:
     own = [{"run": "a", "change": 0.1, "sd": 0.2}]
     weak = component("run", "thrust", runs=own, gain=3.0), component(about="place", gain=3.5)
     found = budgeted("unknown", lines(0.2, {}, 0.7, 0.03, 0.07), component(gain=100.0), *weak)
-    assert words_budget.budget(found)[1:] == ["73 % is not explained; it repeats, and goes with speed."]
+    assert words_budget.budget(found)[1:] == ["73 % of it is not explained; it repeats, and goes with speed."]
     found["verdict"]["kind"] = "varying"
     assert "Thrust gain differs" in words_budget.budget(found)[-1]
 
@@ -97,7 +108,7 @@ def test_what_earns_little_beside_the_most_telling_is_left_out() -> None:
 def test_what_does_not_come_again_is_said_not_to() -> None:
     found = budgeted("unknown", lines(0.2, {}, 0.0, 0.73, 0.07), component())
     assert words_budget.unexplained(found) == (
-        "73 % is not explained; it does not come again on data left out, but here goes with speed."
+        "73 % of it is not explained; it does not come again on data left out, but here goes with speed."
     )
 
 

@@ -171,7 +171,8 @@ def test_nothing_found_is_said() -> None:
 def test_shrinkage_with_interval_without_one_and_absent() -> None:
     found = document()
     assert words.shrinkage(found).endswith(
-        "The diagnosis closes 96 % of what refitting leaves (on new data nine times out of ten 91 to 99 %)."
+        "The diagnosis closes 96 % of what refitting leaves beyond noise (on new data nine times out of ten 91 "
+        "to 99 %)."
     )
     assert words.shrinkage(found).startswith("On runs left out, of which only the start is used, the error is 80 mm")
     found["shrink"]["interval90"] = [-0.002, 1.0]
@@ -179,7 +180,7 @@ def test_shrinkage_with_interval_without_one_and_absent() -> None:
     found["where"]["runs"] = found["where"]["runs"][:1]
     assert words.shrinkage(found).startswith("On stretches of time left out")
     found["shrink"]["interval90"] = None
-    assert words.shrinkage(found).endswith("closes 96 % of what refitting leaves.")
+    assert words.shrinkage(found).endswith("closes 96 % of what refitting leaves beyond noise.")
     found["shrink"]["fraction_closed"] = None
     assert words.shrinkage(found).endswith("Refitting leaves next to nothing to close.")
     assert "was not worked out" in words.shrinkage(document(shrink={}))

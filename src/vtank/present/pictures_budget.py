@@ -30,7 +30,7 @@ def budget_picture(lines: Sequence[dict[str, Any]], document: words.Document, wi
     low, high = min(0.0, *ends, *inside), max(100.0, *ends, *inside)
     height = 62.0 + ROW * len(lines)
     panel = Panel(Scale(low, high, NAMES, width - NUMBERS), Scale(len(lines), 0.0, height - 48.0, 10.0))
-    panel.frame("share of the gap left [%]", x_ticks=8, y_ticks=0)
+    panel.frame("share of the mean-square error left [%]", x_ticks=8, y_ticks=0)
     said = []
     for k, line in enumerate(lines):
         y, name = k + 0.5, words_budget.line_name(line, document)

@@ -57,11 +57,14 @@ def far_in_short(document: Document, data: WhereData) -> tuple[str, str]:
     """The shrinkage: on runs left out where that was worked out, on these runs otherwise."""
     s = document.get("shrink") or {}
     if s.get("fraction_closed") is not None:
-        return f"{words.closed(s)} closed", f"of what refitting leaves, on {words.left_out(document)}"
+        return f"{words.closed(s)} closed", f"of what refitting leaves beyond noise, on {words.left_out(document)}"
     if rest := document.get("unexplained"):
         named = sum(line["share"] for line in document["budget"] if line["kind"] in ("parameters", "effect"))
         size = words_budget.share(rest["share"])
-        return f"{words_budget.share(max(named, 0.0))} accounted for", f"of the gap; {size} is not sensor noise either"
+        return (
+            f"{words_budget.share(max(named, 0.0))} accounted for",
+            f"of {words_budget.whole_of(document)}; {size} is not sensor noise either",
+        )
     before, after = pictures_where.pair_of(document)
     unit = data.gaps[0].unit
     sizes = [(sum(g.rms(s) ** 2 for g in data.gaps) / len(data.gaps)) ** 0.5 for s in (before, after)]

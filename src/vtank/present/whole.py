@@ -10,11 +10,13 @@ from .document import html, plain
 from .numbers import number, percent
 from .vehicle_picture import vehicle_picture
 from .words import effect_name
+from .words_budget import TOLD, share
 
 if TYPE_CHECKING:
     from ..diagnose.whole.diagnosis import WholeDiagnosis
 
 Document = dict[str, Any]
+WHOLE = "the mean-square error of the simulator as it is"  # of which all shares are
 MOST = 6  # probabilities that are shown
 DOUBTS = {"worse": "the diagnosed simulator does not foretell what was left out of its fit any better",
           "disturbance": "the disturbance that is left is too large for turbulence",
@@ -57,7 +59,7 @@ def facts(document: Document) -> list[tuple[str, tuple[Paragraph | Table | Bars,
     chances = list(document["probabilities"].items())[:MOST]
     named = "+".join(sorted(_full(e) for e in document["effects"]))
     items.append(("Probable", (Bars(tuple((name, p, name == named) for name, p in chances)),)))
-    items.append(("Budget", (_budget(document["budget"]),)))
+    items.append(("Budget", (budget(document["budget"]),)))
     if document["notes"]:
         items.append(("Noticed", (Paragraph("; ".join(document["notes"]) + "."),)))
     return items
@@ -77,7 +79,7 @@ def sentence(document: Document) -> str:
     if verdict["kind"] in ("effect", "effects"):
         names = " and ".join(f"{effect_name(e['name'])} at {e['place']} ({e['sentence']})" for e in document["effects"])
         said = f"{names[:1].upper() + names[1:]}; probability {percent(verdict['probability'])}. "
-        said += f"It explains {percent(explained)} of the mean square error of simulation."
+        said += f"It explains {share(explained)} of {WHOLE}."
     if verdict["kind"] in ("effect", "effects") and len(verdict["class"]) > 1:
         said += f" This data does not rule out {', '.join(verdict['class'][1:])}."
     if verdict["kind"] == "unknown" and verdict["doubt"]:
@@ -85,7 +87,7 @@ def sentence(document: Document) -> str:
     if verdict["unexplained"]:
         said += f" Something that repeats and has no name is left at {', '.join(verdict['unexplained'])}."
     elif left > 0.1:
-        said += f" {percent(left)} of the error does not repeat and is not sensor noise."
+        said += f" Of {WHOLE}, {share(left)} does not repeat and is not sensor noise."
     return said
 
 
@@ -101,10 +103,14 @@ def _sizes(document: Document) -> tuple[tuple[str, ...], ...]:
     )
 
 
-def _budget(lines: list[Document]) -> Table:
-    rows = tuple((line["name"], percent(max(line["share"], 0.0)),
+def budget(lines: list[Document]) -> Table:
+    """Whose the error of simulation is."""
+    rows = tuple((line["name"], share(line["share"]),
                   " to ".join(f"{100.0 * end:z.0f}" for end in line["interval90"])) for line in lines)  # fmt: skip
-    return Table(("whose error it is", "share", "90 % interval [%]"), rows)
+    notes = [f"Shares of {WHOLE}; they add to 100 %."]
+    if any(line["share"] <= -TOLD for line in lines):
+        notes.append("What is below zero adds to the error, and the others take that off as well.")
+    return Table(("whose error it is", "share", "90 % interval [%]"), rows, tuple(notes))
 
 
 def details(document: Document) -> list[Block]:

@@ -300,7 +300,7 @@ def shrinkage(document: Document) -> str:
     )
     if s.get("fraction_closed") is None:
         return f"{text} Refitting leaves next to nothing to close."
-    text += f" The diagnosis closes {closed(s)} of what refitting leaves"
+    text += f" The diagnosis closes {closed(s)} of what refitting leaves beyond noise"
     if s.get("interval90"):
         low, high = s["interval90"]
         text += f" (on new data nine times out of ten {whole(100.0 * low)} to {whole(100.0 * high)} %)"

@@ -34,13 +34,26 @@ def shared_out(document: Document) -> str:
     lines = document.get("budget") or []
     named = [line for line in lines if line["kind"] in ("parameters", "effect")]
     taken = [(line_name(line, document), share(line["share"])) for line in named if line["share"] >= TOLD]
-    causes = [f"{agreeing(name, 'account')} for {size} of the gap" for name, size in taken[:1]]
+    causes = [f"{agreeing(name, 'account')} for {size}" for name, size in taken[:1]]
     causes += [f"{name} for {size}" for name, size in taken[1:]]
-    worse = [line for line in named if line["share"] <= -TOLD]
-    adds = [f"{agreeing(line_name(line, document), 'add')} {share(-line['share'])}" for line in worse]
     rest = [rest_of(line, document) for line in lines if line not in named and line["share"] >= TOLD]
-    said = "; ".join(listed(part) for part in (causes, rest, adds) if part)
-    return f"On {left_out(document)}, {said}." if said else ""
+    said = "; ".join(listed(part) for part in (causes, rest, [*added(document)]) if part)
+    return f"Of {whole_of(document)}, {said}." if said else ""
+
+
+def whole_of(document: Document) -> str:
+    """What all shares are of."""
+    before = "drag and thrust alone" if foreign(document) else "the simulator as it is"
+    return f"the mean-square error of {before} on {left_out(document)}"
+
+
+def added(document: Document) -> Iterator[str]:
+    """Steps that add to the error, and why the other shares then come to more than all."""
+    worse = [line for line in document.get("budget") or () if line["share"] <= -TOLD]
+    adds = [f"{agreeing(line_name(line, document), 'add')} {share(-line['share'])}" for line in worse]
+    if adds:
+        others = share(1.0 - sum(line["share"] for line in worse))
+        yield f"{listed(adds)}, so that the shares of the others come to {others}"
 
 
 def agreeing(name: str, verb: str) -> str:
@@ -95,7 +108,7 @@ def unexplained(document: Document) -> str:
     doubt = document["verdict"]["kind"] in ("unknown", "undecided")
     if not rest or not (doubt or (found and rest["share"] >= NOTABLE)):
         return ""
-    text = f"{share(rest['share'])} is not explained"
+    text = f"{share(rest['share'])} of it is not explained"
     functions = leading([c for c in found if c["kind"] == "function"])
     again = sum(line["share"] for line in document["budget"] if line["kind"] == "repeatable") >= TOLD
     if not functions:
@@ -171,7 +184,9 @@ def place(c: dict[str, Any], document: Document) -> str:
 def laws(document: Document) -> Iterator[str]:
     """Formulas that would be the missing law, a sentence or two for each."""
     for law in document.get("laws", ()):
-        closes = f"It closes {share(min(law['gap_closed'], 1.0))} of what refitting leaves on data left out"
+        closes = (
+            f"It closes {share(min(law['gap_closed'], 1.0))} of what refitting leaves beyond noise on data left out"
+        )
         yield f"{law['sentence']} {law['formula']}. {closes} (probability {percent(law['probability'])})."
 
 
