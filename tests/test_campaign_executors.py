@@ -184,6 +184,21 @@ def test_workers_end_with_their_parent(parent_does: str, tmp_path: Path) -> None
     until(lambda: not Path(f"/proc/{worker}").exists() or "Z" in Path(f"/proc/{worker}/stat").read_text().split()[2])
 
 
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="sends the signal of Ctrl-C")
+def test_an_interruption_does_not_wait_for_the_cases_under_way(tmp_path: Path) -> None:
+    """Of the parent alone, as by kill -INT; each case would take a minute."""
+    code = "import sys, campaigns as c, vtank.studies.processes as p\n"
+    code += "with p.processes(2) as work: list(work(c.note_and_sleep, sys.argv[1:]))"
+    path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    note = tmp_path / "pid"
+    command, environment = [sys.executable, "-c", code, str(note)], os.environ | {"PYTHONPATH": path}
+    with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) as parent:
+        until(lambda: note.exists() and note.read_text())
+        parent.send_signal(signal.SIGINT)
+        _, said = parent.communicate(timeout=30.0)
+    assert said.strip().endswith("KeyboardInterrupt") and said.count("Traceback") == 1
+
+
 def until(holds: Callable[[], object], patience_s: float = 60.0) -> None:
     """Wait for something to hold."""
     end = time.monotonic() + patience_s

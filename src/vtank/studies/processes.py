@@ -24,6 +24,7 @@ def processes(count: int) -> Iterator[Callable[..., Iterator[Any]]]:
     if count <= 1:
         yield map
         return
+    others = multiprocessing.active_children()
     with pool(count, signal.SIG_DFL) as workers:
         try:
             yield workers.map
@@ -31,6 +32,9 @@ def processes(count: int) -> Iterator[Callable[..., Iterator[Any]]]:
             raise InputError(f"a worker process died: {HINT}") from None
         except BaseException:
             workers.shutdown(wait=False, cancel_futures=True)
+            for child in multiprocessing.active_children():  # in the midst of a case, which may take minutes
+                if child not in others:
+                    child.terminate()
             raise
 
 
