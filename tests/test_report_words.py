@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from vtank.plant.parameters import unit_of
-from vtank.present import words
+from vtank.present import whole, words
 from vtank.present.terminal import terminal_text
 
 
@@ -262,3 +262,17 @@ def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: i
     assert max(len(line) for line in lines if "mm" not in line or " a " not in line) <= width
     assert "0.0794 1/s (95 %: 0.0775 to 0.0813)" in " ".join(text.split())
     assert any(line.split() == ["a", "80", "mm", "30", "mm", "8", "mm", "7", "mm"] for line in lines)
+
+
+@pytest.mark.parametrize(
+    ("name", "share", "told"),
+    [
+        ("thruster_weak", -0.49, "thruster_4 lacks 49 % of its force"),
+        ("thruster_weak", -1.0, "thruster_4 lacks 100 % of its force"),
+        ("thrust_lag", 0.3, "thrust lag at thruster_4 (why)"),
+    ],
+)
+def test_what_a_part_has_lost_is_told_with_its_share(name: str, share: float, told: str) -> None:
+    """No thruster that has half of its thrust is called dead."""
+    values = {"size": {"value": share, "sd": 0.01, "unit": "-"}}
+    assert whole.found({"name": name, "place": "thruster_4", "sentence": "why", "values": values}) == told

@@ -9,7 +9,7 @@ from .blocks import Bars, Block, Details, Drawing, Heading, Paragraph, Table, Te
 from .document import html, plain
 from .numbers import number, percent
 from .vehicle_picture import vehicle_picture
-from .words import effect_name
+from .words import WORDS, effect_name
 from .words_budget import TOLD, share
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def sentence(document: Document) -> str:
         "undecided": "Undecided: " + (DOUBTS.get(verdict["doubt"]) or "several causes are about as likely") + ".",
     }.get(verdict["kind"], "")
     if verdict["kind"] in ("effect", "effects"):
-        names = " and ".join(f"{effect_name(e['name'])} at {e['place']} ({e['sentence']})" for e in document["effects"])
+        names = " and ".join(map(found, document["effects"]))
         said = f"{names[:1].upper() + names[1:]}; probability {percent(verdict['probability'])}. "
         said += f"It explains {share(explained)} of {WHOLE}."
     if verdict["kind"] in ("effect", "effects") and len(verdict["class"]) > 1:
@@ -89,6 +89,13 @@ def sentence(document: Document) -> str:
     elif left > 0.1:
         said += f" Of {WHOLE}, {share(left)} does not repeat and is not sensor noise."
     return said
+
+
+def found(effect: Document, explained: bool = True) -> str:
+    """An effect at its place: how much is lost where it is a share, else its name, `explained` by its sentence."""
+    if lacks := WORDS["lacks"].get(effect["name"]):
+        return str(lacks.format(place=effect["place"], share=share(-effect["values"]["size"]["value"])))
+    return f"{effect_name(effect['name'])} at {effect['place']}" + f" ({effect['sentence']})" * explained
 
 
 def _full(effect: Document) -> str:
