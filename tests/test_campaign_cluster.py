@@ -78,11 +78,11 @@ def test_a_worker_killed_in_flight_costs_no_run(tmp_path: Path, machines: Machin
     """Bytes as from one thread, although one of two workers is killed after the first chunk."""
     campaign = campaign_of(tmp_path)
     fly_campaign(campaign, tmp_path / "threads", Threads(1))
-    left_s: list[float] = []
+    flown: list[int] = []
 
     def kill_one(tally: Tally) -> None:
-        left_s.append(tally.left_s)
-        if len(left_s) == 2:
+        flown.append(tally.flown)
+        if len(flown) == 2:
             machines.workers[0].kill()
             machines.workers[0].wait()
 
@@ -90,7 +90,7 @@ def test_a_worker_killed_in_flight_costs_no_run(tmp_path: Path, machines: Machin
         assert cluster.workers == 2
         tally = fly_campaign(campaign, tmp_path / "cluster", cluster, "csv", kill_one, chunk=2)
         assert len(cluster.client.nthreads()) == 1
-    assert tally.flown == 18 and len(left_s) == 10 and left_s[-1] == 0.0
+    assert tally.flown == 18 and len(flown) == 10 and flown[-1] == 18
     assert digests(tmp_path / "cluster") == digests(tmp_path / "threads")
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from ..studies.campaign import Executor, Tally
+    from .progress import progress
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -62,14 +63,13 @@ def executor(args: argparse.Namespace) -> Executor:
     return Processes(args.processes) if args.processes is not None else Threads(args.threads)
 
 
-def _follow(advance: Callable[[str], None]) -> Callable[[Tally], None]:
+def _follow(advance: progress) -> Callable[[Tally], None]:
     """Advance the counter run by run to where a tally stands."""
-    shown = 0
 
     def show(tally: Tally) -> None:
-        nonlocal shown
-        for _ in range(tally.before + tally.flown - shown):
-            advance(tally.note)
-        shown = tally.before + tally.flown
+        if not tally.flown:
+            advance.done_before(tally.before)
+        else:
+            advance(tally.note, tally.before + tally.flown - advance.done)
 
     return show

@@ -29,7 +29,7 @@ class progress:
 
         tqdm.monitor_interval = 0  # no thread beside work that may start processes
         tqdm.set_lock(RLock())
-        self.label, self.total, self.done, self.start = label, total, 0, time.monotonic()
+        self.label, self.total, self.done, self.before, self.start = label, total, 0, 0, time.monotonic()
         self.next_line, self.stream = self.start + INTERVAL_S, sys.stderr if stream is None else stream
         self.bar: Any = tqdm(
             desc=label,
@@ -42,18 +42,23 @@ class progress:
             nrows=get_terminal_size().lines,  # tqdm shows nothing where a terminal does not tell its own
         )
 
-    def __call__(self, note: str = "") -> None:
-        """Count, and show the note."""
-        self.done += 1
+    def __call__(self, note: str = "", count: int = 1) -> None:
+        """Count, several at once where they were done together, and show the note."""
+        self.done += count
         if self.bar.disable:
             self._line(note)
         elif self.total is None:
             self.bar.set_description_str(note)
         else:
             self.bar.set_postfix_str(note, refresh=False)
-            self.bar.update()
+            self.bar.update(count)
         if self.done == self.total:
             self.bar.close()
+
+    def done_before(self, count: int) -> None:
+        """Count work of an earlier go, which tells nothing of the time left."""
+        self.done = self.before = count
+        self.bar.n = self.bar.initial = count
 
     def __enter__(self) -> Self:
         return self
@@ -67,7 +72,7 @@ class progress:
             self.stream.write(f"{note} ...\n")
         elif self.done == self.total or now >= self.next_line:
             text = f"{self.label} {self.done}/{self.total} {note}".rstrip()
-            left = (now - self.start) / self.done * (self.total - self.done)
+            left = (now - self.start) / max(self.done - self.before, 1) * (self.total - self.done)
             self.stream.write(f"{text} ({now - self.start:.0f} s, {left:.0f} s left)\n")
             self.next_line = now + INTERVAL_S
         self.stream.flush()
@@ -79,7 +84,7 @@ def percent(label: str, stream: TextIO | None = None) -> Iterator[Callable[[floa
     with progress(f"{label}, percent", 100, stream) as advance:
 
         def report(share: float) -> None:
-            while advance.done < int(100.0 * share + 1e-9):
-                advance()
+            if (more := int(100.0 * share + 1e-9) - advance.done) > 0:
+                advance(count=more)
 
         yield report

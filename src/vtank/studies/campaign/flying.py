@@ -40,14 +40,9 @@ class Tally:
         return self.flown / max(monotonic() - self.start, 1e-9)
 
     @property
-    def left_s(self) -> float:
-        """Time left at this rate [s]; infinite before the first chunk."""
-        return (self.total - self.before - self.flown) / self.rate if self.flown else math.inf
-
-    @property
     def note(self) -> str:
-        """Rate and time left, in a few words."""
-        rate = f"{self.rate:.3g} runs/s, {duration(self.left_s)} left" if self.flown else "done before"
+        """Rate and failures, in a few words."""
+        rate = f"{self.rate:.3g} runs/s" if self.flown else "done before"
         return rate + (f", {self.failed} failed" if self.failed else "")
 
     @property
@@ -58,16 +53,6 @@ class Tally:
             return f"{self.total} runs{failed}, all done before"
         before = f", {self.before} of them done before" if self.before else ""
         return f"{self.total} runs{failed}{before}; {self.rate:.3g} runs/s"
-
-
-def duration(seconds: float) -> str:
-    """A time in words: 45 s, 3 min 20 s, 2 h 5 min."""
-    whole = math.ceil(min(seconds, 1e9))
-    if whole < 60:
-        return f"{whole} s"
-    if whole < 3600:
-        return f"{whole // 60} min {whole % 60} s"
-    return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
 def fly_campaign(
