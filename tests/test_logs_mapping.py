@@ -39,7 +39,7 @@ def test_presets_are_sound(preset: Path) -> None:
         (CHANNEL + CHANNEL, "column 'heading_rad' is given twice"),
         (PULSES.format("outputs = 1000000000"), "outputs: expected a whole number of at least 0 and up to 64"),
         (PULSES.format("stop_us = 1500.0\nfull_us = 1500.0"), "full_us: expected another length than stop_us, 1500"),
-        ('preset = "rso"\n' + CHANNEL, "preset: expected one of ardusub-bin, ardusub-tlog, px4, ros; found 'rso'"),
+        ('preset = "rso"\n' + CHANNEL, "preset: expected one of ardusub-bin, .*, ros, header; found 'rso'"),
         ('several = 1\n' + CHANNEL, "several: expected true or false"),
         ('time = { field = "t", unit = "h" }\n' + CHANNEL, "'h' is no unit of time"),
     ],
@@ -106,3 +106,17 @@ def test_the_howto_names_every_key_of_a_channel() -> None:
     text = (Path(__file__).parents[1] / "models" / "HOWTO.md").read_text(encoding="utf-8")
     rare = {"one_way", "parameters", "motor_function", "instance"}  # of autopilots, whose presets show them
     assert not [key for key in set(KEYS) - rare if f"`{key}`" not in text]
+
+
+def test_the_header_of_a_table_gives_what_the_channels_do_not(tmp_path: Path) -> None:
+    lines = ["Time [s];Heading;Depth [ft];drive", *(f"{k / 10};{k};10;{60 * k}" for k in range(20))]
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    own = '[[channel]]\nmessage = "table"\nfield = "drive"\ncolumn = "port_rev_s"\nunit = "rpm"\n'
+    (tmp_path / "map.toml").write_text('preset = "header"\n' + own)
+    run = import_log(tmp_path / "log.csv", mapping=tmp_path / "map.toml").run
+    assert set(run.columns) == {"port_rev_s", "heading_rad", "depth_m"}
+    assert np.allclose(run.samples("depth_m")[1], 3.048) and np.allclose(run.samples("port_rev_s")[1], np.arange(20))
+    assert np.allclose(run.samples("heading_rad")[1], np.radians(np.arange(20)))  # taken for degrees, as without a map
+    logfiles.dataflash(tmp_path / "dive.BIN")
+    with pytest.raises(InputError, match=r"map.toml: preset: 'header' is that of tables in text, and .*\(dataflash\)"):
+        import_log(tmp_path / "dive.BIN", mapping=tmp_path / "map.toml")

@@ -109,7 +109,9 @@ def settled(mapping: Mapping, log: Log, message: str) -> Mapping:
     """The mapping of a table with the units of angles that its header leaves open: degrees where one exceeds a turn."""
     stream = log.streams[message]
     unsaid = [
-        c for c in mapping.channels if not c.unit and c.columns != c.fields and column_unit(c.columns[0]) in DEGREES
+        c
+        for c in mapping.channels
+        if c.optional and not c.unit and c.columns != c.fields and column_unit(c.columns[0]) in DEGREES
     ]
     if not unsaid:
         return mapping

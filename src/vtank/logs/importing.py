@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +22,7 @@ from .decidable import Decidable, decidable
 from .header import channels, settled
 from .log import Log
 from .map_file import read_mapping
-from .mapping import PRESETS, Mapping
+from .mapping import HEADER, PRESETS, Mapping
 from .preview import preview
 
 ULOG_HEAD = b"ULog\x01\x12\x35"
@@ -74,10 +74,12 @@ def import_log(
         raise InputError("no log: nothing can be imported")
     files = [Path(path) for path in paths]
     chosen = read_mapping(mapping) if mapping is not None else _preset(files[0], vehicle is not None)
+    if chosen.header:
+        chosen = _with_header(chosen, files[0], vehicle is not None)
     log = Log(chosen.wanted)
     for file in files:
         _reader(file, chosen)(file, log)
-    if chosen.preset and table.NAME in log.streams:
+    if (chosen.preset or chosen.header) and table.NAME in log.streams:
         chosen = settled(chosen, log, table.NAME)
     known = load_vehicle(vehicle) if isinstance(vehicle, str | Path) else vehicle
     found = columns(log, chosen, known)
@@ -138,6 +140,15 @@ def _preset(path: Path, named: bool) -> Mapping:
     """The mapping that vtank brings for a kind of log; that of a table is its header. named: whether thrusters are."""
     kind = _kind(path)
     if kind == "table":
-        return Mapping(PRESETS / "header", channels(table.dialect(path).header, table.NAME, named), preset=True)
+        return Mapping(PRESETS / HEADER, channels(table.dialect(path).header, table.NAME, named), preset=True)
     names = {"tlog": "ardusub-tlog", "dataflash": "ardusub-bin", "ulog": "px4"}
     return read_mapping(PRESETS / f"{names.get(kind, 'ros')}.toml")
+
+
+def _with_header(mapping: Mapping, path: Path, named: bool) -> Mapping:
+    """The mapping of a table with what its header means of all columns that the mapping does not take itself."""
+    if (kind := _kind(path)) != "table":
+        raise InputError(f"{mapping.path}: preset: 'header' is that of tables in text, and {path} is none ({kind})")
+    taken = {name for channel in mapping.channels for name in channel.fields}
+    left = [name for name in table.dialect(path, mapping.time).header if name not in taken]
+    return replace(mapping, channels=mapping.channels + channels(left, table.NAME, named))

@@ -28,7 +28,7 @@ from ..record.columns import column, unknown
 from ..record.run import INPUTS
 from ..record.table import Table, open_table
 from .frames import ATTITUDE, BODY, EARTH
-from .mapping import PRESETS, WGS84, Armed, Channel, Mapping, Pulses, column_unit
+from .mapping import HEADER, PRESETS, WGS84, Armed, Channel, Mapping, Pulses, column_unit
 from .units import UNITS, factor
 
 KEYS = ("message", "type", "field", "fields", "column", "columns", "unit", "sign", "scale", "offset", "frame", "where",
@@ -58,7 +58,9 @@ def read_mapping(path: Path | str) -> Mapping:
 
 def _laid_over(own: Mapping, file: Table) -> Mapping:
     """A mapping with what a preset finds beside it."""
-    name = file.choice("preset", tuple(sorted(each.stem for each in PRESETS.glob("*.toml"))))
+    name = file.choice("preset", (*sorted(each.stem for each in PRESETS.glob("*.toml")), HEADER))
+    if name == HEADER:
+        return replace(own, header=True)
     base = read_mapping(PRESETS / f"{name}.toml")
     several, armed = own.several or base.several, own.armed or base.armed
     return replace(own, channels=own.channels + base.channels, several=several, armed=armed)

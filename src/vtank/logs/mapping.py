@@ -11,6 +11,7 @@ from ..record.columns import column
 from .units import factor
 
 PRESETS = Path(__file__).parent / "presets"
+HEADER = "header"  # the preset of tables, which is no file
 SINGLE_AXIS = {"n_rev_s": "rev/s", "command": "-", "thrust_N": "N"}  # inputs of a run along one axis
 WGS84 = "WGS84"
 
@@ -100,6 +101,7 @@ class Mapping:
         armed: None where nothing tells it.
         time: of a table: its column of times and their unit; None where the header tells it.
         preset: whether vtank made it.
+        header: whether the header of a table gives what the channels do not.
     """
 
     path: Path
@@ -108,6 +110,7 @@ class Mapping:
     armed: Armed | None = None
     time: tuple[str, str] | None = None
     preset: bool = False
+    header: bool = False
 
     def wanted(self, name: str, kind: str) -> tuple[str, ...]:
         """The fields of a message that are needed; none for a message that is not."""
