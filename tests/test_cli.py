@@ -241,6 +241,9 @@ SLIPS = {  # command line -> what is said of the slip in it
     "effects linear_drg": "no effect 'linear_drg'; did you mean 'linear_drag'?",
     "blind make --trials 1 --seed 1 --effects linar_drag --out d": "did you mean 'linear_drag'?",
     "blind mak": "unknown 'mak'; did you mean 'make'?",
+    "check-data mispelt.csv": "(No such file or directory); did you mean 'misspelt.csv'?",
+    "check-data nowhere/near/it.csv": "(No such file or directory); there is no folder nowhere",
+    "import lgo.csv --out d": "did you mean 'log.csv'?",
     "check-data misspelt.csv": "did you mean 'heading_rad'?",
     "import log.csv --map slip.toml --preview": "did you mean 'Drehzahl'?",
 }

@@ -154,6 +154,9 @@ def test_settings_override_and_errors_name_them(tmp_path: Path) -> None:
         ("sonar.noise_m=loud", "expected a number"),
         ("duration_min=3", "duration_s"),
         ("x", "key=value"),
+        ("foo.bar=3", "foo: unknown key"),
+        ("effects.linear_drg.c_per_s=1", "effects.linear_drg: unknown key; did you mean 'linear_drag'"),
+        ("waves.height_m=1", "waves.kind: missing"),
     ]:
         with pytest.raises(InputError, match=word) as error:
             load_scenario(path, [setting])

@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..plant.recorded import check_recorded
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record.contradictions import contradictions
+from ..record.files import unread
 from ..record.run import Run
 from ..record.shown import preformatted
 from ..record.writer import DECIMALS, write_run
@@ -110,7 +111,7 @@ def _kind(path: Path) -> str:
         with path.open("rb") as file:
             head = file.read(16)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise unread(path, error) from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: not a path ({error})") from None
     if not head:

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from .documents import json_text, read_json
+from .files import unread
 from .folder import Kind, new_folder, refuse_loss
 from .manifest import FILE, SCHEMA, Entry, Manifest, manifest_text, read_manifest, sha256, warn_of_changes
 from .reader import read_run
@@ -122,4 +123,4 @@ def _files(folder: Path) -> list[str]:
     try:
         return [entry.name for entry in folder.iterdir() if not entry.name.startswith(".")]
     except OSError as error:
-        raise InputError(f"{folder}: cannot be read ({error.strerror})") from None
+        raise unread(folder, error) from None

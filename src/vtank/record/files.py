@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import stat
 from pathlib import Path
 
@@ -39,7 +40,7 @@ def check_file(path: Path) -> None:
     try:
         state = path.stat()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise unread(path, error) from None
     except ValueError as error:  # a NUL in the name
         raise InputError(f"{str(path)!r}: not a path ({error})") from None
     if not stat.S_ISREG(state.st_mode):
@@ -50,13 +51,26 @@ def check_file(path: Path) -> None:
         raise InputError(f"{path}: holds {found}, expected {most} at most; split it, or record fewer samples a second")
 
 
+def unread(path: Path, error: OSError) -> InputError:
+    """What to say of a path that cannot be read: of one that is not there, what beside it may have been meant."""
+    told = f"{path}: cannot be read ({error.strerror})"
+    if not isinstance(error, FileNotFoundError):
+        return InputError(told)
+    at = next((place for place in (path, *path.parents) if place.parent.is_dir()), path)
+    names = [each.name for each in at.parent.iterdir() if not each.name.startswith(".")]
+    nearest = difflib.get_close_matches(at.name, names, 1, 0.6)
+    if nearest:
+        return InputError(f"{told}; did you mean '{at.with_name(nearest[0]) / path.relative_to(at)}'?")
+    return InputError(told if at == path else f"{told}; there is no folder {at}")
+
+
 def read_bytes(path: Path) -> bytes:
     """The whole file; InputError as of `check_file`, and for what cannot be read."""
     check_file(path)
     try:
         return path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+        raise unread(path, error) from None
 
 
 def read_text(path: Path) -> str:

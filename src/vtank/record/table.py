@@ -179,8 +179,15 @@ class Table:
         if full in self.overridden:
             return InputError(f"--set {full} (over {self.path}): {message}")
         line = line_of(self.path, self.name, key)
+        if not line and (setting := self._setting_of(full)):
+            return InputError(f"--set {setting} (over {self.path}): {full}: {message}")
         full = textwrap.shorten(full, LONGEST, placeholder="...")
         return InputError(f"{self.path}{f':{line}' if line else ''}: {full}: {message}")
+
+    def _setting_of(self, full: str) -> str:
+        """The setting that made a key of which the file has none, or its table; "" for none."""
+        made = [f"{full}."] if line_of(self.path, "", self.name) or not self.name else [f"{full}.", f"{self.name}."]
+        return next((setting for setting in sorted(self.overridden) if setting.startswith(tuple(made))), "")
 
     def _within(self, key: str, entries: Any) -> Table:
         if not isinstance(entries, dict):
