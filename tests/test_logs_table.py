@@ -215,3 +215,16 @@ def test_angles_without_a_unit_are_degrees_where_one_exceeds_a_turn(tmp_path: Pa
         assert f"Roll, yaw, gyro_z: no unit, taken for {word}" in str(found)
         assert np.allclose(found.run.columns["roll_rad"], factor * 0.1 * np.arange(20))
         assert np.allclose(found.run.columns["yaw_rate_rad_s"], factor * 0.2 * np.arange(20))
+
+
+@pytest.mark.parametrize("clock", [True, False])
+def test_a_clock_that_passes_midnight_goes_on(clock: bool, tmp_path: Path) -> None:
+    """As a time of day, and as the seconds of it."""
+    seconds = [(86397.5 + 0.5 * k) % 86400.0 for k in range(20)]
+    cells = [f"{int(s // 3600)}:{int(s % 3600 // 60):02d}:{s % 60:04.1f}" if clock else f"{s}" for s in seconds]
+    (tmp_path / "log.csv").write_text("time;heading_rad\n" + "".join(f"{c};{k}\n" for k, c in enumerate(cells)))
+    found = import_log(tmp_path / "log.csv")
+    time_s, heading = found.run.samples("heading_rad")
+    assert np.allclose(time_s, 0.5 * np.arange(20)) and np.allclose(heading, np.arange(20))
+    assert "its clock goes back by a day 1 time: past midnight it goes on" in str(found)
+    assert "several recordings in one" not in str(found)

@@ -26,6 +26,8 @@ DELIMITERS = (";", "\t", "|", ",")
 EMPTY = {"", "nan", "null", "none", "na", "n/a", "-", "--"}
 LONGEST = 2**18  # characters of a line; a choice
 LOOK = 50  # lines by which the dialect is found; a choice
+DAY_S = 86400.0  # [s] of a clock that tells the time of day
+PAUSE_S = 3600.0  # [s] without a row about midnight, up to which the clock is taken for that of the next day; a choice
 SECOND_S = 1.0  # steps of whole numbers above it, without a unit, are milliseconds; a choice
 
 
@@ -99,9 +101,9 @@ def read(path: Path, log: Log, mapping: Mapping) -> None:
     if short:
         log.remarks.append(f"{short} rows are incomplete or have no time: left out")
     scale = _time_scale(how, stamps, log)
-    for time in stamps:
-        stream.tick(time * scale)
-        stream.time_s.append(time * scale)
+    for time_s in _past_midnight([time * scale for time in stamps], log):
+        stream.tick(time_s)
+        stream.time_s.append(time_s)
 
 
 def _rows(path: Path, how: Dialect, log: Log) -> Iterator[list[str]]:
@@ -178,6 +180,19 @@ def _time(path: Path, names: list[str], time: tuple[str, str] | None) -> tuple[i
             return k, unit or TIME_UNIT.get(stem, "")
     raise InputError(f"{path}: no column of times; expected one called time_s, time, t or timestamp, or [time] in a "
                      f"mapping file; found {', '.join(names)}")  # fmt: skip
+
+
+def _past_midnight(times_s: list[float], log: Log) -> list[float]:
+    """Times of a clock that counts the seconds of a day and goes back by one at midnight, as if it went on."""
+    if not times_s or min(times_s) < 0.0 or max(times_s) > DAY_S:
+        return times_s
+    nights, found = 0, times_s[:1]
+    for earlier, later in zip(times_s, times_s[1:], strict=False):
+        nights += later - earlier < PAUSE_S - DAY_S
+        found.append(later + nights * DAY_S)
+    if nights:
+        log.remarks.append(f"its clock goes back by a day {nights} time{'s' * (nights > 1)}: past midnight it goes on")
+    return found
 
 
 def _time_scale(how: Dialect, stamps: array[float], log: Log) -> float:
