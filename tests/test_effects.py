@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -13,6 +14,7 @@ import pytest
 from vtank.effects import catalogue
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.effects.effect import Effect, Need, Parameter, unit_suffix
+from vtank.effects.loaded import effects_in
 from vtank.errors import InputError
 from vtank.plant.hooks import added
 from vtank.plant.parameters import NAMES, PLAIN, SIZE, null_vector, slot, vector
@@ -69,7 +71,7 @@ def test_units_are_told_by_rule_and_an_unknown_one_is_refused_where_it_is_writte
 
 def test_every_module_of_the_folder_is_in_the_catalogue_under_its_own_name():
     folder = Path(catalogue.__file__).parent
-    files = {path.stem for path in folder.glob("*.py")} - {"__init__", "effect", "catalogue"}
+    files = {path.stem for path in folder.glob("*.py")} - {"__init__", "effect", "catalogue", "loaded"}
     assert files == set(BY_NAME) and len(BY_NAME) == len(CATALOGUE)
     orders = [(effect.channel, effect.order) for effect in CATALOGUE]
     assert len(set(orders)) == len(orders)
@@ -175,3 +177,27 @@ def names_an_effect(text: str) -> bool:
 def test_a_string_that_names_an_effect_is_found():
     assert all(map(names_an_effect, ("seiche", "tachometer_spikes.size", "sonar_", "tether.")))
     assert not any(map(names_an_effect, ("seiches", "the tether", "", "_", "thrust_N", "effects.tether.k_per_s2")))
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("x = 1\ndef f(:\n", "bad.py:2: SyntaxError: "),
+        ("x = 1\n\nEFFECT = y\n", "bad.py:3: NameError: name 'y' is not defined"),
+        (
+            "from vtank.effects.effect import Parameter\nEFFECT = Parameter('c', 's/furlong', '', 0.0, (0, 1), 1.0)\n",
+            "bad.py:2: ValueError: unit 's/furlong' is not known",
+        ),
+    ],
+)
+def test_a_fault_in_an_effect_of_ones_own_is_told_by_file_and_line(
+    text: str, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / f"own_{len(text)}"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "bad.py").write_text(text)
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(InputError, match=re.escape(said)) as told:
+        list(effects_in(folder.name, [str(folder)]))
+    assert str(told.value).startswith(str(folder))

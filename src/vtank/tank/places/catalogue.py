@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from importlib import import_module
-from pkgutil import iter_modules
 
+from ...effects.loaded import effects_in
 from .effect import KINDS, PlacedEffect
 
 
 def _found(kind: str) -> Iterator[PlacedEffect]:
     """The effects of a folder: one in each file that holds an EFFECT."""
     folder = f"{__package__}.{kind}"
-    for found in iter_modules(import_module(folder).__path__):
-        module = import_module(f"{folder}.{found.name}")
-        if hasattr(module, "EFFECT"):
-            yield module.EFFECT
+    for _, effect in effects_in(folder, import_module(folder).__path__):
+        yield effect
 
 
 CATALOGUE: tuple[PlacedEffect, ...] = tuple(
