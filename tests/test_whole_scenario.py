@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from vtank.cli import main
 from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
 from vtank.experiment.whole import Flown
-from vtank.experiment.whole_scenario import fly_scenarios, is_whole, load_whole_scenario, summary
+from vtank.experiment.whole_scenario import fly_scenarios, fly_whole, is_whole, load_whole_scenario, summary
 from vtank.plant import Sensor, Thruster, load_vehicle
 from vtank.plant.vehicle import AXES
 from vtank.record import Run, read_dataset, read_truth
@@ -155,3 +156,16 @@ def test_the_summary_tells_of_a_vehicle_that_turns_round_and_round() -> None:
     heading = np.r_[np.linspace(0.0, np.pi - 0.01, 50), np.linspace(-np.pi + 0.01, -0.2, 50)]
     run = Run("run_1", 0.1 * np.arange(100), {"attitude.heading_rad": heading})
     assert "attitude.heading_rad +0 to +6.08" in summary(zigzag, Flown(run))
+
+
+def test_a_vehicle_above_the_water_and_one_that_sinks_are_told() -> None:
+    """vtank's water has neither surface nor floor: nothing would seem wrong."""
+    zigzag = load_whole_scenario("whole/zigzag", ("vehicle=bluerov2", "duration_s=3", "depth_m=0"))
+    said = summary(zigzag, fly_whole(zigzag))
+    assert re.search(r"; above the surface from [\d.]+ s, by up to [\d.e-]+ m: there is water here, too$", said), said
+    deep = load_whole_scenario("whole/zigzag", ("vehicle=bluerov2", "duration_s=3", "depth_m=2", "hold=[]"))
+    assert "surface" not in summary(deep, fly_whole(deep))
+    sunk = Flown(
+        Run("run_1", np.arange(3.0), {"imu.yaw_rate_rad_s": np.zeros(3)}), depth="depth 1 to 57 m, and no floor"
+    )
+    assert summary(deep, sunk).endswith("; depth 1 to 57 m, and no floor")

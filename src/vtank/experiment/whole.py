@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from ..tank.whole import Whole
 
 Array = NDArray[np.float64]
+SUNK_M = 5.0  # [m] of change of depth from which it is told where nobody asked for it; a choice
 MOST_STEPS = 10_000_000  # of a flight, whose sensors take some GB by then; a choice
 
 
@@ -43,13 +44,22 @@ Pilot = Callable[[float, Mapping[str, float]], Mapping[str, float]]
 
 @dataclass(frozen=True)
 class Flown:
-    """A recording, why the flight ended before its time ("" where it did not), axes that were not held, and those that
-    asked more than thrusters and fins make, with the share of the time."""
+    """A recording and what is to be told of the flight, "" for nothing.
+
+    Attributes:
+        run: the recording.
+        ended: why it ended before its time.
+        left: axes that were not held. cut: those that asked more than thrusters and fins make, and how often, 0 to 1.
+        above: when and how far it was above the surface; it floats where that is its place.
+        depth: how its depth changed by more than SUNK_M.
+    """
 
     run: Run
     ended: str = ""
     left: tuple[str, ...] = ()
     cut: Mapping[str, float] = field(default_factory=dict)
+    above: str = ""
+    depth: str = ""
 
 
 def fly_vehicle(
@@ -88,8 +98,8 @@ def fly_vehicle(
         "depth_m": depth_m,
     }
     flown = fly(vehicle, commands, duration_s, name=name, period_s=period_s, effects=effects, **settings)
-    if flown.ended:
-        warnings.warn(f"{name}: {flown.ended}", stacklevel=2)
+    for said in filter(None, (flown.ended, flown.above)):
+        warnings.warn(f"{name}: {said}", stacklevel=2)
     return flown.run
 
 
@@ -141,7 +151,13 @@ def fly(
     for sensor_name, instrument in instruments.items():
         channels |= instrument.record(time_s, motion[sensor_name])
     ended = f"{flight.ended} after {time_s[-1]:.4g} s, the last good time" if flight.ended else ""
-    return Flown(Run.from_channels(name, channels), ended)
+    least, most = flight.depths_m
+    above = depth = ""
+    if flight.above_s is not None and not vehicle.heave_N_per_m:
+        above = f"above the surface from {flight.above_s:.4g} s, by up to {-least:.3g} m: there is water here, too"
+    if most - least > SUNK_M:
+        depth = f"depth {least:.3g} to {most:.3g} m" + ", and no floor" * (water.get("walls") is None)
+    return Flown(Run.from_channels(name, channels), ended, above=above, depth=depth)
 
 
 def _flown(

@@ -198,8 +198,9 @@ def summary(scenario: WholeScenario, flown: Flown) -> str:
         told.append(f"{', '.join(flown.left)} not held: {scenario.vehicle.name} cannot")
     if cut := [f"{axis} {100.0 * share:.0f} %" for axis, share in flown.cut.items() if share > NOTED]:
         told.append(f"more asked than thrusters and fins make: {', '.join(cut)} of the time")
-    ended = f"; {flown.ended}" if flown.ended else ""
-    return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {', '.join(filter(None, told))}{ended}"
+    ends = [flown.above, flown.depth if "heave" not in orders else "", flown.ended]
+    said = "; ".join(filter(None, (", ".join(filter(None, told)), *ends)))
+    return f"{run.name}: {scenario.vehicle.name}, {run.duration_s:g} s, {said}"
 
 
 def _range(run: Run, channel: str) -> str:

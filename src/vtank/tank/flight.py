@@ -29,6 +29,8 @@ class Flight:
     Attributes:
         done: steps that are behind it.
         ended: why it can go no further, "" while it can: it has struck something.
+        depths_m: least and greatest depth of its origin so far [m].
+        above_s: when its origin first was above the surface; None where it never was [s].
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Flight:
         turn = self.data.xmat[self.body].reshape(3, 3)
         self.data.qvel[self.dof : self.dof + 6] = np.concatenate([turn @ velocity[:3], velocity[3:]])
         self._start = self.data.xpos[self.body].copy()
+        self.depths_m, self.above_s = (-float(self._start[2]),) * 2, None if self._start[2] <= 0.0 else 0.0
         self._corners = corners(self.model, self.body)
         around = self.model.body_rootid[self.model.geom_bodyid] != self.body
         pushed = any(placed.effect.wrench for placed in effects)
@@ -121,6 +124,10 @@ class Flight:
             )
         self.sensordata[self.done] = row
         self.done += 1
+        depth_m = -float(self.data.xpos[self.body, 2])
+        self.depths_m = min(depth_m, self.depths_m[0]), max(depth_m, self.depths_m[1])
+        if depth_m < 0.0 and self.above_s is None:
+            self.above_s = self.done * self.step_s
         if self.effects:
             moving = self._moving(self.data)
             for placed in self.effects:
