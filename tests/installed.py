@@ -24,6 +24,9 @@ COMMANDS = (
     "import data/paper-ds1.csv --preview",
     "run whole/zigzag --set vehicle=remus100 --set duration_s=10 --out zigzag",
     "campaign own.toml --out many --threads 1",
+    "view zigzag/zigzag.csv --vehicle remus100 --film zigzag.mp4",
+    "explore zigzag --nominal remus100 --write-plan next.toml",
+    "demo --out story",
 )
 CAMPAIGN = 'model = "surge"\nrepeats = 2\n[grid]\nscenario = ["paper-ds1"]\nduration_s = 5.0\n'
 INSIDE = (
@@ -52,7 +55,9 @@ def try_out(dist: Path) -> None:
         work.mkdir()
         (work / "own.toml").write_text(CAMPAIGN)
         python = str(home / "bin" / "python")
-        subprocess.run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", dist], check=True)
+        subprocess.run(
+            [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", f"{dist}[film]"], check=True
+        )
         kept = {name: value for name, value in os.environ.items() if not name.startswith(("PYTHON", "VTANK"))}
         environment = kept | {"VTANK_CACHE_DIR": str(Path(folder) / "cache")}
         for words in (("-c", INSIDE), *(("-m", "vtank", *command.split()) for command in COMMANDS)):
