@@ -17,7 +17,7 @@ from vtank.estimate.observed import observe
 from vtank.plant.parameters import vector
 from vtank.record.run import TIME
 
-SOME = ("linear_drag", "coulomb_friction", "thruster_weak", "thrust_deadband", "gyro_bias", "sensor_latency", "current")
+SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "sensor_latency", "current")
 ONE_AXIS = ("linear_drag", "coulomb_friction", "thrust_deadband", "thrust_asymmetry", "sonar_latency")
 
 
@@ -71,7 +71,7 @@ def test_the_plant_of_one_axis_has_what_the_simulator_has(one_axis):
 def test_the_place_on_a_vehicle_is_named_with_its_size(whole):
     assert (whole.verdict.kind, whole.verdict.effects, whole.verdict.places) == (
         "effect",
-        ("thruster_weak",),
+        ("thruster_dead",),
         ("port",),
     )
     size, sd = whole.selection.best.values(whole.selection.best.effects[0])["size"]

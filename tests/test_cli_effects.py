@@ -64,9 +64,9 @@ def test_every_row_of_the_table_has_the_same_number_of_cells() -> None:
 
 
 def test_an_effect_at_places_is_shown_by_its_name(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["effects", "thruster_weak"]) == 0
-    assert "| thruster_weak | thruster | `share` |" in capsys.readouterr().out
+    assert main(["effects", "thruster_dead"]) == 0
+    assert "| thruster_dead | thruster | `share` |" in capsys.readouterr().out
     assert main(["effects", "thruster_wek"]) == 2
-    assert "did you mean 'thruster_weak'?" in capsys.readouterr().err
-    assert main(["effects", "linear_drag", "thruster_weak"]) == 2
-    assert "'thruster_weak' is an effect at places" in capsys.readouterr().err
+    assert "did you mean 'thruster_dead'?" in capsys.readouterr().err
+    assert main(["effects", "linear_drag", "thruster_dead"]) == 2
+    assert "'thruster_dead' is an effect at places" in capsys.readouterr().err

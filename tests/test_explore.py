@@ -24,7 +24,7 @@ from vtank.studies.explore.planner import ranked
 CRAFT = ("bluerov2", "kingfisher", "phoenix", "remus100")
 BLUEROV = load_vehicle("bluerov2")
 VEHICLE = replace(BLUEROV, sensors=tuple(s for s in BLUEROV.sensors if s.name in ("imu", "dvl")))
-SOME = ("linear_drag", "thruster_weak")
+SOME = ("linear_drag", "thruster_dead")
 
 
 @pytest.fixture(scope="module")

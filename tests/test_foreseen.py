@@ -17,7 +17,7 @@ from vtank.rigid.recorded import record
 
 FILE = load_vehicle("bluerov2")
 VEHICLE = replace(FILE, sensors=tuple(s for s in FILE.sensors if s.name in ("imu", "dvl")))
-SOME = ("linear_drag", "coulomb_friction", "thruster_weak", "thruster_reversed")
+SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thruster_reversed")
 
 
 @pytest.fixture(scope="module")
@@ -63,7 +63,7 @@ def test_own_parameters_take_part_of_an_effect_and_the_rest_grows_with_it(flight
 def test_a_rival_explains_no_more_than_its_bounds_allow(small) -> None:
     """A thruster that pushes the other way is none that has lost at most all of its force."""
     hypotheses, seen = small
-    reversed_, dead = (at(hypotheses, f"{name}@thruster_1") for name in ("thruster_reversed", "thruster_weak"))
+    reversed_, dead = (at(hypotheses, f"{name}@thruster_1") for name in ("thruster_reversed", "thruster_dead"))
     free = tuple(replace(number, low=-np.inf) for number in hypotheses[dead].numbers)
     unbounded = [replace(h, numbers=free) if i == dead else h for i, h in enumerate(hypotheses)]
     assert seen.apart(hypotheses)[reversed_, dead] > 10.0 * seen.apart(unbounded)[reversed_, dead]

@@ -267,8 +267,8 @@ def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: i
 @pytest.mark.parametrize(
     ("name", "share", "told"),
     [
-        ("thruster_weak", -0.49, "thruster_4 lacks 49 % of its force"),
-        ("thruster_weak", -1.0, "thruster_4 lacks 100 % of its force"),
+        ("thruster_dead", -0.49, "thruster_4 lacks 49 % of its force"),
+        ("thruster_dead", -1.0, "thruster_4 lacks 100 % of its force"),
         ("thrust_lag", 0.3, "thrust lag at thruster_4 (why)"),
     ],
 )

@@ -90,7 +90,7 @@ def test_the_corrected_simulator_agrees_with_the_second_recording(told: tuple[Pa
     assert errors["rms"]["diagnosed"] < 0.2 * errors["rms"]["nominal"]
     assert errors["rms"]["diagnosed"] < 3.0 * errors["floor"]
     verdict = json.loads((out / "bluerov2" / "gap.json").read_text())["verdict"]
-    assert (verdict["effects"], verdict["places"]) == (["thruster_weak"], ["thruster_4"])
+    assert (verdict["effects"], verdict["places"]) == (["thruster_dead"], ["thruster_4"])
 
 
 @pytest.mark.slow

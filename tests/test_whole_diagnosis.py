@@ -15,7 +15,7 @@ from vtank.errors import InputError
 from vtank.experiment.whole import fly_vehicle
 
 NOMINAL = vt.load_vehicle("bluerov2")
-SOME = ("linear_drag", "coulomb_friction", "thruster_weak", "thrust_deadband", "gyro_bias", "magnetometer_bias",
+SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "magnetometer_bias",
         "sensor_latency", "current", "sensor_rotated")  # fmt: skip
 WEAK = replace(NOMINAL, thrusters=tuple(
     replace(t, curve=tuple((n, 0.5 * f) for n, f in t.curve)) if t.site == "thruster_4" else t
@@ -72,7 +72,7 @@ def test_a_dead_thruster_is_told_from_the_other_seven():
         replace(t, curve=tuple((n, 1e-9 * f) for n, f in t.curve)) if t.site == "thruster_6" else t
         for t in NOMINAL.thrusters))  # fmt: skip
     verdict = vt.diagnose([flight(dead, 4)], nominal=NOMINAL, effects=SOME).verdict
-    assert (verdict.effects, verdict.places) == (("thruster_weak",), ("thruster_6",))
+    assert (verdict.effects, verdict.places) == (("thruster_dead",), ("thruster_6",))
     assert verdict.probability > 0.95
 
 
@@ -150,7 +150,7 @@ def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path
 @pytest.mark.slow
 def test_a_gap_of_many_deviations_is_laid_to_its_law_and_not_to_what_has_no_name():
     """Free-form forces and laws are weighed by the same filter: far from the optimum one of their own is worth more."""
-    weak = ("duration_s=40", 'effects."thruster_weak@thruster_2".share=0.485')
+    weak = ("duration_s=40", 'effects."thruster_dead@thruster_2".share=0.485')
     runs = vt.run("whole/bluerov2-multisine", seed=1, settings=weak)
     verdict = vt.diagnose(runs, nominal=NOMINAL, axes=("surge", "sway", "yaw"), effects=SOME).verdict
-    assert (verdict.kind, verdict.effects, verdict.places) == ("effect", ("thruster_weak",), ("thruster_2",))
+    assert (verdict.kind, verdict.effects, verdict.places) == ("effect", ("thruster_dead",), ("thruster_2",))

@@ -151,8 +151,8 @@ THRUSTER_CASES = [
     ("thrust_asymmetry__three", {"e": 0.2}, at(C, (0, 1.2, 0))),
     ("supply_sag__one", {"r_per_s": 0.1}, at(A, (8.0 * math.expm1(-0.1), 0, 0))),
     ("tachometer_bias__one", {"b_rev_s": 1.0}, at(A, (4.5 - 8.0, 0, 0))),
-    ("thruster_weak__two", {}, at(B, (-10.0, 0, 0))),
-    ("thruster_weak__two", {"share": 0.25}, at(B, (-2.5, 0, 0))),
+    ("thruster_dead__two", {}, at(B, (-10.0, 0, 0))),
+    ("thruster_dead__two", {"share": 0.25}, at(B, (-2.5, 0, 0))),
     ("thruster_reversed__three", {}, at(C, (0, 12.0, 0))),
     ("thruster_turned__two", {"yaw_rad": 0.3}, at(B, (10.0 * (math.cos(0.3) - 1), 10.0 * math.sin(0.3), 0))),
     ("thruster_turned__two", {"pitch_rad": 0.3}, at(B, (10.0 * (math.cos(0.3) - 1), 0, -10.0 * math.sin(0.3)))),
@@ -171,7 +171,7 @@ def test_an_effect_of_a_thruster_changes_its_force_alone(block: Vehicle, key, va
 def test_effects_of_one_thruster_act_in_their_order_whatever_the_file_has(block: Vehicle) -> None:
     """What is read less its bias, less the dead band, and then the force fades: 0.5 (4 - 1 - 0.5)^2 (1 - 0.2)."""
     entries = {
-        "thruster_weak__one": {"share": 0.2},
+        "thruster_dead__one": {"share": 0.2},
         "thrust_deadband__one": {"n0_rev_s": 0.5},
         "tachometer_bias__one": {"b_rev_s": 1.0},
     }

@@ -183,7 +183,7 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         number = Parameter("size", (f"{slot}@{push.name}",), unit, scale, **more)  # type: ignore[arg-type]
         return Placed(effect, push.name, ACTUATOR, (number,), words)
 
-    yield one("thruster_weak", "share", "-", 0.5, "it makes only part of its force, or none", low=-1.0, high=0.0,
+    yield one("thruster_dead", "share", "-", 0.5, "it makes only part of its force, or none", low=-1.0, high=0.0,
               starts=(-0.5, -1.0))  # fmt: skip
     yield one("thruster_reversed", "share", "-", 0.0, "it pushes the other way", starts=(-2.0,))
     for other in range(k + 1, len(layout.pushes)):

@@ -32,7 +32,7 @@ def bluerov(act: Act) -> Iterator[Step]:
     """Fly, diagnose, correct, and only then look at what was withheld."""
     random = np.random.default_rng(act.seed)
     thruster, share = str(random.choice(THRUSTERS)), float(random.uniform(*LOST))
-    weak = f'effects."thruster_weak@{thruster}".share={share:.3f}'
+    weak = f'effects."thruster_dead@{thruster}".share={share:.3f}'
     folder = act.folder / "bluerov2"
     folder.mkdir()
     runs = flown(act, SCENARIO, weak, act.seed)
@@ -110,7 +110,7 @@ def corrected(columns: dict[str, dict[str, float]]) -> Step:
 def told(found: Any, thruster: str, share: float) -> Step:
     """The truth, beside what was found."""
     named = {(e["name"], e["place"]): e["values"] for e in found.document["effects"]}
-    size, name = named.get(("thruster_weak", thruster)), thruster.replace("_", " ")
+    size, name = named.get(("thruster_dead", thruster)), thruster.replace("_", " ")
     said = "did not name it." if size is None else f"named it, with {-100.0 * size['size']['value']:.1f} %."
     return Step(
         "What was withheld from it",

@@ -11,7 +11,7 @@ def weak(time_s: Array, n: Array, force: Array, p: Values) -> Array:
 
 
 EFFECT = PlacedEffect(
-    "thruster_weak",
+    "thruster_dead",
     "thruster",
     "F -> (1 - share) F",
     (Number("share", ("",), "of its force that is lost", 1.0, 0.0, 1.0, usual=lambda _: 0.5),),
