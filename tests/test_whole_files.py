@@ -194,6 +194,7 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
         ("noise = [0.01, 0.01]", "noise = [0.01]", "sensor.dvl.noise: expected 2 numbers, one for each channel"),
         ("rate_hz = 5.0", "rate = 5.0", "sensor.dvl.rate: "),
         ("[[fin]]", '[[thruster]]\nname = "main"\nsite = "stern"\ndirection = [0,1,0]\nlimit_N = 1\n[[fin]]', "taken"),
+        ('name = "rudder"', 'name = "main"', "fin[0].name: 'main' is taken, by thruster[0]; expected"),
         ('site = "stern"\ndirection', 'site = "sternn"\ndirection', "thruster[0].site: the MJCF has no site 'sternn'"),
         ("mass_kg = 10.0", "mass_kg = 11.0", "kg; is one of them without payload or ballast?"),
         ("stern_m = [-0.5, 0.0, 0.1]", "stern_m = [-0.5, 0.0, -0.1]", "the z axis of one of them points up"),

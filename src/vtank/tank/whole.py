@@ -173,11 +173,14 @@ def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array
 
 def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
     """Raise InputError where a name is given twice, or the MJCF differs about mass, places or which way is down."""
-    for key, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
-        names = [part.name for part in parts]
-        if twice := [i for i, name in enumerate(names) if name in names[:i]]:
-            where = f"{vehicle.path}: {key}[{twice[0]}].name"
-            raise InputError(f"{where}: '{names[twice[0]]}' is taken; expected a name of its own")
+    taken: dict[str, str] = {}
+    for kind, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
+        for number, name in enumerate(part.name for part in parts):
+            key = f"{kind}[{number}]"
+            if name in taken:  # inputs and effects are found by it
+                told = f"'{name}' is taken, by {taken[name]}; expected a name of its own"
+                raise InputError(f"{vehicle.path}: {key}.name: {told}")
+            taken[name] = key
     mass, centre = mass_kg(model), centre_of_gravity(model, vehicle_body(model))
     if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
         told = f"found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg"
