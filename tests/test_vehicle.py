@@ -121,6 +121,27 @@ def test_another_vehicle_needs_no_code(tmp_path: Path) -> None:
     assert not vehicle.linear_drag.any()
 
 
+@pytest.mark.parametrize(
+    ("buoyancy_N", "cause"),
+    [
+        ("11.5", "is it in kilograms?"),
+        ("1148.0", "has its decimal point slipped"),
+        ("25.4", "has its decimal point slipped"),
+    ],
+)
+def test_a_buoyancy_that_no_vehicle_has_is_refused(tmp_path: Path, buoyancy_N: str, cause: str) -> None:
+    path = written(tmp_path, BLUEROV.replace("114.8", buoyancy_N))
+    with pytest.raises(InputError) as caught:
+        load_vehicle(path)
+    told = f"{path}:7: body.buoyancy_N: found {buoyancy_N.removesuffix('.0')} N, but 11.5 kg weigh 112.8 N; expected"
+    assert told in str(caught.value) and cause in str(caught.value)
+
+
+@pytest.mark.parametrize("buoyancy_N", ["80.0", "140.0"])
+def test_a_heavy_crawler_and_a_light_float_are_believed(tmp_path: Path, buoyancy_N: str) -> None:
+    assert load_vehicle(written(tmp_path, BLUEROV.replace("114.8", buoyancy_N))).buoyancy_N == float(buoyancy_N)
+
+
 DIRECTION = "direction = { value = [0.0, "
 
 

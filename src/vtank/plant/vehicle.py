@@ -17,12 +17,14 @@ from ..errors import InputError
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
+from ..units import G_M_S2
 from .actuators import Fin, Thruster, read_fin, read_thruster
 from .sensor import Sensor, read_sensors
 
 KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "fin", "sensor",
         "sites", "hull")  # fmt: skip
 BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N", "heave_N_per_m")
+MOST_TRIM = 0.5  # of the weight by which buoyancy may miss it: generous for a heavy crawler or a light float; a choice
 AHEAD = (1.0, 0.0, 0.0)
 AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 ADDED_MASS = ("surge_kg", "sway_kg", "heave_kg", "roll_kg_m2", "pitch_kg_m2", "yaw_kg_m2")
@@ -129,7 +131,7 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         added_mass=_added_mass(file.table("added_mass")),
         quadratic_drag=_drag(file.table("quadratic_drag"), QUADRATIC_DRAG, None),
         linear_drag=_drag(file.table("linear_drag"), LINEAR_DRAG, 0.0),
-        buoyancy_N=body.positive("buoyancy_N"),
+        buoyancy_N=_buoyancy_N(body),
         centre_of_buoyancy_m=np.array(body.vector("centre_of_buoyancy_m")),
         propeller_sites=propeller.texts("sites") if propeller.entries else _ahead(thrusters),
         propeller_diameter_m=propeller.positive("diameter_m") if propeller.entries else math.nan,
@@ -147,6 +149,18 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
 def _ahead(thrusters: tuple[Thruster, ...]) -> tuple[str, ...]:
     """Sites of those that push straight ahead."""
     return tuple(thruster.site for thruster in thrusters if thruster.direction == AHEAD)
+
+
+def _buoyancy_N(body: Table) -> float:
+    """Of [body]; InputError where neither what dives nor what floats has so little or so much of it [N]."""
+    mass, buoyancy = body.positive("mass_kg"), body.positive("buoyancy_N")
+    weight = mass * G_M_S2
+    if abs(buoyancy / weight - 1.0) > MOST_TRIM:
+        in_kilograms = abs(buoyancy / mass - 1.0) <= MOST_TRIM
+        cause = "is it in kilograms?" if in_kilograms else "has its decimal point slipped, or that of mass_kg?"
+        told = f"found {buoyancy:g} N, but {mass:g} kg weigh {weight:.4g} N; expected within {MOST_TRIM:.0%} of that"
+        raise body.error("buoyancy_N", f"{told}; {cause}")
+    return buoyancy
 
 
 def _added_mass(table: Table) -> np.ndarray:
