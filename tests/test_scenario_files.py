@@ -178,6 +178,13 @@ def test_a_command_that_would_hit_a_wall_is_refused(tmp_path: Path) -> None:
         assert "trial.toml" in str(error.value)
 
 
+def test_a_frequency_that_the_commands_cannot_follow_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as error:
+        load_scenario(written(tmp_path, GOOD), ["excitation.frequency_rad_s=32.0"])
+    told = "excitation.frequency_rad_s (over "
+    assert told in str(error.value) and "expected less than 31.42 rad/s, found 32" in str(error.value)
+
+
 def test_units_are_split_from_the_longest_suffix() -> None:
     assert split_unit("c_per_s2") == ("c", "1/s2")
     assert split_unit("amplitude_rev_s") == ("amplitude", "rev/s")

@@ -261,6 +261,20 @@ def test_a_time_step_that_no_flight_can_end_with_is_refused(tmp_path: Path) -> N
         fly_vehicle(path, {"time_s": [0.0], "main_command": [0.5]}, 5.0)
 
 
+def test_what_is_not_in_the_water_or_in_a_torrent_is_not_flown(tmp_path: Path) -> None:
+    """A body above the surface is refused as a depth above it is; the current has the bound that its effect has."""
+    path, drive = written(tmp_path, xml=XML.replace('name="block"', 'name="block" pos="0 0 2"')), {"time_s": [0.0]}
+    for settings, said in (
+        ({}, r"block.xml: <body pos>: block would start 2 m above the surface"),
+        ({"depth_m": -3.0}, "^depth_m: block would start 3 m above the surface"),
+        ({"depth_m": 3.0, "current_m_s": (50.0, 0.0, 0.0)}, "current_m_s: expected three numbers, .* from -5 to 5 m/s"),
+        ({"depth_m": 3.0, "current_m_s": (0.1, 0.0)}, "current_m_s: expected three numbers"),
+    ):
+        with pytest.raises(InputError, match=said):
+            fly_vehicle(path, drive, 1.0, **settings)
+    assert fly_vehicle(path, drive, 1.0, depth_m=3.0, current_m_s=(5.0, 0.0, 0.0)).duration_s > 0.0
+
+
 def test_a_sound_file_flies(tmp_path: Path) -> None:
     run = fly_vehicle(written(tmp_path), {"time_s": [0.0], "main_command": [0.5], "rudder_rad": [0.05]}, 5.0)
     assert run.samples("dvl.surge_m_s")[1][-1] > 0.3

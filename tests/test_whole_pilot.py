@@ -30,6 +30,7 @@ duration_s = 20.0
 [[hold]]
 axis = "heave"
 """
+EXCITE = HOLD.replace("[[hold]]", "[[excite]]\n{}")
 
 
 def written(folder: Path, text: str = HOLD, **settings: object) -> WholeScenario:
@@ -256,6 +257,18 @@ def test_a_pilot_reads_the_very_samples_that_are_recorded() -> None:
          .replace("heave", "yaw"), "expected a value [rad]; is 'headin_rad' meant to be it?"),
         (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"zigzag\"\namplitude_share = 1.5\nheading_rad = 0.1"),
          "excite[0].amplitude_share: expected a number above 0 and up to 1"),
+        (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"zigzag\"\namplitude_share = 0.5\nheading_rad = 0.1")
+         .replace("heave", "surge"), "excite[0].axis: a zig-zag goes over at a heading, and surge has none"),
+        (HOLD + "at_m = -20.0\n", "hold[0].at_m: -20 m from a depth of 0.9144 m is above the surface"),
+        (HOLD.replace("[[hold]]", "[[excite]]\nkind = \"square\"\namplitude_m = 1.5\nfrequency_rad_s = 0.2"),
+         "excite[0].amplitude_m: -1.5 m from a depth of 0.9144 m is above the surface"),
+        (EXCITE.format('kind = "multisine"\namplitudes_share = [0.1, 0.1]\nfrequencies_rad_s = [0.5, 100.0]'),
+         "excite[0].frequencies_rad_s: expected less than 31.42 rad/s, found 100: a command every 0.1 s (period_s)"),
+        (EXCITE.format('kind = "chirp"\namplitude_share = 0.1\nfrom_rad_s = 0.1\nto_rad_s = 40.0'),
+         "excite[0].to_rad_s: expected less than 31.42 rad/s, found 40"),
+        ("current_m_s = [50.0, 0.0, 0.0]\n" + HOLD, "current_m_s: expected a number from -5 to 5 [m/s], found 50"),
+        (HOLD + "[sensor.dvl]\nlatency_s = 100.0\n",
+         "sensor.dvl.latency_s: expected less than the run's 20 s, found 100: nothing that dvl measures would"),
     ],
 )  # fmt: skip
 def test_orders_that_cannot_be_are_refused(tmp_path: Path, text: str, said: str) -> None:

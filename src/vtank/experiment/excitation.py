@@ -182,6 +182,16 @@ def _amplitudes(table: Table, kind: str, axis: str) -> tuple[str, tuple[float, .
     return "speed" if axis == "surge" else "force", values, drive
 
 
+def check_frequencies(table: Table, signal: Excitation, period_s: float) -> None:
+    """InputError where a frequency is more than a command every period_s [s] can follow."""
+    most = math.pi / period_s
+    if (worst := max(signal.frequencies_rad_s, default=0.0)) >= most:
+        chirp = "from_rad_s" if worst == signal.frequencies_rad_s[0] else "to_rad_s"
+        key = {"multisine": "frequencies_rad_s", "chirp": chirp}.get(signal.kind, "frequency_rad_s")
+        why = f"a command every {period_s:g} s (period_s) cannot follow more"
+        raise table.error(key, f"expected less than {most:.4g} rad/s, found {worst:g}: {why}")
+
+
 def _frequencies(table: Table, kind: str, count: int) -> tuple[float, ...]:
     if kind == "multisine":
         values = table.numbers("frequencies_rad_s", low=0.0)

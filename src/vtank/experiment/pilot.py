@@ -69,6 +69,7 @@ class Pilot:
             if order.loop == "share" and most > 1.0:
                 key = next(key for key in order.table.entries if key.endswith("_share"))
                 raise order.table.error(key, f"{most:.3g} of the largest force; expected up to 1")
+            self._refuse_above(order, -float(self.model.body_pos[body, 2]))
         height = float(centre_of_gravity(self.model, body)[2])
         rights = vehicle.mass_kg * G_M_S2 * height - vehicle.buoyancy_N * float(vehicle.centre_of_buoyancy_m[2])
         self._loops = {i: self._loop(order, rights) for i, order in enumerate(self.orders) if order.loop in LOOPS}
@@ -193,6 +194,16 @@ class Pilot:
             return 0.0
         added, across = self.vehicle.added_mass, {"pitch": 2, "yaw": 1}[axis]
         return float(added[0, 0] - added[across, across]) - self.allocation.fins[AXES.index(axis)]
+
+    def _refuse_above(self, order: Order, depth_m: float) -> None:
+        """InputError where an order leads from that depth to above the surface."""
+        if (order.target, order.loop) == ("heave", "place"):
+            time_s = np.arange(0.0, self.duration_s, self.period_s)
+            highest = float(order.signal.command(time_s, self.duration_s)[0].min())
+            if depth_m + highest < 0.0:
+                key = next((key for key in order.table.entries if key.endswith("_m")), "at_m")
+                told = f"{highest:g} m from a depth of {depth_m:g} m is above the surface"
+                raise order.table.error(key, f"{told}; expected {0.0 - depth_m:g} m or more, down is positive")
 
     def _refuse_short(self, part: Thruster | Fin, forces: Array) -> None:
         """InputError where one of the forces, (T,) [N], is more than a thruster can make."""

@@ -21,7 +21,7 @@ from ..record.toml import find_file
 from ..resources import models_dir, scenarios_dir
 from ..units import FOOT_M
 from ..waves import Waves
-from .excitation import Excitation, read_excitation
+from .excitation import Excitation, check_frequencies, read_excitation
 from .sea import read_waves
 
 STEP_S = 0.01  # [s] step of the tank's integrator, of which the tick is a multiple (models/phoenix.xml)
@@ -203,6 +203,7 @@ def read_scenario(table: Table) -> Scenario:
         waves=read_waves(table.table("waves"), table.number("depth_m", 3.0 * FOOT_M)),
     )
     table.close()
+    check_frequencies(table.table("excitation"), scenario.excitation, period_s)
     return scenario
 
 

@@ -116,7 +116,9 @@ def fly(
     **water: Any,
 ) -> Flown:
     """As `fly_vehicle`, told how it ended instead of warned; water: other arguments of `tank.load_whole`."""
-    from ..tank.places.read import read_placed  # MuJoCo takes a while to load
+    from ..tank.model import vehicle_body  # MuJoCo takes a while to load
+    from ..tank.places.read import read_placed
+    from ..tank.places.vehicle.current import FASTEST_M_S
     from ..tank.prepare import forces
     from ..tank.whole import load_whole
 
@@ -125,8 +127,16 @@ def fly(
         raise InputError(f"duration_s: expected a number above 0 and up to {PAUSE_S:g} s, found {duration_s:g}")
     if isinstance(effects, Mapping):
         effects = read_placed(Table(Path("effects"), "", dict(effects)), vehicle)
+    if np.shape(current_m_s) != (3,) or not (np.abs(current_m_s) <= FASTEST_M_S).all():
+        expected = f"three numbers, north, east, down, from -{FASTEST_M_S:g} to {FASTEST_M_S:g} m/s"
+        raise InputError(f"current_m_s: expected {expected}, found {list(current_m_s)}")
     north, east, down = current_m_s
     whole = load_whole(vehicle, current_m_s=(north, -east, -down), seed=seed, effects=effects, **water)
+    height_m = float(whole.model.body_pos[vehicle_body(whole.model), 2])
+    if height_m > 0.0 and not vehicle.heave_N_per_m:
+        where = f"{vehicle.mjcf}: <body pos>" if water.get("depth_m") is None else "depth_m"
+        remedy = "expected z = 0 or less there, or a depth_m of the scenario"
+        raise InputError(f"{where}: {vehicle.name} would start {height_m:g} m above the surface, z = 0; {remedy}")
     steps = round(duration_s / whole.model.opt.timestep) + 1
     if steps > MOST_STEPS:
         raise InputError(

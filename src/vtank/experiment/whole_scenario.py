@@ -33,6 +33,7 @@ from ..record.table import Table, table_of
 from ..resources import models_dir, scenarios_dir
 from ..waves import Waves
 from .clearance import walls_at
+from .excitation import Excitation, check_frequencies
 from .orders import Order, check_orders, read_excite, read_hold
 from .pilot import Pilot
 from .sea import read_waves
@@ -96,6 +97,7 @@ def scenario_of(text: str, name: str, seed: int | None = None) -> WholeScenario:
 
 def _read(table: Table, seed: int | None) -> WholeScenario:
     from ..tank.places.read import read_placed  # MuJoCo takes a while to load
+    from ..tank.places.vehicle.current import FASTEST_M_S
 
     table.text("description", "")
     vehicle = load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle")))
@@ -115,14 +117,33 @@ def _read(table: Table, seed: int | None) -> WholeScenario:
         period_s=table.positive("period_s", 0.1, 10.0),
         seed=own_seed if seed is None else seed,
         walls=walls_at(walls) if walls else None,
-        current_m_s=table.vector("current_m_s") if table.has("current_m_s") else (0.0, 0.0, 0.0),
+        current_m_s=table.vector("current_m_s", FASTEST_M_S) if table.has("current_m_s") else (0.0, 0.0, 0.0),
         depth_m=depth_m,
         waves=_waves(table, vehicle, depth_m),
         orders=orders,
         effects=read_placed(table.table("effects"), vehicle),
     )
     table.close()
+    _check(table, scenario)
     return scenario
+
+
+def _check(table: Table, scenario: WholeScenario) -> None:
+    """InputError where an instrument or an order has nothing to go by in this flight."""
+    for sensor in scenario.vehicle.sensors:
+        if sensor.latency_s >= scenario.duration_s:
+            own = table.table("sensor").table(sensor.name)
+            told = f"expected less than the run's {scenario.duration_s:g} s, found {sensor.latency_s:g}"
+            told += f": nothing that {sensor.name} measures would be recorded; is it in milliseconds?"
+            if own.has("latency_s"):
+                raise own.error("latency_s", told)
+            raise InputError(f"{scenario.vehicle.path}: sensor.{sensor.name}.latency_s: {told}")
+    for order in scenario.orders:
+        if isinstance(order.signal, Excitation):
+            check_frequencies(order.table, order.signal, scenario.period_s)
+        if order.turns_at_rad and order.target in AXES and order.target != "yaw":
+            told = f"a zig-zag goes over at a heading, and {order.target} has none"
+            raise order.table.error("axis", f"{told}; expected yaw, or an input that turns the bow")
 
 
 def _waves(table: Table, vehicle: Vehicle, depth_m: float | None) -> Waves:

@@ -78,9 +78,9 @@ class Table:
                 raise self.error(key, f"expected {_between(low, high)}{in_unit(key)}, found {value:g} among them")
         return tuple(map(float, values))
 
-    def vector(self, key: str) -> tuple[float, float, float]:
-        """Three numbers along the body axes."""
-        values = self.numbers(key, -GREATEST, GREATEST)
+    def vector(self, key: str, most: float = GREATEST) -> tuple[float, float, float]:
+        """Three numbers along three axes, each within -most..most."""
+        values = self.numbers(key, -most, most)
         if len(values) != 3:
             raise self.error(key, f"expected three numbers [x, y, z], found {shown(list(values))}")
         return values[0], values[1], values[2]
