@@ -237,6 +237,11 @@ SLIPS = {  # command line -> what is said of the slip in it
     "run paper-ds1 --set effects.linear_drg.c_per_s=1 --out d": "did you mean 'linear_drag'?",
     "run paper-ds1 --set effects.linear_drag.c_s=1 --out d": "expected 'c_per_s'",
     "run paper-ds1 --truth paper-iv --out d": "did you mean 'paper-ii",
+    "run zigzag --out d": "no scenario named 'zigzag'; did you mean 'whole/zigzag'?",
+    "run whole/zigzag --set walls=basn --out d": "zigzag.toml): no walls named 'basn'; did you mean 'basin'?",
+    "run whole/zigzag --set excite[0].axis=yew --out d": "--set excite[0].axis (over ",
+    "run whole/zigzag --set excite.7.axis=yaw --out d": "'excite' is an array; expected one of its parts: excite[0]",
+    "run whole/zigzag --set excite.axis=yaw --out d": "'excite' is an array; expected one of its parts: excite[0]",
     "run whole/zigzag --set vehicle=bluerov --out d": "did you mean 'bluerov2'?",
     "effects linear_drg": "no effect 'linear_drg'; did you mean 'linear_drag'?",
     "blind make --trials 1 --seed 1 --effects linar_drag --out d": "did you mean 'linear_drag'?",
@@ -289,7 +294,7 @@ def test_a_way_to_draw_that_is_none_is_told() -> None:
     [
         (["--depth", "nan"], "--depth nan: expected a number from 0 to 1e4 m"),
         (["--depth", "-5"], "--depth -5: expected a number from 0 to 1e4 m"),
-        (["--walls", "nothere"], "--walls nothere: no file"),
+        (["--walls", "nothere"], "--walls: no walls named 'nothere'; there are: basin, sea"),
     ],
 )
 def test_a_plan_that_cannot_be_is_refused_before_any_work(

@@ -12,7 +12,7 @@ from vtank.experiment.clearance import check_command
 from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import Control, Sonar, SonarFilter, Tachometer, Turbulence, load_scenario, scenario_names
 from vtank.record.suffix import UNITS, split_unit
-from vtank.record.toml import override
+from vtank.record.toml import meant, nearest, override
 from vtank.resources import scenarios_dir
 
 GOOD = """
@@ -161,6 +161,13 @@ def test_settings_override_and_errors_name_them(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=word) as error:
             load_scenario(path, [setting])
         assert "--set " + setting.split("=")[0] in str(error.value)
+    entries = {"hold": [{"axis": "yaw"}, {"axis": "surge"}], "sizes": [1.0, 2.0]}
+    assert override(entries, "hold[1].axis=sway") == override(entries, "hold.1.axis = sway") == "hold[1].axis"
+    assert override(entries, "hold.0.at.m=2") == "hold[0].at.m" and override(entries, "sizes[1]=3") == "sizes[1]"
+    assert entries == {"hold": [{"axis": "yaw", "at": {"m": 2}}, {"axis": "sway"}], "sizes": [1.0, 3]}
+    for setting in ("hold[2].axis=sway", "hold.axis=sway", "hold.9.axis=sway", "sizes.x=1"):
+        with pytest.raises(InputError, match=r"is an array; expected one of its parts: \w+\[0\], \w+\[1\]"):
+            override(entries, setting)
     with pytest.raises(InputError, match="is a value and not a table"):
         override({"seed": 1}, "seed.x=2")
 
@@ -176,6 +183,13 @@ def test_a_command_that_would_hit_a_wall_is_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=words) as error:
             check_command(load_scenario(path))
         assert "trial.toml" in str(error.value)
+
+
+def test_a_name_is_offered_where_it_is_near_and_not_for_its_unit() -> None:
+    inputs = [f"thruster_{k}_command" for k in range(1, 9)]
+    assert nearest("port_command", inputs) == "" and meant("port_command", inputs).startswith("; there are: thruster_1")
+    assert nearest("thruster8_command", inputs) == "thruster_8_command"
+    assert nearest("lagg_s", ["limit_s", "lag_s"]) == "lag_s" and nearest("zigzag", ["whole/zigzag"]) == "whole/zigzag"
 
 
 def test_a_frequency_that_the_commands_cannot_follow_is_refused(tmp_path: Path) -> None:

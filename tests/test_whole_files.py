@@ -180,7 +180,11 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
         ('input = "command"', 'input = "rpm"', "thruster[0].input: expected one of rev_s, command, N; found 'rpm'"),
         ("dead_band = 0.05", "dead_band_rev_s = 0.5", "dead_band_rev_s: does not go with input = 'command'"),
         ("gain_N = 20.0", 'curve = "t20"', "no bench table 't20'; did you mean 't200'?"),
-        ("gain_N = 20.0", 'curve = "none.csv"', "none.csv: cannot be read"),
+        ("gain_N = 20.0", 'curve = "none.csv"', "block.toml: thruster[0].curve: no file "),
+        ("gain_N = 20.0", 'curve = "benhc.csv"', "benhc.csv; did you mean 'bench.csv'? there are: bench.csv"),
+        ('mjcf = "block.xml"', 'mjcf = "blok.xml"', "block.toml: mjcf: no file "),
+        ('mjcf = "block.xml"', 'mjcf = "blok.xml"', "blok.xml; did you mean 'block.xml'? there are: block.xml"),
+        ('input = "command"', 'input = "N"', "thruster[0].gain_N: does not go with input = 'N'; expected limit_N"),
         (
             "gain_N = 20.0",
             'curve = "block.xml"',
@@ -219,6 +223,7 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
 def test_a_bad_vehicle_file_names_file_key_and_cause(tmp_path: Path, find: str, replacement: str, said: str) -> None:
     assert find in BLOCK
     path = written(tmp_path, BLOCK.replace(find, replacement, 1))
+    (tmp_path / "bench.csv").write_text("command,force_N\n-1,-20\n1,20\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
         load_whole(load_vehicle(path))
     assert said in str(caught.value)

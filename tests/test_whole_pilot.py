@@ -237,6 +237,19 @@ def test_a_pilot_reads_the_very_samples_that_are_recorded() -> None:
         assert down == depth[1][depth[0] <= time_s + 1e-6][-1]
 
 
+def test_the_time_step_is_shortened_to_a_tick_that_is_not_a_multiple_of_it(tmp_path: Path) -> None:
+    """As along one axis: commands come every 0.033 s though the vehicle's file has steps of 0.01 s, or of 0.5 s."""
+    run = fly_whole(written(tmp_path, duration_s=3.0, period_s=0.033)).run
+    assert np.diff(run.samples("thruster_5_command")[0]) == pytest.approx(0.033)
+    bluerov2 = load_vehicle("bluerov2")
+    slow = bluerov2.mjcf.read_text(encoding="utf-8").replace('timestep="0.01"', 'timestep="0.5"')
+    (tmp_path / "slow.xml").write_text(slow, encoding="utf-8")
+    coarse = fly(replace(bluerov2, mjcf=tmp_path / "slow.xml"), lambda time_s, readings: {}, 3.0)
+    assert coarse.run.duration_s == pytest.approx(3.0)
+    with pytest.raises(InputError, match="period_s: expected a number above 0 s, found 0"):
+        fly("bluerov2", lambda time_s, readings: {}, 3.0, period_s=0.0)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -371,7 +384,7 @@ def test_a_share_of_the_largest_force_is_at_most_all_of_it(tmp_path: Path) -> No
     more = (
         '[[excite]]\nkind = "multisine"\naxis = "sway"\nfrequencies_rad_s = [0.3, 0.7]\namplitudes_share = [0.7, 0.7]\n'
     )
-    with pytest.raises(InputError, match=r"mine.toml: excite\[0\].amplitudes_share: 1.34 of the largest force"):
+    with pytest.raises(InputError, match=r"mine.toml: excite\[0\].amplitudes_share: sway is asked for 1.34"):
         written(tmp_path, 'vehicle = "bluerov2"\n' + more).pilot()
 
 

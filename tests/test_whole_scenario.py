@@ -96,6 +96,15 @@ def test_an_excited_axis_moves_as_its_equation_says(tmp_path: Path) -> None:
         ),
         ({"amplitudes_N": "amplitudes_rpm"}, "excite[0].amplitudes_rpm: wrong unit: expected 'amplitudes_N' [N]"),
         ({'axis = "heave"': 'input = "thruster_9_command"'}, "excite[0].input: expected one of thruster_1_command"),
+        (
+            {
+                'axis = "heave"': 'input = "thruster_5_command"',
+                '"multisine"': '"square"\namplitude = 1.6',
+                "amplitudes_N = [10.0]": "",
+                "frequencies_rad_s = [1.0]": "frequency_rad_s = 1.0",
+            },
+            "excite[0].amplitude: thruster_5_command is asked for 1.6; expected -1 to 1, full astern to full ahead",
+        ),
         ({"duration_s": "duration_min"}, "duration_min: wrong unit: expected 'duration_s' [s]"),
         ({"excite": "excites"}, "excite"),
     ],

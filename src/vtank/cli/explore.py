@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from ..record.files import is_file
 from .checks import refuse_unwritable
 
 if TYPE_CHECKING:
@@ -44,12 +43,10 @@ def run(args: argparse.Namespace) -> int:
     if args.depth is not None and not 0.0 <= args.depth <= 1e4:
         raise InputError(f"--depth {args.depth:g}: expected a number from 0 to 1e4 m")
     if args.walls:
-        from ..experiment.clearance import walls_at
+        from ..experiment.clearance import missing_walls
 
-        if not is_file(walls_at(args.walls)):
-            raise InputError(
-                f"--walls {args.walls}: no file {walls_at(args.walls)}; expected basin or the path of an MJCF"
-            )
+        if missing := missing_walls(args.walls):
+            raise InputError(f"--walls: {missing}")
     return _plan(args) if args.tank is None else _explore(args)
 
 

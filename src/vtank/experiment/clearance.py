@@ -10,10 +10,11 @@ import numpy as np
 from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record.files import is_file
-from ..record.toml import find_file
+from ..record.toml import find_file, meant, no_file, shown
 from ..resources import models_dir
 from .scenario import Scenario
 
+WALLS = ("basin", "sea")  # in models/
 LENGTHS_M = {"basin": 6.096}  # [m] wall ahead to wall astern: 20 ft, a guess (models/README.md); others are not known
 MARGIN_M = 0.1  # [m] clearance that a command must leave for overshoot; a choice
 
@@ -36,12 +37,22 @@ def walls_at(name_or_path: str) -> Path:
     return Path(name_or_path) if name_or_path.endswith(".xml") else models_dir() / f"{name_or_path}.xml"
 
 
+def missing_walls(name_or_path: str) -> str:
+    """What is wrong with a name or path of walls; "" where they are there."""
+    path = walls_at(name_or_path)
+    if is_file(path):
+        return ""
+    known = f"; or one of {', '.join(WALLS)}"
+    if name_or_path.endswith(".xml"):
+        return no_file(path) + known
+    return f"no walls named {shown(name_or_path)}{meant(name_or_path, WALLS)}; or the path of an .xml file"
+
+
 def walls_path(scenario: Scenario) -> Path:
     """The MJCF of the walls; InputError where there is none."""
-    path = walls_at(scenario.walls)
-    if not is_file(path):
-        raise InputError(f"{scenario.path}: walls: no file {path}; expected basin, sea or the path of an MJCF")
-    return path.resolve()
+    if missing := missing_walls(scenario.walls):
+        raise InputError(f"{scenario.path}: walls: {missing}")
+    return walls_at(scenario.walls).resolve()
 
 
 def clearances(scenario: Scenario, furthest_m: float, nearest_m: float) -> tuple[float, float]:

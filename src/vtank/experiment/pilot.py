@@ -65,11 +65,8 @@ class Pilot:
         self.allocation = Allocation(vehicle, self.model, axes)
         for order in self.orders:
             self.sensing.watch(order)
-            most = np.abs(order.signal.command(self._ticks(), duration_s)[0]).max()
-            if order.loop == "share" and most > 1.0:
-                key = next(key for key in order.table.entries if key.endswith("_share"))
-                raise order.table.error(key, f"{most:.3g} of the largest force; expected up to 1")
             self._refuse_above(order, -float(self.model.body_pos[body, 2]))
+        self._refuse_beyond()
         height = float(centre_of_gravity(self.model, body)[2])
         rights = vehicle.mass_kg * G_M_S2 * height - vehicle.buoyancy_N * float(vehicle.centre_of_buoyancy_m[2])
         self._loops = {i: self._loop(order, rights) for i, order in enumerate(self.orders) if order.loop in LOOPS}
@@ -77,6 +74,11 @@ class Pilot:
         self._wanted = np.zeros(6)
         self._surge = 0.0
         self.ticks, self.cut = 0, Counter[str]()
+
+    @property
+    def _ticks(self) -> Array:
+        """Times of the commands, (T,) [s]."""
+        return self.period_s * np.arange(int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1, dtype=np.float64)
 
     @property
     def closed(self) -> bool:
@@ -90,17 +92,13 @@ class Pilot:
 
     def table(self) -> dict[str, Array]:
         """Inputs by column at every tick, (T,), in open loop. InputError where thrusters cannot make what is asked."""
-        ticks = self._ticks()
+        ticks = self._ticks
         rows = [self._efforts(float(at), {}) for at in ticks]
         efforts = np.array([row for row, _ in rows])
         for part, forces in zip(self.allocation.parts, efforts.T, strict=True):
             self._refuse_short(part, forces)
         direct = {key: np.array([row[key] for _, row in rows]) for key in rows[0][1]}
         return {TIME: ticks} | direct | self.allocation.inputs(efforts)
-
-    def _ticks(self) -> Array:
-        """Times of all ticks [s]."""
-        return self.period_s * np.arange(int(np.floor(self.duration_s / self.period_s + 1e-9)) + 1, dtype=np.float64)
 
     def _efforts(self, time_s: float, readings: Mapping[str, float]) -> tuple[Array, dict[str, float]]:
         """Forces of thrusters [N] and angles of fins [rad], (parts,), and inputs that are ordered by themselves."""
@@ -198,12 +196,25 @@ class Pilot:
     def _refuse_above(self, order: Order, depth_m: float) -> None:
         """InputError where an order leads from that depth to above the surface."""
         if (order.target, order.loop) == ("heave", "place"):
-            time_s = np.arange(0.0, self.duration_s, self.period_s)
-            highest = float(order.signal.command(time_s, self.duration_s)[0].min())
+            highest = float(order.signal.command(self._ticks, self.duration_s)[0].min())
             if depth_m + highest < 0.0:
                 key = next((key for key in order.table.entries if key.endswith("_m")), "at_m")
                 told = f"{highest:g} m from a depth of {depth_m:g} m is above the surface"
                 raise order.table.error(key, f"{told}; expected {0.0 - depth_m:g} m or more, down is positive")
+
+    def _refuse_beyond(self) -> None:
+        """InputError where more than all is ordered: of a normalised input by all orders together, or of a force."""
+        asked: dict[str, Array] = {}
+        for order in self.orders:
+            if order.loop == "share" or (order.loop == "input" and order.target.endswith("_command")):
+                ordered = order.signal.command(self._ticks, self.duration_s)[0]
+                if order.loop == "input":
+                    asked[order.target] = ordered = asked.get(order.target, 0.0) + ordered
+                worst = float(ordered[np.abs(ordered).argmax()])
+                if abs(worst) > 1.0:
+                    key = next(key for key in order.table.entries if key.startswith("amplitude"))
+                    told = f"{order.target} is asked for {worst:.3g}; expected -1 to 1, full astern to full ahead"
+                    raise order.table.error(key, told)
 
     def _refuse_short(self, part: Thruster | Fin, forces: Array) -> None:
         """InputError where one of the forces, (T,) [N], is more than a thruster can make."""

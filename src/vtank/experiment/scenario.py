@@ -170,8 +170,13 @@ def load_scenario(name_or_path: str | Path, settings: Sequence[str] = ()) -> Sce
 
     InputError names file, line and key of whatever is unknown, of the wrong type or unit, out of bounds or unsafe.
     """
-    path = find_file(name_or_path, scenarios_dir(), "scenario")
+    path = scenario_file(name_or_path)
     return read_scenario(open_table(path, tuple(settings)))
+
+
+def scenario_file(name_or_path: str | Path) -> Path:
+    """The scenario of that name in scenarios/, of one axis or a whole vehicle, or that TOML file; InputError else."""
+    return find_file(name_or_path, scenarios_dir(), "scenario", inner="whole")
 
 
 def read_scenario(table: Table) -> Scenario:

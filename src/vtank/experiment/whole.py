@@ -13,6 +13,7 @@ run = fly_vehicle("bluerov2", deeper, duration_s=20.0, seed=1)
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -137,11 +138,17 @@ def fly(
         where = f"{vehicle.mjcf}: <body pos>" if water.get("depth_m") is None else "depth_m"
         remedy = "expected z = 0 or less there, or a depth_m of the scenario"
         raise InputError(f"{where}: {vehicle.name} would start {height_m:g} m above the surface, z = 0; {remedy}")
-    steps = round(duration_s / whole.model.opt.timestep) + 1
+    option = whole.model.opt
+    if callable(commands):
+        if not 0.0 < period_s < math.inf:
+            raise InputError(f"period_s: expected a number above 0 s, found {period_s:g}")
+        if abs(round(period_s / option.timestep) * option.timestep - period_s) > 1e-6 * period_s:
+            option.timestep = period_s / math.ceil(period_s / option.timestep)
+    steps = round(duration_s / option.timestep) + 1
     if steps > MOST_STEPS:
         raise InputError(
-            f"{duration_s:g} s at the time step of {whole.model.opt.timestep:g} s ({vehicle.mjcf}) are {steps:.2g} "
-            f"steps; expected at most {MOST_STEPS:.0e}"
+            f"{duration_s:g} s at the time step of {option.timestep:g} s ({vehicle.mjcf}, of which a period_s of "
+            f"{period_s:g} s must be a multiple) are {steps:.2g} steps; expected at most {MOST_STEPS:.0e}"
         )
     flight = whole.flight(steps)
     instruments = {sensor.name: Instrument(sensor, duration_s, seed) for sensor in whole.vehicle.sensors}
@@ -185,8 +192,6 @@ def _flown(
         _advance(whole, flight, asked, slice(0, steps))
         return table
     every = round(period_s / step_s)
-    if every < 1 or abs(every * step_s - period_s) > 1e-6 * period_s:
-        raise InputError(f"period_s: expected a multiple of the time step of {step_s:g} s, found {period_s:g}")
     table = {TIME: np.round(period_s * np.arange(-(-steps // every)), TICK)}
     asked = {TIME: flight.times(steps)}
     for tick, time_s in enumerate(table[TIME]):

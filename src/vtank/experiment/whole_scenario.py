@@ -27,15 +27,16 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
-from ..record import Manifest, Run, find_file, open_table, read_text, stem, write_dataset
+from ..record import Manifest, Run, open_table, read_text, stem, write_dataset
 from ..record.columns import channel_of
 from ..record.table import Table, table_of
-from ..resources import models_dir, scenarios_dir
+from ..resources import models_dir
 from ..waves import Waves
-from .clearance import walls_at
+from .clearance import missing_walls, walls_at
 from .excitation import Excitation, check_frequencies
 from .orders import Order, check_orders, read_excite, read_hold
 from .pilot import Pilot
+from .scenario import scenario_file
 from .sea import read_waves
 from .sensing import PLACE, SPEED
 from .whole import Flown, fly
@@ -75,7 +76,7 @@ class WholeScenario:
 
 def is_whole(name_or_path: str | Path) -> bool:
     """Whether a scenario is one of whole vehicles: it has [[excite]] or [[hold]]."""
-    entries = open_table(find_file(name_or_path, scenarios_dir(), "scenario")).entries
+    entries = open_table(scenario_file(name_or_path)).entries
     return "excite" in entries or isinstance(entries.get("hold"), list)  # of one axis it is a word
 
 
@@ -86,7 +87,7 @@ def load_whole_scenario(
 
     settings: KEY=VALUE laid over it. seed: instead of the file's.
     """
-    path = find_file(name_or_path, scenarios_dir(), "scenario")
+    path = scenario_file(name_or_path)
     return _read(open_table(path, tuple(settings)), seed)
 
 
@@ -108,6 +109,8 @@ def _read(table: Table, seed: int | None) -> WholeScenario:
     check_orders(orders)
     own_seed = table.integer("seed", 0)
     walls = table.file("walls", "", ".xml")
+    if walls and (missing := missing_walls(walls)):
+        raise table.error("walls", missing)
     depth_m = table.number("depth_m", None, 0.0, 1e4) if table.has("depth_m") else None
     scenario = WholeScenario(
         name=stem(table.path),

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..record.files import read_text
+from ..record.files import is_file, read_text
 from ..record.table import Table
-from ..record.toml import meant
+from ..record.toml import meant, no_file
 from ..resources import models_dir
 
 Array = NDArray[np.float64]
@@ -154,8 +154,9 @@ def _check_input(table: Table, kind: str) -> None:
     if not {"input", "limit_N"} & set(table.entries):
         message = "missing: 'command' or 'rev_s' with a gain or a curve, or 'N' with limit_N; a thruster makes no force"
         raise table.error("input", f"{message} without")
-    fitting = {DEAD_BAND[kind]} | ({GAIN[kind], "curve"} if kind in GAIN else set())
     for key in (*GAIN.values(), *DEAD_BAND.values(), "curve"):
+        of_force = {GAIN[kind], "curve"} if kind in GAIN else {"limit_N"}
+        fitting = {DEAD_BAND[kind]} if key in DEAD_BAND.values() else of_force
         if key in table.entries and key not in fitting:
             found = f"input = '{kind}'" if "input" in table.entries else "no input, which is then 'N'"
             raise table.error(key, f"does not go with {found}; expected {' or '.join(sorted(fitting))}")
@@ -183,7 +184,10 @@ def _curve_file(table: Table) -> Path:
         raise table.error(
             "curve", f"no bench table '{value}'{meant(value, sorted(presets))}; or the path of a .csv file"
         )
-    return presets.get(value, Path(value))
+    path = presets.get(value, Path(value))
+    if not is_file(path):
+        raise table.error("curve", no_file(path))
+    return path
 
 
 def read_fin(table: Table) -> Fin:

@@ -20,7 +20,7 @@ from typing import Any
 from ..errors import InputError
 from .files import read_text
 from .suffix import in_unit, split_unit, wrong_unit
-from .toml import LONGEST, find_file, line_of, meant, override, parse, shown
+from .toml import LONGEST, find_file, line_of, meant, nearest, override, parse, shown
 
 LARGEST = 100.0  # of listed amplitudes [m, rev/s] and frequencies [rad/s], against slips of the keyboard; a choice
 GREATEST = 1e12  # of any number: no mass, inertia, force or gain of a vehicle is larger in SI or feet; a guess
@@ -118,8 +118,7 @@ class Table:
         """One of the words that are understood."""
         value = self.text(key, default)
         if value not in choices:
-            nearest = difflib.get_close_matches(value, choices, 1, 0.6)
-            slip = f", did you mean '{nearest[0]}'?" if nearest else ""
+            slip = f", did you mean '{near}'?" if (near := nearest(value, choices)) else ""
             raise self.error(key, f"expected one of {', '.join(choices)}; found {shown(value)}{slip}")
         return value
 
@@ -205,8 +204,8 @@ class Table:
         if value is None:
             self._look_for_other_units(key)
             unread = [found for found in self.entries if found not in self.known]
-            nearest = difflib.get_close_matches(key, unread, 1, 0.8)
-            slip = f"; is '{nearest[0]}' meant to be it?" if nearest else ""
+            near = difflib.get_close_matches(key, unread, 1, 0.8)
+            slip = f"; is '{near[0]}' meant to be it?" if near else ""
             raise self.error(key, f"missing; expected a value{in_unit(key)}{slip}")
         return value
 

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from ..plant.vehicle import Vehicle
-from .mjcf import mujoco_says, named, read
+from .mjcf import mujoco_says, named, read_hull
 from .model import centre_of_gravity, moments, vehicle_body
 from .whole import check_files, place
 from .world import set_afloat
@@ -25,8 +25,9 @@ def described(vehicle: Vehicle) -> Vehicle:
     """
     seats = {t.site: f"thruster[{number}]" for number, t in enumerate(vehicle.thrusters)}
     seats |= {fin.site: f"fin[{number}]" for number, fin in enumerate(vehicle.fins)}
+    hull = read_hull(vehicle)
     with named(vehicle.mjcf):
-        world = set_afloat(read(vehicle.mjcf))
+        world = set_afloat(hull)
         with mujoco_says("cannot compile it"):
             model = world.compile()
     check_files(vehicle, model)

@@ -12,7 +12,9 @@ from xml.etree import ElementTree
 import mujoco
 
 from ..errors import InputError
+from ..plant.vehicle import Vehicle
 from ..record.files import check_file, is_file, read_text
+from ..record.toml import no_file
 
 USER = ("body", "jnt", "geom", "site", "cam", "tendon", "actuator", "sensor")
 SIZES = (  # element, its attributes, and how much their product may be; choices
@@ -36,6 +38,13 @@ def read(path: Path) -> mujoco.MjSpec:
         check_size(path)
         with mujoco_says("cannot read it"):
             return mujoco.MjSpec.from_file(str(path))
+
+
+def read_hull(vehicle: Vehicle) -> mujoco.MjSpec:
+    """The specification of a vehicle's rigid body; InputError names the vehicle's file where it is not there."""
+    if not is_file(vehicle.mjcf):
+        raise InputError(f"{vehicle.path}: mjcf: {no_file(vehicle.mjcf)}")
+    return read(vehicle.mjcf)
 
 
 def check_size(path: Path) -> None:

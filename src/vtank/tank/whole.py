@@ -20,7 +20,7 @@ from ..waves import Waves
 from .flight import Flight
 from .instruments import add_sensors
 from .layout import FINNING, FINS, SIZE, field
-from .mjcf import mujoco_says, named, read
+from .mjcf import mujoco_says, named, read, read_hull
 from .model import centre_of_gravity, mass_kg, moments, site, vehicle_body
 from .places.acting import acting, thrust
 from .places.effect import Placed
@@ -108,7 +108,7 @@ def load_whole(
     Water as of `vtank.water.add`. depth_m: of its origin at the start (default: as in the MJCF). effects: of
     `tank.places`. InputError names the file and key where the vehicle's two files do not fit together.
     """
-    hull, around = read(vehicle.mjcf), read(walls) if walls else None
+    hull, around = read_hull(vehicle), read(walls) if walls else None
     with named(vehicle.mjcf):
         world = set_afloat(hull, around)
         with mujoco_says("cannot compile it"):

@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..resources import models_dir
 from .layout import SIZE, SURGE, TRIM
-from .mjcf import mujoco_says, named, read
+from .mjcf import mujoco_says, named, read, read_hull
 from .model import TANK_GROUP, mass_kg, propeller_height, vehicle_body
 from .prepare import without_surge
 
@@ -48,7 +48,7 @@ def load_world(vehicle: Vehicle, walls: Path, period_s: float | None = None, loo
     The time step is the one of the vehicle's MJCF, shortened where period_s [s] is not a multiple of it. look: with the
     shapes that are there for the eye alone, which MuJoCo moves in every step; without them nothing else changes.
     """
-    hull, tank = read(vehicle.mjcf), read(walls)
+    hull, tank = read_hull(vehicle), read(walls)
     with named(walls):
         if tank.joints:
             raise InputError(f"the body '{tank.joints[0].parent.name}' has a joint: walls were expected to stand still")
