@@ -161,8 +161,14 @@ def test_a_solver_that_cannot_see_the_water_does_not_step_silently(setting: dict
 
 
 def test_a_compiled_model_without_room_is_refused() -> None:
-    with pytest.raises(InputError, match=r"room for 0 numbers per body; expected its MjSpec, or nuser_body \d+"):
+    """The first message says all that is missing, and how to go about it: room for numbers is not enough."""
+    with pytest.raises(InputError, match=r"room for 0 numbers .* takes (\d+); expected its MjSpec") as caught:
         water.add(spec().compile(), CRATE)
+    assert "room for added mass in its mass matrix: nuser_body gives the first alone" in str(caught.value)
+    roomy = spec()
+    roomy.nuser_body = 100
+    with pytest.raises(InputError, match="no room for added mass .* MjSpec, which vtank.water.add compiles"):
+        water.add(roomy.compile(), CRATE)
 
 
 def test_negative_added_mass_is_allowed_as_far_as_the_body_makes_up_for_it() -> None:

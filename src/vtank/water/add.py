@@ -116,8 +116,9 @@ def _into_spec(spec: mujoco.MjSpec, rows: dict[str, Array], sea: Array) -> mujoc
 def _into_model(model: mujoco.MjModel, rows: dict[str, Array], sea: Array) -> mujoco.MjModel:
     if model.nuser_body < max(SIZE, sea.size):
         raise InputError(
-            f"a compiled model with room for {model.nuser_body} numbers per body; expected its MjSpec, or "
-            f"nuser_body {max(SIZE, sea.size)}"
+            f"a compiled model with room for {model.nuser_body} numbers per body, where the water takes "
+            f"{max(SIZE, sea.size)}; expected its MjSpec, as of mujoco.MjSpec.from_file, which is compiled here with "
+            "that room and with room for added mass in its mass matrix: nuser_body gives the first alone"
         )
     for name, numbers in rows.items():
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)

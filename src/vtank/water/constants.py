@@ -74,7 +74,7 @@ def _check_room(model: mujoco.MjModel, body: int) -> None:
     if model.body_simple[carrier]:
         raise InputError(
             f"body '{model.body(body).name}': no room for added mass in MuJoCo's mass matrix; expected the model's "
-            "MjSpec"
+            "MjSpec, which vtank.water.add compiles with that room"
         )
 
 
