@@ -225,7 +225,7 @@ def test_a_bad_vehicle_file_names_file_key_and_cause(tmp_path: Path, find: str, 
     path = written(tmp_path, BLOCK.replace(find, replacement, 1))
     (tmp_path / "bench.csv").write_text("command,force_N\n-1,-20\n1,20\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        load_whole(load_vehicle(path))
+        load_whole(load_vehicle(path)).flight(2)
     assert said in str(caught.value)
     assert str(tmp_path) in str(caught.value)
 

@@ -55,7 +55,17 @@ class Whole:
     effects: tuple[Placed, ...] = ()
 
     def flight(self, steps: int, velocity: Sequence[float] | Array = (0.0,) * 6) -> Flight:
-        """A flight from where the vehicle floats; velocity: at the start, body axes, shape (6,) [m/s, rad/s]."""
+        """A flight from where the vehicle floats; velocity: at the start, body axes, shape (6,) [m/s, rad/s].
+
+        InputError where a thruster's lag is too short for the time step.
+        """
+        step_s, vehicle = self.model.opt.timestep, self.vehicle
+        for number, thruster in enumerate(vehicle.thrusters):
+            if 0.0 < thruster.lag_s < QUICKEST * step_s:
+                raise InputError(
+                    f"{vehicle.path}: thruster[{number}].lag_s: {thruster.lag_s:g} s is too short for the time step of "
+                    f"{step_s:g} s of {vehicle.mjcf}; expected 0 for none, or {QUICKEST * step_s:g} s or more"
+                )
         return Flight(self.model, self.vehicle, self.effects, steps, velocity)
 
     def column(self, name: str) -> str:
@@ -124,11 +134,6 @@ def load_whole(
         if placed.effect.rigid:
             placed.effect.rigid(world, placed.values)
     for number, thruster in enumerate(vehicle.thrusters):
-        if 0.0 < thruster.lag_s < (least := QUICKEST * bare.opt.timestep):
-            raise InputError(
-                f"{vehicle.path}: thruster[{number}].lag_s: {thruster.lag_s:g} s is too short for the time step of "
-                f"{bare.opt.timestep:g} s of {vehicle.mjcf}; expected 0 for none, or {least:g} s or more"
-            )
         _add_thruster(world, thruster, place(vehicle, bare, f"thruster[{number}]", thruster.site))
     for number, fin in enumerate(vehicle.fins):
         _add_fin(world, fin, place(vehicle, bare, f"fin[{number}]", fin.site))
