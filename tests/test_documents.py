@@ -76,7 +76,7 @@ def test_no_block_is_passed_over(document: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_readme_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_readme_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.chdir(tmp_path)
     logfiles.dataflash(tmp_path / "dive.BIN")
     logfiles.bag2(tmp_path / "bag")
@@ -85,6 +85,7 @@ def test_the_readme_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         "<mujoco><worldbody><body name='hull'><freejoint/><geom size='0.2' mass='40'/></body></worldbody></mujoco>"
     )
     follow(blocks(README), ELSEWHERE)
+    assert "Thruster_1 lacks 30 % of its force" in capsys.readouterr().out
     logfiles.check(read_run(tmp_path / "dive.csv"), ("thruster_1_command", "depth_m"), 2e-4)
     bag = import_log(tmp_path / "bag", mapping=tmp_path / "thrusters.toml").run
     assert np.allclose(bag.samples("port_rev_s")[1], 10.0 * logfiles.COMMAND) and "surge_m_s" in bag.columns
