@@ -13,6 +13,7 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.errors import InputError
 from vtank.experiment.whole import fly_vehicle
+from vtank.experiment.whole_scenario import fly_scenarios
 
 NOMINAL = vt.load_vehicle("bluerov2")
 SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "magnetometer_bias",
@@ -74,6 +75,17 @@ def test_a_dead_thruster_is_told_from_the_other_seven():
     verdict = vt.diagnose([flight(dead, 4)], nominal=NOMINAL, effects=SOME).verdict
     assert (verdict.effects, verdict.places) == (("thruster_dead",), ("thruster_6",))
     assert verdict.probability > 0.95
+
+
+@pytest.mark.slow
+def test_places_that_act_alike_are_told_together():
+    """In a turn two thrusters push in opposite ways with the same force: about yaw alone either may be the weak one."""
+    settings = ("vehicle=bluerov2", "duration_s=60", 'effects."thruster_dead@thruster_1".share=0.3')
+    _, (flown,) = fly_scenarios(["whole/zigzag"], settings)
+    found = vt.diagnose([flown.run], nominal=NOMINAL, axes=("yaw",), effects=("thruster_dead",))
+    alike = {"thruster_dead@thruster_1", "thruster_dead@thruster_3"}
+    assert {name for name, chance in found.probabilities.items() if chance > 0.1} == alike
+    assert set(found.document["verdict"]["class"]) == alike
 
 
 @pytest.mark.slow

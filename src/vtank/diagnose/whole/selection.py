@@ -192,6 +192,29 @@ def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filter
     return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
 
 
+def _elsewhere(
+    best: Model, layout: Layout, found: Sequence[Filtered], candidates: Sequence[Placed]
+) -> list[tuple[Model, float]]:
+    """The best with one effect at another place, and how much less likely the recordings are with the same numbers.
+
+    What acts alike at two places is as likely at either, and no score test from afar need lead there.
+    """
+    own, moved = [u for u in best.unknowns if u.name.rpartition(".")[0] not in best.names], list[Model]()
+    for k, placed in enumerate(best.effects):
+        for other in candidates:
+            if other.effect == placed.effect and other.name not in best.names and _free(other) == _free(placed):
+                moved.append(blank(best.fit, layout, (*best.effects[:k], other, *best.effects[k + 1 :]), own))
+    vectors = [replace(model, theta=best.theta).vector() for model in (best, *moved)]
+    e = best.fit.residuals(vectors, found)
+    behind = 0.5 * np.sum(e * e, axis=0)
+    return [(model, float(cost - behind[0])) for model, cost in zip(moved, behind[1:], strict=True)]
+
+
+def _free(placed: Placed) -> list[str]:
+    """Names of the numbers of an effect that are fitted."""
+    return [number.name for number in placed.parameters if number.scale > 0.0]
+
+
 def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     """Score tests of all candidates that the model has not, the most promising first."""
     taken = {slot for placed in model.effects for number in placed.parameters for slot in number.slots}
@@ -273,6 +296,9 @@ def _judged(
             beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
+    for model, behind in _elsewhere(best, layout, found, candidates):
+        if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
+            sets[_key(model)] = refit(model, found, best.theta)
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
