@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import tracemalloc
 import warnings
 from pathlib import Path
 
@@ -156,3 +157,17 @@ def test_a_range_has_a_reasonable_number_of_values(tmp_path: Path) -> None:
         (tmp_path / "many.toml").write_text(f'{head}[grid]\nscenario = "paper-ds1"\n{grid}\n')
         with pytest.raises(InputError, match=words):
             load_campaign(tmp_path / "many.toml")
+
+
+def test_a_recording_is_read_in_little_more_than_its_numbers_take(tmp_path: Path) -> None:
+    rows, columns = 4000, 20
+    table = np.column_stack([np.arange(rows) * 0.02, np.random.default_rng(2).uniform(-1.0, 1.0, (rows, columns))])
+    names = ["time_s", *(f"thruster_{k}_command" for k in range(1, columns + 1))]
+    path = tmp_path / "run.csv"
+    np.savetxt(path, table, "%.6f", ",", header=",".join(names), comments="")
+    tracemalloc.start()
+    run = read_run(path)
+    most = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    np.testing.assert_allclose(run.columns["thruster_7_command"], table[:, 7], atol=1e-6)
+    assert most < 4.0 * path.stat().st_size + 2.0 * table.nbytes

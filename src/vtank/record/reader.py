@@ -66,14 +66,17 @@ def _values(path: Path, names: list[str], lines: list[str]) -> FloatArray:
     for row, line in enumerate(lines):
         if line.count(",") != commas:
             raise InputError(f"{path}, line {row + 2}: {_wrong_length(names, lines, row)}")
-    cells = [cell.strip() for cell in ",".join(lines).split(",")]
-    try:
-        values = np.array([float(cell) if cell else math.nan for cell in cells])
-    except ValueError:
-        raise InputError(_wrong_cell(path, names, cells)) from None
-    if not _PLAIN.fullmatch("".join(cells)) or np.isinf(values).any():
-        raise InputError(_wrong_cell(path, names, cells))
-    return values.reshape(len(lines), len(names))
+    values, plain = np.empty((len(lines), len(names))), True
+    for row, line in enumerate(lines):  # as text, the cells of all rows would take many times what their numbers do
+        cells = [cell.strip() for cell in line.split(",")]
+        try:
+            values[row] = [float(cell) if cell else math.nan for cell in cells]
+        except ValueError:
+            raise InputError(_wrong_cell(path, names, lines)) from None
+        plain = plain and _PLAIN.fullmatch("".join(cells)) is not None
+    if not plain or np.isinf(values).any():
+        raise InputError(_wrong_cell(path, names, lines))
+    return values
 
 
 def _wrong_length(names: list[str], lines: list[str], row: int) -> str:
@@ -85,11 +88,12 @@ def _wrong_length(names: list[str], lines: list[str], row: int) -> str:
     return f"found {found} cells, expected {expected} as in the header"
 
 
-def _wrong_cell(path: Path, names: list[str], cells: list[str]) -> str:
+def _wrong_cell(path: Path, names: list[str], lines: list[str]) -> str:
     """The message for the first cell that is neither empty nor a finite number."""
-    wrong = next(k for k, cell in enumerate(cells) if cell and not _is_number(cell))
-    line, column = wrong // len(names) + 2, names[wrong % len(names)]
-    return f"{path}, line {line}, column {column}: found '{cells[wrong][:40]}', expected a number or an empty cell"
+    cells = ((row, column, cell.strip()) for row, line in enumerate(lines)
+             for column, cell in zip(names, line.split(","), strict=True))  # fmt: skip
+    row, column, cell = next(found for found in cells if found[2] and not _is_number(found[2]))
+    return f"{path}, line {row + 2}, column {column}: found '{cell[:40]}', expected a number or an empty cell"
 
 
 def _is_number(cell: str) -> bool:
