@@ -62,7 +62,7 @@ WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrumen
 ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 ASKEW = 0.4  # [rad] between the headings at which runs start before one wall; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
-KEPT = 8  # drives of a run; a choice
+KEPT = 2  # drives of a run: what pushes now, and as is tried beside it
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
@@ -219,20 +219,25 @@ class Recorded:
         steps, (_, fins, sensors, _) = self.steps, self.layout.starts
         key = p[HULL:sensors].tobytes()
         if key not in self._drives:
-            if len(self._drives) > KEPT:
+            if len(self._drives) >= KEPT:
                 self._drives.clear()
             force, swing, size = thrusts(
                 steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
                 self.resting,
             )  # fmt: skip
-            grid, values = self.known
-            known = np.zeros((steps.now.size, 15))
-            for i in np.flatnonzero(self.knows):
-                known[:, i] = np.interp(steps.now, grid, values[:, i])
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
             turn = gears(p, self.layout.counts[0])
-            self._drives[key] = Drive(force @ turn, swing @ turn, size, angles, known, self.knows)
+            self._drives[key] = Drive(force @ turn, swing @ turn, size.copy(), angles, self._along, self.knows)
         return self._drives[key]
+
+    @cached_property
+    def _along(self) -> Array:
+        """Known motion at the start of each step, (N, 15)."""
+        grid, values = self.known
+        known = np.zeros((self.steps.now.size, 15))
+        for i in np.flatnonzero(self.knows):
+            known[:, i] = np.interp(self.steps.now, grid, values[:, i])
+        return known
 
 
 def record(
