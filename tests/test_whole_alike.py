@@ -85,7 +85,7 @@ def test_what_the_tank_does_is_fitted_to_the_noise(effect: PlacedEffect, place: 
     layout, base = model.fit.runs[0].layout, based(model, found)
     sought = [c for c in catalogue(layout, model.fit.runs[0].moves, sizes_of(model, found))
               if (c.effect, c.place) == (effect.name, place)]  # fmt: skip
-    fits = [extended(model, base, found, layout, p.placed, p.begin) for p in promises(model, base, layout, sought)]
+    fits = [extended(model, base.J, found, layout, p.placed, p.begin) for p in promises(model, base, layout, sought)]
     least = min(converged(fit).cost for fit in fits)
     assert least < calm.cost + 0.02 * found[0].z.size + 5e-4 * (model.cost - calm.cost)
     assert model.cost > least + 3.0

@@ -67,7 +67,7 @@ def test_a_wall_that_slows_the_hull_is_found_by_its_drag_and_its_mass(flight: Ru
         c for c in catalogue(layout, model.fit.runs[0].moves, sizes_of(model, found)) if c.effect == "wall_proximity"
     ]
     (promise,) = promises(model, base, layout, sought)
-    fitted = converged(extended(model, base, found, layout, promise.placed, promise.begin))
+    fitted = converged(extended(model, base.J, found, layout, promise.placed, promise.begin))
     assert fitted.cost < calm.cost + 0.02 * found[0].z.size < model.cost
     for name, (value, sd) in fitted.values(promise.placed).items():
         assert value == pytest.approx(truth[name], abs=4.0 * sd + 0.03 * truth[name])

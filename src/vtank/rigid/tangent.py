@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from .filtered import Filtered, bent, followed, share
+from .filtered import THREADS, Filtered, bent, followed, share
 from .kernels import SIZE, folded, seen
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
 from .motion import rates
@@ -23,6 +23,7 @@ from .tint import FAR
 
 Array = NDArray[np.float64]
 WIDE = 24  # changes that are followed at a time; a choice
+AT_ONCE = WIDE * THREADS  # that keep all threads at work
 
 
 @law
@@ -53,9 +54,9 @@ def shifted(hull, other, apart, steps, record, drive, before, out):
 
 
 @law
-def tangents(way, steps, gain, memory, push, shift, out):
-    """Change of the innovations, (M, W), under accelerations `push`, (N, 6, W), and shifts of readings, (M, W)."""
-    wide = out.shape[1]
+def tangents(way, steps, gain, memory, push, shift):
+    """Changes of innovations under accelerations `push`, (N, 6, W), and shifts of readings in place of these."""
+    wide = shift.shape[1]
     X, Y, i, last = np.zeros((SIZE, wide)), np.zeros((12, wide)), 0, push.shape[0] - 1
     for q in range(steps.which.size):
         m = steps.which[q]
@@ -78,9 +79,9 @@ def tangents(way, steps, gain, memory, push, shift, out):
             X[:12] = Y
             X[12:] *= keep
             i += 1
-        E, j = out[m], min(i, last)
+        E, j = shift[m], min(i, last)
         for w in range(wide):
-            E[w] = -shift[m, w]
+            E[w] = -E[w]
         for a in range(SIZE):
             f = way.H[m, a]
             if f != 0.0:
@@ -141,14 +142,12 @@ class Path:
                 blocks[layout.sensors.index(layout.vehicle.instrument(name))] = True
         return blocks
 
-    def follow(self, causes: Sequence[tuple[Array, Array]]) -> Array:
-        """Changes of the innovations over their deviations, (M, L)."""
-        found = np.empty((self.run.time_s.size, len(causes)))
-        push, shift = (np.stack([cause[n] for cause in causes], axis=-1) for n in (0, 1))
-        tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift, found)
-        found = self.f.tint.without(found)
-        found *= self.weight[:, None]
-        return found
+    def follow(self, push: Array, shift: Array) -> Array:
+        """Changes of the innovations over their deviations, (M, L), under pushes, (N, 6, L), in place of the shifts."""
+        tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift)
+        self.f.tint.take(shift)
+        shift *= self.weight[:, None]
+        return shift
 
 
 def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDArray[np.bool_]]:
@@ -157,13 +156,15 @@ def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDA
     done = np.ones(len(vectors), bool)
 
     def part(path: Path, row: int, first: int) -> None:
-        causes = [path.cause(q) for q in vectors[first : first + WIDE]]
-        for i, cause in enumerate(causes):
+        some = vectors[first : first + WIDE]
+        push, shift = (np.zeros((*size, len(some))) for size in ((path.run.steps.now.size, 6), (path.run.time_s.size,)))
+        for i, q in enumerate(some):
+            cause = path.cause(q)
             if cause is None:
                 done[first + i] = False
-        none = np.zeros((path.run.steps.now.size, 6)), np.zeros(path.run.time_s.size)
-        columns = path.follow([none if cause is None else cause for cause in causes])
-        out[row : row + path.run.time_s.size, first : first + WIDE] = columns
+            else:
+                push[..., i], shift[:, i] = cause
+        out[row : row + path.run.time_s.size, first : first + WIDE] = path.follow(push, shift)
 
     rows = np.cumsum([0, *(path.run.time_s.size for path in paths)])
     each = [(path, int(row)) for path, row in zip(paths, rows[:-1], strict=True)]

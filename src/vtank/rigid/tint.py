@@ -38,8 +38,13 @@ class Tint(NamedTuple):
         if not self.any:
             return e
         left = e[:, None].copy() if e.ndim == 1 else e.copy()
-        separate(self.column, self.keep, self.gain, left)
+        self.take(left)
         return left[:, 0] if e.ndim == 1 else left
+
+    def take(self, e: Array) -> None:
+        """As `without`, in place on changes of innovations, (M, L)."""
+        if self.any:
+            separate(self.column, self.keep, self.gain, e)
 
 
 def tint_of(column: NDArray[np.int64], time_s: Array, e: Array, variance: Array, slow: Array, slow_s: Array) -> Tint:

@@ -256,8 +256,12 @@ def slopes(model: Model, paths: Sequence[Path]) -> Array:
     """Derivative of the residuals with respect to a model's unknowns along the paths, (sum M, U)."""
     side = _sides(model.unknowns, model.theta)
     moved = [model.vector(model.theta + side * (np.arange(side.size) == i)) for i in range(side.size)]
-    changed = model.fit.answers(paths, moved) / side
-    return np.where(np.all(np.abs(changed) < RUNS_AWAY, axis=0), changed, 0.0)
+    changed = model.fit.answers(paths, moved)
+    changed /= side
+    for column in changed.T:  # in place, one after the other: all of them are large
+        if not np.abs(column).max() < RUNS_AWAY:
+            column[:] = 0.0
+    return changed
 
 
 def _sides(unknowns: Sequence[Unknown], theta: Array) -> Array:
@@ -321,9 +325,9 @@ def refit(
         cost = cost_of(e, theta)
         if held is not None or (theta - about) @ H @ (theta - about) > theta.size:
             J, about = differentiated(theta, e), theta
-    H = J.T @ J + np.diag(weight) if theta.size else np.zeros((0, 0))
-    inside = (theta > low) & (theta < high)
-    whitened = np.eye(theta.size) + (J * scale).T @ (J * scale)
+    inner = J.T @ J
+    H, inside = inner + np.diag(weight), (theta > low) & (theta < high)
+    whitened = np.eye(theta.size) + inner * np.outer(scale, scale)
     occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
     evidence = level(found) - cost - occam + _bounded(unknowns) + _sparing(model, theta, H, inside)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)

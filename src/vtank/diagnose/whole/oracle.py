@@ -89,7 +89,7 @@ def _oracle(
     known = catalogue(layout, model.fit.runs[0].moves, sizes_of(model, found))
     true = [placed for placed in known if is_true(placed.name)]
     base = based(model, found)
-    fitted = [extended(model, base, found, layout, promise.placed, promise.begin)
+    fitted = [extended(model, base.J, found, layout, promise.placed, promise.begin)
               for promise in promises(model, base, layout, true)[:TRIED]]  # fmt: skip
     return settled(max(fitted, key=lambda m: m.log_evidence), floor)[0] if fitted else None
 

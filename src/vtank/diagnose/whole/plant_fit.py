@@ -81,7 +81,7 @@ def likeliest_flow(model: Model, found: Sequence[Filtered], did: Usual, flow: Fl
         states, along = path.way.states[:, 6:12], np.empty((path.way.states.shape[0] - 1, flow.terms.shape[0]))
         values(0.5 * (states[1:] + states[:-1]), flow, along)
         pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in along.T]
-        parts.append(path.follow([(push, np.zeros(path.run.time_s.size)) for push in pushes]))
+        parts.append(path.follow(np.stack(pushes, axis=-1), np.zeros((path.run.time_s.size, len(pushes)))))
     columns = np.concatenate(parts)
     gram = base.gram([np.column_stack([base.e, columns])])
     shares = likeliest(gram[1:, 1:], gram[1:, 0])

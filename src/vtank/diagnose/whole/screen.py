@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,13 @@ from ...rigid.filtered import Filtered
 from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
-from ...rigid.tangent import Path
+from ...rigid.tangent import AT_ONCE, Path
 from .model import RUNS_AWAY, Model, slopes, sparing
 
 Array = NDArray[np.float64]
-TOGETHER = 64  # trials whose answers are held at a time; a choice
+PIECE = 4096  # measurements whose columns are put side by side at a time; a choice
 STEP = 0.02  # of finite differences, as a share of a prior deviation
+Trial = tuple[Placed, tuple[float, ...], list[float], list[Array]]  # an effect, where it starts, and its `_sides`
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +34,14 @@ class Promise:
 class Base:
     """A fitted model's innovations e, (M,), and the derivative J, (M, U), that others are projected off.
 
-    paths: along which changes are followed. whitened: J such that J'J and the priors together are one: what the model's
-    own unknowns take up of a column c is whitened (whitened' c). given: whitened' e.
+    paths: along which changes are followed. whitening: (U, U), of J: what the model's own unknowns take up of the
+    square of a column c is that of whitening J'c.
     """
 
     paths: list[Path]
     e: Array
     J: Array
-    whitened: Array
-    given: Array
+    whitening: Array
 
     def gram(self, columns: Iterable[Array]) -> Array:
         """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors.
@@ -51,8 +51,9 @@ class Base:
         inner, taken, first = np.zeros(()), np.zeros(()), 0
         for piece in columns:
             last = first + len(piece)
-            inner, taken = inner + piece.T @ piece, taken + self.whitened[first:last].T @ piece
+            inner, taken = inner + piece.T @ piece, taken + self.J[first:last].T @ piece
             first = last
+        taken = self.whitening @ taken
         return np.asarray(inner - taken.T @ taken)
 
 
@@ -60,16 +61,21 @@ def based(model: Model, found: Sequence[Filtered]) -> Base:
     """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
     paths = model.fit.paths(model.vector(), found)
     e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
-    A = J * np.array([u.scale for u in model.unknowns])
-    R = np.asarray(np.linalg.qr(np.vstack([A, np.eye(A.shape[1])]), mode="r"))  # R'R = 1 + A'A, whatever its condition
-    whitened = np.ascontiguousarray(np.linalg.solve(R.T, A.T).T)
-    return Base(paths, e, J, whitened, whitened.T @ e)
+    return Base(paths, e, J, whitening(J, np.array([u.scale for u in model.unknowns])))
+
+
+def whitening(J: Array, scale: Array) -> Array:
+    """W, (U, U), with W'W the inverse of J'J + 1 / scale^2, for prior deviations (U,), whatever the condition of J."""
+    R = np.eye(scale.size)
+    for first in range(0, len(J), PIECE):  # R'R = 1 + A'A, of which A = J scale is never whole
+        R = np.asarray(np.linalg.qr(np.vstack([R, J[first : first + PIECE] * scale]), mode="r"))
+    return np.asarray(np.linalg.solve(R.T, np.diag(scale)), dtype=np.float64)
 
 
 def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     """All candidates that are not in the model, the most promising first."""
     taken = set(model.names)
-    p, trials = model.vector(), []
+    p, trials = model.vector(), list[Trial]()
     for placed in candidates:
         if placed.name in taken:
             continue
@@ -79,19 +85,33 @@ def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Plac
             begin = tuple(n.starts[min(t, len(n.starts) - 1)] if n.starts else 0.0 for n in free)
             trials.append((placed, begin, *_sides(p, layout, placed, begin)))
     best: dict[str, Promise] = {}
-    for first in range(0, len(trials), TOGETHER):
-        some = trials[first : first + TOGETHER]
-        answers = model.fit.answers(base.paths, [v for *_, sides in some for v in sides])
+    while trials:
+        ends = np.cumsum([len(sides) for *_, sides in trials])
+        count = max(int(np.searchsorted(ends, AT_ONCE, side="right")), 1)
+        some, trials = trials[:count], trials[count:]
         with np.errstate(over="ignore", invalid="ignore"):  # what ran away is left out below
-            adapted = base.whitened.T @ answers
-        place = 0
-        for placed, begin, steps, sides in some:
-            mine = slice(place, place + len(sides))
-            promise = _promise(placed, begin, steps, answers[:, mine], adapted[:, mine], base)
-            place += len(sides)
+            gram = base.gram(_columns(model, base, some))
+        for (placed, begin, steps, _), end in zip(some, ends, strict=False):
+            mine = [0, *range(int(end) - len(steps), int(end) + 1)]
+            promise = _promise(placed, begin, gram[np.ix_(mine, mine)])
             if promise is not None and (placed.name not in best or promise.gain > best[placed.name].gain):
                 best[placed.name] = promise
     return sorted(best.values(), key=lambda promise: -promise.gain)
+
+
+def _columns(model: Model, base: Base, trials: Sequence[Trial]) -> Iterator[Array]:
+    """Innovations, and of each trial their change at the start and derivatives there, run by run, (M, 1 + L)."""
+    first, vectors = 0, [v for *_, sides in trials for v in sides]
+    for path in base.paths:
+        changed = replace(model.fit, runs=(path.run,)).answers([path], vectors)
+        last, at = first + len(changed), 0
+        for _, _, steps, _ in trials:
+            sides = changed[:, at + 1 : at + 1 + len(steps)]
+            sides -= changed[:, at, None]
+            sides /= steps
+            at += 1 + len(steps)
+        yield np.column_stack([base.e[first:last], changed])
+        first = last
 
 
 def _sides(p: Array, layout: Layout, placed: Placed, begin: Sequence[float]) -> tuple[list[float], list[Array]]:
@@ -115,27 +135,20 @@ def _sides(p: Array, layout: Layout, placed: Placed, begin: Sequence[float]) -> 
     return steps, sides
 
 
-def _promise(
-    placed: Placed, begin: tuple[float, ...], steps: list[float], answers: Array, adapted: Array, base: Base
-) -> Promise | None:
+def _promise(placed: Placed, begin: tuple[float, ...], gram: Array) -> Promise | None:
     """Gain of log evidence, linear about the start, own unknowns readapted, each number within its prior.
 
-    answers: changes of the innovations at the start, and at a step of each number from there; adapted: whitened' of
-    them.
+    gram: of innovations, their change at the start, and their derivative there with respect to each free number.
     """
     free = [(number, b) for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0]
-    if not np.all(np.abs(answers) < RUNS_AWAY) or not np.any(answers):
+    squares = np.diag(gram)[1:]
+    if not np.all(np.abs(squares) < RUNS_AWAY**2) or not np.any(squares):
         return None
-
-    def sided(none: Array, sides: Array) -> Array:
-        return np.column_stack([none, none + sides[:, 0], (sides[:, 1:] - sides[:, :1]) / np.array(steps)])
-
-    columns, less = sided(base.e, answers), sided(base.given, adapted)
-    gram = columns.T @ columns - less.T @ less
     scale = np.array([number.scale for number, _ in free])
     start = np.array([b for _, b in free])
     low, high = np.array([n.low for n, _ in free]), np.array([n.high for n, _ in free])
-    before, at_start, pull, H = gram[0, 0], gram[1, 1], gram[2:, 1], gram[2:, 2:]
+    before, at_start = gram[0, 0], gram[0, 0] + 2.0 * gram[0, 1] + gram[1, 1]
+    pull, H = gram[2:, 0] + gram[2:, 1], gram[2:, 2:]
     information = H + np.diag(scale**-2.0)
     move = -np.linalg.solve(information, pull + start * scale**-2.0) if free else start
     end = np.clip(start + move, low, high)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
@@ -19,12 +19,13 @@ from .echoes import Echoes, heard
 from .gross import mistaken
 from .model import Model, Unknown, blank, even, own_unknowns, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
-from .screen import Base, Promise, based, promises
+from .screen import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
 from .unnamed import Block, at_place, unnamed
 
 Array = NDArray[np.float64]
+Start = tuple[Model, Array, list[Filtered]]  # of a fit beside it: a model, its J, and its filter
 FITTED = 6  # promising effects that are fitted, beside all that promise nearly as much; a choice
 ALWAYS, HOPELESS = 3, 0.3  # so many are fitted always, others where they promise this share of the best's gain; choices
 NEAR = 6.0  # log evidence behind the best promise within which an effect is fitted besides, up to twice FITTED
@@ -95,29 +96,20 @@ def select(
     for _ in range(MOST - len(best.effects)):
         mine = list(best.unknowns[: len(own)])
         own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
-        say(f"score tests of {len(candidates)} effects at their places")
-        begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
-        begins += even(best, found)
-        starts = [(model, based(model, there), there) for model, there in begins]
-        ranked, where = _from_all(starts, layout, candidates)
-        strongest |= {promise.placed.name for promise in ranked[:STRONGEST]}
-        fitted: list[Model] = []
-        for promise in _near(ranked):
-            if not _hopeless(promise, fitted, best):
-                say(f"fitting {promise.placed.name}")
-                fitted.append(extended(*starts[where[promise.placed.name]], layout, promise.placed, promise.begin))
+        fitted, strong = _wider(best, found, own, layout, candidates, say)
+        strongest |= strong
         fitted += steadied(best, layout, candidates, floor)
         fitted.sort(key=lambda m: -m.log_evidence)
         form = _form(best, found, sizes) if best.effects else 0.0
         if fitted and worth(fitted[0], best, own_alone, candidates, form) >= 0.0:
             best, found = trusting(*settled(fitted[0], floor), own)
             continue
-        other, there = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)  # as it was before anything
-        if other.log_evidence <= best.log_evidence + LIKELIER:
+        afresh = _afresh(best, own, noise, floor)
+        if not afresh:
             break
-        best, found = trusting(other, there, own)
-    strong = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong=strong, sizes=sizes, less=less, echoes=echoes, say=say)
+        best, found = afresh
+    again = tuple(placed for placed in candidates if placed.name in strongest)
+    return _judged(best, found, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
 
 
 def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
@@ -141,30 +133,57 @@ def _begin(
     return max(begins, key=lambda pair: pair[0].log_evidence)
 
 
+def _afresh(best: Model, own: Sequence[Unknown], noise: Noise, floor: Array) -> tuple[Model, list[Filtered]] | None:
+    """The best at a noise sought from that before anything was fitted, where that is likelier."""
+    other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
+    return trusting(other, found, own) if other.log_evidence > best.log_evidence + LIKELIER else None
+
+
+def _wider(
+    best: Model, found: list[Filtered], own: Sequence[Unknown], layout: Layout, candidates: Sequence[Placed],
+    say: Callable[[str], None],
+) -> tuple[list[Model], set[str]]:  # fmt: skip
+    """The best with what promises most beside it, fitted one at a time; and the names of the strongest."""
+    say(f"score tests of {len(candidates)} effects at their places")
+    begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
+    ranked, where = _from_all([*begins, *even(best, found)], layout, candidates)
+    fitted: list[Model] = []
+    for promise in _near(ranked):
+        if not _hopeless(promise, fitted, best):
+            say(f"fitting {promise.placed.name}")
+            fitted.append(extended(*where[promise.placed.name], layout, promise.placed, promise.begin))
+    return fitted, {promise.placed.name for promise in ranked[:STRONGEST]}
+
+
 def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
     """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to."""
-    found: list[Model] = []
-    for calm, there in forgetful(model, floor):
-        base = based(calm, there)
-        for promise in _promising(calm, base, layout, candidates)[:STEADIEST]:
-            if promise.gain > 0.0:
-                wider = extended(calm, base, there, layout, promise.placed, promise.begin)
-                found.append(settled(wider, floor)[0])
-    return found
+
+    def wider() -> list[Model]:
+        found: list[Model] = []
+        for calm, there in forgetful(model, floor):
+            promising, J = _promising(calm, there, layout, candidates)
+            steadiest = [promise for promise in promising[:STEADIEST] if promise.gain > 0.0]
+            found += [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
+        return found
+
+    return [settled(other, floor)[0] for other in wider()]
 
 
 def extended(
-    model: Model, base: Base, found: Sequence[Filtered], layout: Layout, placed: Placed, begin: Sequence[float]
+    model: Model, held: Array, found: Sequence[Filtered], layout: Layout, placed: Placed, begin: Sequence[float]
 ) -> Model:
-    """The model with one more effect, fitted from where its score test says, or nearer where it runs away there."""
+    """The model with one more effect, fitted from where its score test says, or nearer where it runs away there.
+
+    held: as of `refit`.
+    """
     own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
     wider = blank(model.fit, layout, (*model.effects, placed), own)
     free = np.array([b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0])
     for share in NEARER:
-        fitted = refit(wider, found, np.concatenate([model.theta, share * free]), base.J)
+        fitted = refit(wider, found, np.concatenate([model.theta, share * free]), held)
         if fitted.log_evidence > model.log_evidence - LOST:
             break
-    return leapt(fitted, found, base.J)
+    return leapt(fitted, found, held)
 
 
 def leapt(model: Model, found: Sequence[Filtered], held: Array) -> Model:
@@ -215,11 +234,17 @@ def _free(placed: Placed) -> list[str]:
     return [number.name for number in placed.parameters if number.scale > 0.0]
 
 
-def _promising(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
-    """Score tests of all candidates that the model has not, the most promising first."""
+def _promising(
+    model: Model, found: Sequence[Filtered], layout: Layout, candidates: Sequence[Placed]
+) -> tuple[list[Promise], Array]:
+    """Score tests of all candidates that the model has not, the most promising first; and its J.
+
+    Nothing else of a linearisation is kept, which takes as much as all filters together.
+    """
     taken = {slot for placed in model.effects for number in placed.parameters for slot in number.slots}
     some = [c for c in candidates if not taken & {slot for number in c.parameters for slot in number.slots}]
-    return promises(model, base, layout, some)
+    base = based(model, found)
+    return promises(model, base, layout, some), base.J
 
 
 def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Unknown]) -> list[Model]:
@@ -234,16 +259,17 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
 
 
 def _from_all(
-    begins: Sequence[tuple[Model, Base, list[Filtered]]], layout: Layout, candidates: Sequence[Placed]
-) -> tuple[list[Promise], dict[str, int]]:
+    begins: Sequence[tuple[Model, list[Filtered]]], layout: Layout, candidates: Sequence[Placed]
+) -> tuple[list[Promise], dict[str, Start]]:
     """Promises of all candidates over the first model, the most promising first, and from which model each is."""
-    best, where = dict[str, Promise](), dict[str, int]()
-    for n, (model, base, _) in enumerate(begins):
+    best, where = dict[str, Promise](), dict[str, Start]()
+    for model, found in begins:
         behind = model.log_evidence - begins[0][0].log_evidence
-        for promise in _promising(model, base, layout, candidates):
+        promising, J = _promising(model, found, layout, candidates)
+        for promise in promising:
             name = promise.placed.name
             if name not in best or promise.gain + behind > best[name].gain:
-                best[name], where[name] = replace(promise, gain=promise.gain + behind), n
+                best[name], where[name] = replace(promise, gain=promise.gain + behind), (model, J, found)
     return sorted(best.values(), key=lambda promise: -promise.gain), where
 
 
@@ -287,12 +313,12 @@ def _judged(
         sets.setdefault(_key(model), model)
     parents = smaller or [refitted]
     for parent in parents:
-        base = based(parent, found)
+        promising, J = _promising(parent, found, layout, strong)
         beside = [model for model in (best, *lesser) if set(parent.names) < set(model.names)]
-        for promise in _near(_promising(parent, base, layout, strong)):
+        for promise in _near(promising):
             if _hopeless(promise, beside, parent):
                 continue
-            model = extended(parent, base, found, layout, promise.placed, promise.begin)
+            model = extended(parent, J, found, layout, promise.placed, promise.begin)
             beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model

@@ -24,12 +24,16 @@ def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Mod
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
     for n, enough in enumerate((ENOUGH, *[ALL] * SETTLING)):
         before = model.fit.noise
-        noise, found = settle(model.fit, model.vector(), floor, enough, least, near=n > 1)
-        model = replace(model, fit=replace(model.fit, noise=noise))
-        model = refit(model, found, model.theta)
-        if n and noise.like(before):
+        model = _once(model, floor, enough, least, near=n > 1)
+        if n and model.fit.noise.like(before):
             break
     return model, model.fit.filter(model.vector())
+
+
+def _once(model: Model, floor: Array, enough: int, least: Array | float, near: bool) -> Model:
+    """The noise at the fit, and the fit at that; the filters of all runs go with the call."""
+    noise, found = settle(model.fit, model.vector(), floor, enough, least, near=near)
+    return refit(replace(model, fit=replace(model.fit, noise=noise)), found, model.theta)
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:

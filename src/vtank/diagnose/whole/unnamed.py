@@ -23,7 +23,7 @@ from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
-from .screen import Base, based
+from .screen import PIECE, Base, based
 
 Array = NDArray[np.float64]
 Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
@@ -33,7 +33,6 @@ PAIRED = 9  # columns of a function of two variables; the rest carries little
 WINDOWS = 12  # of a recording, for what acts for a while
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
-PIECE = 4096  # measurements whose columns are put side by side at a time; a choice
 QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
 
 
@@ -179,12 +178,11 @@ def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push:
     """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
-        still = np.zeros(path.run.time_s.size)
-
         def follow(block: Array) -> Array:
+            still = np.zeros((path.run.time_s.size, block.shape[1]))
             if not block.any():  # what acts for a while in another run
-                return np.zeros((path.run.time_s.size, block.shape[1]))
-            return path.follow([(np.outer(g, push), still) for g in block.T])
+                return still
+            return path.follow(block[:, None, :] * push[:, None], still)
 
         return share([partial(follow, block) for block in columns])
 
@@ -211,12 +209,10 @@ def _column(base: Base, c: int) -> Block:
     groups = list(_groups(variables, pairs, times))
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
-        still = np.zeros((path.run.steps.now.size, 6))
-
         def follow(block: Array) -> Array:
             shifts = np.zeros((path.run.time_s.size, block.shape[1]))
             shifts[mine[n]] = unit * block
-            return path.follow([(still, shift) for shift in shifts.T])
+            return path.follow(np.zeros((path.run.steps.now.size, 6, block.shape[1])), shifts)
 
         return share([partial(follow, block) for block in columns])
 
