@@ -34,9 +34,9 @@ def functions_of(share: np.ndarray) -> np.ndarray:
     return np.asarray(((1.0 - part) * vectors[low] + part * vectors[low + 1]) * deviation)
 
 
-def products_of(first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """Functions of two variables, given as columns of `functions_of`; shape (I, PRODUCTS)."""
+def products_of(first: np.ndarray, second: np.ndarray, count: int = PRODUCTS) -> np.ndarray:
+    """Functions of two variables, given as columns of `functions_of`; shape (I, count)."""
     deviation, _ = _process()
-    pairs = np.argsort(-np.outer(deviation, deviation), axis=None)[:PRODUCTS]
+    pairs = np.argsort(-np.outer(deviation, deviation), axis=None)[:count]
     i, j = np.unravel_index(pairs, (FUNCTIONS, FUNCTIONS))
     return np.asarray(first[:, i] * second[:, j])

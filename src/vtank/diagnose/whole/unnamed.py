@@ -26,7 +26,7 @@ from .pursuit import pursue
 from .screen import PIECE, Base, based
 
 Array = NDArray[np.float64]
-Group = tuple[str, list[Array]]  # what a free-form function goes with, and its columns for every run
+Groups = tuple[list[str], Callable[[int], list[Array]]]  # what free-form functions go with; their columns for a run
 Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
 FORCES = 2  # the strongest, that are sought once more as if no instrument drifted; a choice
 PAIRED = 9  # columns of a function of two variables; the rest carries little
@@ -88,11 +88,15 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     calmer += [(c, [forces + k]) for k, c in enumerate(columns)]
     for column, some in calmer:
         for other, there in even(model, found, column):
-            beside, ahead = based(other, there), other.log_evidence - here
-            for n in some:
-                also = seekers[n](beside)
+            ahead = other.log_evidence - here
+            for n, also in zip(some, _sought(based(other, there), [seekers[n] for n in some]), strict=True):
                 blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
     return sorted(blocks, key=lambda block: -block.gain)
+
+
+def _sought(base: Base, seekers: Sequence[Seeker]) -> list[Block]:
+    """What seekers find beside a linearisation, which nothing holds on to once they are through."""
+    return [seek(base) for seek in seekers]
 
 
 def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
@@ -156,7 +160,7 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
     times = [path.run.steps.now for path in base.paths]
     push = np.zeros(6)
     push[axis] = unit
-    return _forced(base, AXES[axis], "hydrodynamics", list(_groups(variables, pairs, times)), push)
+    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times), push)
 
 
 def _thruster(base: Base, k: int) -> Block:
@@ -171,10 +175,10 @@ def _thruster(base: Base, k: int) -> Block:
         along.append(path.way.states[:-1, 6:12] @ gear)
     variables = {"input": inputs, "flow along it": along, "time": [path.run.steps.now for path in base.paths]}
     pairs = [("input", "flow along it"), ("input", "time")]
-    return _forced(base, name, "actuator", list(_groups(variables, pairs, variables["time"])), push)
+    return _forced(base, name, "actuator", _groups(variables, pairs, variables["time"]), push)
 
 
-def _forced(base: Base, place: str, channel: str, groups: Sequence[Group], push: Array) -> Block:
+def _forced(base: Base, place: str, channel: str, groups: Groups, push: Array) -> Block:
     """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
@@ -206,7 +210,7 @@ def _column(base: Base, c: int) -> Block:
         variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]
     pairs = [("reading", name) for name in variables if name != "reading"]
     times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
-    groups = list(_groups(variables, pairs, times))
+    groups = _groups(variables, pairs, times)
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         def follow(block: Array) -> Array:
@@ -219,36 +223,37 @@ def _column(base: Base, c: int) -> Block:
     return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
 
 
-def _groups(
-    variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]
-) -> Iterator[Group]:
+def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]) -> Groups:
     """Smooth functions of each variable and of pairs of them, a function of time, and windows of it."""
-    made = {}
-    for name, values in {**variables, "time": times}.items():
+    spans, every = dict[str, tuple[float, float]](), {**variables, "time": times}
+    for name, values in every.items():
         low, high = np.percentile(np.concatenate(values), [0.1, 99.9])
         if high - low > 1e-9:
-            made[name] = [functions_of((v - low) / (high - low)) for v in values]
-            yield name, made[name]
-    for first, second in pairs:
-        if first in made and second in made:
-            both = zip(made[first], made[second], strict=True)
-            yield f"{first} and {second}", [products_of(a, b)[:, :PAIRED] for a, b in both]
-    for n in range(len(times)):
+            spans[name] = low, high
+    both = [(first, second) for first, second in pairs if first in spans and second in spans]
+    names = [*spans, *(f"{a} and {b}" for a, b in both), *(f"a while in run {n + 1}" for n in range(len(times)))]
+
+    def columns(n: int) -> list[Array]:
+        made = {name: functions_of((every[name][n] - low) / (high - low)) for name, (low, high) in spans.items()}
         share = (times[n] - times[n].min()) / max(float(np.ptp(times[n])), 1e-9)
         bumps = np.exp(-0.5 * ((share[:, None] * WINDOWS - np.arange(WINDOWS) - 0.5) * 1.5) ** 2)
-        yield f"a while in run {n + 1}", [bumps if k == n else np.zeros((t.size, WINDOWS)) for k, t in enumerate(times)]
+        windows = [bumps if k == n else np.zeros_like(bumps) for k in range(len(times))]
+        return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both), *windows]
+
+    return names, columns
 
 
-def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer: Answer) -> Block:
-    """The block of groups, whose columns change the innovations as `answer` says."""
-    sizes = [values[0].shape[1] for _, values in groups]
+def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer) -> Block:
+    """The block of groups, whose columns change the innovations as `answer` says; they are made run by run, twice."""
+    names, made = groups
+    sizes = [values.shape[1] for values in made(0)]
     ends = np.cumsum([1, *sizes])
     parts = [slice(int(end) - size, int(end)) for size, end in zip(sizes, ends[1:], strict=True)]
     rows = np.cumsum([0, *(path.run.time_s.size for path in base.paths)])
 
     def columns() -> Iterator[Array]:
         for n, path in enumerate(base.paths):
-            each = [base.e[rows[n] : rows[n + 1], None], *answer(path, n, [v[n] for _, v in groups])]
+            each = [base.e[rows[n] : rows[n + 1], None], *answer(path, n, made(n))]
             for first in range(0, path.run.time_s.size, PIECE):
                 yield np.hstack([some[first : first + PIECE] for some in each])
 
@@ -257,9 +262,9 @@ def _block(base: Base, place: str, channel: str, groups: Sequence[Group], answer
     lost = ~(np.abs(np.diag(gram)) < RUNS_AWAY**2)
     gram[lost], gram[:, lost] = 0.0, 0.0
     gain, chosen, c = pursue(gram, parts)
-    told = [np.hstack([values[n] for _, values in groups]) @ c for n in range(len(base.paths))]
+    told = [np.hstack(made(n)) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
-    return Block(place, channel, gain, tuple(groups[n][0] for n in chosen), size)
+    return Block(place, channel, gain, tuple(names[n] for n in chosen), size)
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
