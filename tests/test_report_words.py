@@ -276,3 +276,11 @@ def test_what_a_part_has_lost_is_told_with_its_share(name: str, share: float, to
     """No thruster that has half of its thrust is called dead."""
     values = {"size": {"value": share, "sd": 0.01, "unit": "-"}}
     assert whole.found({"name": name, "place": "thruster_4", "sentence": "why", "values": values}) == told
+
+
+@pytest.mark.parametrize(("kind", "told"), [("none", False), ("parameters", True)])
+def test_where_there_is_no_gap_no_share_of_it_is_left(kind: str, told: bool) -> None:
+    verdict = {"kind": kind, "doubt": "", "unexplained": [], "class": [], "places": []}
+    line = {"kind": "disturbance", "share": 0.99}
+    said = whole.sentence({"verdict": verdict, "budget": [line], "effects": [], "unexplained": {"share": 0.99}})
+    assert ("does not repeat" in said) == told

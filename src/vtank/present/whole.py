@@ -86,7 +86,7 @@ def sentence(document: Document) -> str:
         said += f" There {DOUBTS[verdict['doubt']]}, and it does not go with the motion."
     if verdict["unexplained"]:
         said += f" Something that repeats and has no name is left at {', '.join(verdict['unexplained'])}."
-    elif left > 0.1:
+    elif left > 0.1 and verdict["kind"] != "none":
         said += f" Of {WHOLE}, {share(left)} does not repeat and is not sensor noise."
     return said
 
