@@ -70,8 +70,10 @@ def ladder(selection: Selection) -> list[tuple[str, str, Model]]:
 def budget(selection: Selection) -> Budget:
     """The budget; simulations of every model of the ladder."""
     steps, noise = ladder(selection), selection.best.fit.noise.errors
-    spikes = spikes_of(selection.best)  # of the instruments themselves: they are the same whatever the model
-    errors = share([partial(_squares, model, spikes) for _, _, model in steps])  # each (stretches, C), and counts
+    best, found = selection.best, selection.found
+    spikes = spikes_of(best, found)  # of the instruments themselves: they are the same whatever the model
+    work = [partial(_squares, model, spikes, found if model is best else None) for _, _, model in steps]
+    errors = share(work)  # each (stretches, C), and counts
     count = errors[0][1]
     seen = count.sum(axis=0) > 0
     squares = np.array([e for e, _ in errors])
@@ -125,16 +127,18 @@ def budget(selection: Selection) -> Budget:
     return Budget(shares(seen), each, rms, visible)
 
 
-def _squares(model: Model, spikes: Sequence[NDArray[np.bool_]]) -> tuple[Array, Array]:
-    """`free_errors` with parameters from which each part has been left out."""
-    found = model.fit.filter(model.vector())
+def _squares(
+    model: Model, spikes: Sequence[NDArray[np.bool_]], found: Sequence[Filtered] | None
+) -> tuple[Array, Array]:
+    """`free_errors` with parameters from which each part has been left out; found: the filter, where there is one."""
+    found = found or model.fit.filter(model.vector())
     folds = _folds(model)
     return free_errors(model, spikes, found, folds, [model.vector(theta) for theta in _left_out(model, found, folds)])
 
 
-def spikes_of(model: Model) -> list[NDArray[np.bool_]]:
+def spikes_of(model: Model, found: Sequence[Filtered] | None = None) -> list[NDArray[np.bool_]]:
     """Readings of each run that are their instrument's own, as far off as they are from the filter, (M,)."""
-    return [np.abs(f.innovation) > SPIKE * np.sqrt(f.variance) for f in model.fit.filter(model.vector())]
+    return [np.abs(f.innovation) > SPIKE * np.sqrt(f.variance) for f in found or model.fit.filter(model.vector())]
 
 
 def free_errors(

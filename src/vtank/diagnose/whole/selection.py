@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +47,8 @@ class Selection:
 
     Attributes:
         layout, runs, sizes: what was looked at. nominal, own: fits without effects, at the final noise.
-        best: of the sets that were fitted. sets: all of them, by names joined with +.
-        found: the filter at the best. blocks: free-form parts beside the best, blocks_alone:
-            beside own parameters alone. probabilities: by name.
+        best: of the sets that were fitted. sets: all of them, by names joined with +. blocks: free-form parts beside
+            the best, blocks_alone: beside own parameters alone. probabilities: by name.
     """
 
     layout: Layout
@@ -58,10 +58,14 @@ class Selection:
     own: Model
     best: Model
     sets: dict[str, Model]
-    found: list[Filtered]
     blocks: list[Block]
     blocks_alone: list[Block]
     probabilities: dict[str, float]
+
+    @cached_property
+    def found(self) -> list[Filtered]:
+        """The filter at the best."""
+        return self.best.fit.filter(self.best.vector())
 
     def gain(self, name: str) -> float:
         """Log evidence that one of the best's effects brings beside the others."""
@@ -109,7 +113,8 @@ def select(
             break
         best, found = afresh
     again = tuple(placed for placed in candidates if placed.name in strongest)
-    return _judged(best, found, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
+    del found  # as large as all that is judged by; it is made anew where it is needed
+    return _judged(best, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
 
 
 def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
@@ -288,7 +293,7 @@ def _hopeless(promise: Promise, fitted: Sequence[Model], model: Model) -> bool:
 
 
 def _judged(
-    best: Model, found: list[Filtered], own: list[Unknown], candidates: tuple[Placed, ...], *,
+    best: Model, own: list[Unknown], candidates: tuple[Placed, ...], *,
     strong: tuple[Placed, ...], sizes: Sizes, less: Mapping[str, float], echoes: Echoes | None,
     say: Callable[[str], None],
 ) -> Selection:  # fmt: skip
@@ -296,7 +301,7 @@ def _judged(
 
     strong: candidates that did well in any round, which are tried again as rivals.
     """
-    runs, layout = best.fit.runs, best.fit.runs[0].layout
+    runs, layout, found = best.fit.runs, best.fit.runs[0].layout, best.fit.filter(best.vector())
     say("rivals")
     mine = list(best.unknowns[: len(own)])
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
@@ -322,6 +327,7 @@ def _judged(
             beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
+        del J
     for model, behind in _elsewhere(best, layout, found, candidates):
         if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
             sets[_key(model)] = refit(model, found, best.theta)
@@ -347,6 +353,7 @@ def _judged(
         return sorted(every, key=lambda block: -block.gain)
 
     blocks = alone = free_form(best, found)
+    del found
     ground, mimicry = best, -np.inf
     if best.effects:
         there = refitted.fit.filter(refitted.vector())
@@ -361,7 +368,7 @@ def _judged(
     chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
     return Selection(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
-        sets=sets, found=found, blocks=blocks, blocks_alone=alone, probabilities=chances,
+        sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
 
 
@@ -383,9 +390,7 @@ def narrowed(selection: Selection, hidden: set[str]) -> Selection:
     for name, chance in before.items():
         name = seen(name) if name in selection.sets and selection.sets[name].effects else name
         chances[name] = chances.get(name, 0.0) + chance
-    best = sets[seen(_key(selection.best))]
-    found = best.fit.filter(best.vector())
-    return replace(selection, best=best, found=found, sets=sets, probabilities=chances)
+    return replace(selection, best=sets[seen(_key(selection.best))], sets=sets, probabilities=chances)
 
 
 def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:
