@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import os
+import platform
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +13,7 @@ from test_rigid_motion import flown
 
 from vtank.diagnose.whole.model import blank, own_unknowns, refit
 from vtank.diagnose.whole.screen import PIECE, Base, based, promises, whitening
+from vtank.rigid.filtered import give_back
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -77,3 +81,17 @@ def test_score_tests_are_the_same_however_many_are_made_together(screened, monke
     for promise in together:
         assert promise.gain == pytest.approx(alone[promise.placed.name].gain, rel=1e-9, abs=1e-6)
         assert promise.begin == pytest.approx(alone[promise.placed.name].begin, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="of glibc's heap")
+def test_memory_that_is_free_goes_back_to_the_system() -> None:
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+    block = np.ones(12_000)  # small enough to lie in the heap
+    many = [block.copy() for _ in range(2000)]
+    kept = many[::20]
+    del many
+    before = resident()
+    give_back()
+    assert len(kept) == 100 and resident() < before - 1000 * block.nbytes

@@ -1,7 +1,9 @@
-"""Noise, what a filter at a noise leaves of a run, and how work on several cores is shared out."""
+"""Noise, what a filter at a noise leaves of a run, and how work on several cores, and memory, is shared out."""
 
 from __future__ import annotations
 
+import ctypes
+import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
@@ -100,6 +102,13 @@ def share(work: Sequence[Callable[[], Any]]) -> list[Any]:
         return [call() for call in work]
     with ThreadPoolExecutor(THREADS) as pool:
         return list(pool.map(lambda call: call(), work))
+
+
+def give_back() -> None:
+    """Hand memory that is free back to the system: glibc keeps it, in holes between what is in use."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
+    if trim:
+        trim(0)
 
 
 def _way(run: Recorded) -> Way:

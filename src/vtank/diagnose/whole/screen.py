@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, give_back
 from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
@@ -59,6 +59,7 @@ class Base:
 
 def based(model: Model, found: Sequence[Filtered]) -> Base:
     """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
+    give_back()
     paths = model.fit.paths(model.vector(), found)
     e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
     return Base(paths, e, J, whitening(J, np.array([u.scale for u in model.unknowns])))

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, give_back
 from ...rigid.fit import begun
 from ...rigid.noise import ALL, ENOUGH, settle
 from .model import Model, Unknown, refit, trusted
@@ -27,11 +27,13 @@ def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Mod
         model = _once(model, floor, enough, least, near=n > 1)
         if n and model.fit.noise.like(before):
             break
+    give_back()
     return model, model.fit.filter(model.vector())
 
 
 def _once(model: Model, floor: Array, enough: int, least: Array | float, near: bool) -> Model:
     """The noise at the fit, and the fit at that; the filters of all runs go with the call."""
+    give_back()
     noise, found = settle(model.fit, model.vector(), floor, enough, least, near=near)
     return refit(replace(model, fit=replace(model.fit, noise=noise)), found, model.theta)
 
