@@ -67,6 +67,7 @@ def finite(content: object) -> bool:
     return bool(json.dumps(content, allow_nan=False))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VERDICTS)
 def test_the_diagnosis_ends_in_a_verdict(
     name: str, recording: Callable[[Columns], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]

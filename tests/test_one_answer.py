@@ -41,7 +41,14 @@ def recorded(kind: str, linear: float) -> list[vt.Run]:
     return runs
 
 
-@pytest.fixture(scope="module", params=[("n_rev_s", 0.0), ("command", 0.0), ("command", 1.0), ("thrust_N", 1.0)])
+KINDS_AND_SHARES = [
+    ("n_rev_s", 0.0),
+    *(pytest.param(("command", k), marks=pytest.mark.slow) for k in (0.0, 1.0)),
+    ("thrust_N", 1.0),
+]
+
+
+@pytest.fixture(scope="module", params=KINDS_AND_SHARES)
 def found(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, float, list[vt.Run], vt.Diagnosis, Path]:
