@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import os
 import pty
@@ -107,6 +108,24 @@ def test_exit_codes(
     monkeypatch.setattr(cli, "_modules", lambda: {"fail": command})
     assert cli.main(["fail"]) == code
     assert capsys.readouterr().err == message
+
+
+def test_a_law_that_does_not_compile_is_told_by_file_and_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "stiction.py"
+    file.write_text("from vtank.compiled import law\n\n@law\ndef force(u):\n    return u.magnitude + 1.0\n")
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def run(args: object) -> int:
+        return int(importlib.import_module("stiction").force(1.0))
+
+    command = SimpleNamespace(add_parser=lambda subparsers: subparsers.add_parser("fail"), run=run)
+    monkeypatch.setattr(cli, "_modules", lambda: {"fail": command})
+    assert cli.main(["fail"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith(f"vtank: error: {file}:5: does not compile: Unknown attribute 'magnitude' of type float64")
+    assert told.count("\n") == 1
 
 
 def test_a_reader_that_stops_early_is_no_error(data: Path) -> None:

@@ -7,14 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba.core.errors import NumbaError
 from scipy.stats import chi2
 from synthetic import SONAR_M, observed, sine, turbulence
 
+from vtank.channels.channel import Channel, readers
+from vtank.compiled import term
 from vtank.estimate.innovations import Noise, innovations, no_gain
 from vtank.estimate.innovations import filtered as filtered_by
 from vtank.estimate.observed import POSITION, RANGE, SPEED, Observed
 from vtank.estimate.problem import Problem
 from vtank.plant.parameters import vector
+from vtank.plant.surge import SURGE
 
 PLAIN = {"alpha": -2.5, "beta": 5e-4, "thrust_loss.gamma": -0.01, "thrust_lag.tau": 0.7}
 P = vector(PLAIN)
@@ -250,3 +254,13 @@ def test_derivatives_are_right_where_an_instant_leaves_its_tick(name):
     moved[0] += 1e-5
     coarse = (problem.residuals(moved, filtered) - residual) / 1e-5
     np.testing.assert_allclose(fine, coarse, atol=2e-3 * np.abs(coarse).max())
+
+
+def test_a_reading_of_derivatives_that_does_not_say_so_does_not_compile() -> None:
+    """It would read the state itself, without a word."""
+    felt, state = Channel("surge_m_s2", "m/s2", term(lambda t, s, ds, p: ds[1])), (0.0, 0.2, 0.05, 0.0, 0.0)
+    asked = (0, 0.0, state, (0.0,), 0.0, vector({"thrust_lag.tau": 0.7}))
+    with pytest.raises(NumbaError, match="getitem"):
+        readers(SURGE, [felt])["read"](*asked)
+    said = replace(felt, of_rates=True)
+    assert readers(SURGE, [said])["read"](*asked) == pytest.approx(0.05, abs=1e-12)  # without drag, thrust alone

@@ -176,9 +176,11 @@ def test_intervals_and_correlation_are_those_of_the_covariance():
 
 
 def test_one_sinusoid_does_not_carry_model_iii():
-    one = observed(truth_of("III"), sine(9.0, 0.5), seed=5)
-    warnings = " ".join(identify([one], "III").warnings)
-    assert "cannot be separated" in warnings or "not determined" in warnings
+    """A second optimum, of six times the drag, is as likely but for chance: it is told beside the first."""
+    one = identify([observed(truth_of("III"), sine(9.0, 0.5), seed=5)], "III")
+    for name in MODELS["III"]:
+        assert abs(one.values[name] - TRUTH[name]) < 3.0 * one.sd[name]
+    assert "explained about as well by alpha = -14.6, beta = 0.00131" in " ".join(one.warnings)
     three = identify(runs_of(truth_of("III"), seed=5), "III")
     assert not any("not determined" in warning for warning in three.warnings)
 

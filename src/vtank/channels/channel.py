@@ -20,7 +20,8 @@ class Channel:
         unit: SI unit.
         reading: (t, s, ds, p) -> noise-free value in states s with derivatives ds, at time t [s].
         instant: (stamp, p) -> when a measurement of that stamp was true [s].
-        of_rates: whether the reading looks at ds, which costs one more evaluation of the plant's rates.
+        of_rates: whether the reading looks at ds, which costs one more evaluation of the plant's rates; a reading that
+            does, where this says that it does not, fails to compile.
         coloured: whether its error may have a coloured part beside the white one.
         state: index of the state that its first value tells, if it tells one.
         begins: (value, p) -> that state.
@@ -74,7 +75,7 @@ def at_no_time(kind, stamp, p):
 
 def _read(kind, t, s, n, push, p):
     """Reading of channel `kind` in states s under inputs n and a known acceleration."""
-    return reading(t, s, s, p) if kind == index else other(kind, t, s, n, push, p)
+    return reading(t, s, None, p) if kind == index else other(kind, t, s, n, push, p)
 
 
 def _read_rates(kind, t, s, n, push, p):

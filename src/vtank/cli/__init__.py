@@ -66,6 +66,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             raise
         told = "nothing here can draw by that; expected egl, osmesa or glfw where it is installed, or no such variable"
         return _refuse(f"MUJOCO_GL={os.environ['MUJOCO_GL']}: {told}")
+    except Exception as error:
+        if "numba.core.errors.NumbaError" not in {f"{c.__module__}.{c.__name__}" for c in type(error).__mro__}:
+            raise
+        return _refuse(_uncompiled(error))
     finally:
         signal.signal(signal.SIGTERM, previous)
 
@@ -130,6 +134,15 @@ def _culprit(error: OSError) -> str:
     with suppress(OSError):  # where it is a file of its own
         _silence_stdout()
     return "standard output"
+
+
+def _uncompiled(error: Exception) -> str:
+    """File, line and reason of a law that loads but cannot be compiled: the innermost that numba's message names."""
+    lines = [re.sub(r"\x1b\[[0-9;]*m", "", line).strip() for line in str(error).splitlines()]
+    place = re.search(r'File "(.+?)", line (\d+)', "\n".join(lines))
+    why = next((line for line in lines if line and not line.startswith("Failed in")), "no reason given")
+    where = f"{os.path.abspath(place[1])}:{place[2]}" if place else "a law"
+    return f"{where}: does not compile: {why}; expected arithmetic on numbers, as in the other files of effects/"
 
 
 def _show_warning(

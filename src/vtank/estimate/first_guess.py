@@ -27,11 +27,12 @@ SIGNS = {"alpha": -1.0, "beta": 1.0, LOSS: -1.0}
 
 @dataclass(frozen=True)
 class Coarse:
-    """Surge speed u [m/s] and acceleration a [m/s2] of a run at the same instants t [s], shape (K,)."""
+    """Surge speed u [m/s] and acceleration a [m/s2] of a run at the same instants t [s], shape (K,), from bins [s]."""
 
     t: np.ndarray
     u: np.ndarray
     a: np.ndarray
+    width: float
 
 
 def coarse(run: Observed) -> Coarse:
@@ -49,7 +50,7 @@ def coarse(run: Observed) -> Coarse:
         ahead = -mean if kind == RANGE else mean
         t, u, a = centre[1:-1], (ahead[2:] - ahead[:-2]) / (2.0 * width), np.diff(ahead, 2) / width**2
     known = np.isfinite(u) & np.isfinite(a)
-    return Coarse(t[known], u[known], a[known])
+    return Coarse(t[known], u[known], a[known], width)
 
 
 def typical_acceleration(runs: Sequence[Observed]) -> float:
@@ -84,8 +85,7 @@ def _regression(problem: Problem, tracks: Sequence[Coarse], lag: float) -> tuple
     unit = vector({"beta": 1.0}, p)
     rows = []
     for run, c in zip(problem.runs, tracks, strict=True):
-        width = float(np.median(np.diff(c.t))) if c.t.size > 1 else 1.0
-        at = (c.t[:, None] + width * ((np.arange(FINER) + 0.5) / FINER - 0.5)).ravel()
+        at = (c.t[:, None] + c.width * ((np.arange(FINER) + 0.5) / FINER - 0.5)).ravel()
         thrust = lagged_thrust(run.input_time_s, run.input, at, unit).reshape(-1, FINER).mean(axis=1)
         n = np.interp(c.t, run.input_time_s, np.abs(run.input))
         rows.append(np.column_stack([c.u * np.abs(c.u), thrust, n * c.u, c.a]))

@@ -119,15 +119,22 @@ def simulated(run: Observed, p: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 
 def _simulated_once(run: Observed, p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None) -> np.ndarray:
-    """The same, shape (M,), read-only: kept until another is asked for, since an optimum's is, again and again."""
-    asked = p.tobytes(), start.tobytes(), None if forcing is None else forcing.tobytes()
-    found = run.residuals.get(asked)
-    if found is None:
-        found = innovations(run, p, start, Noise(), no_gain(run), forcing=forcing).copy()
-        found.flags.writeable = False
-        run.residuals.clear()
-        run.residuals[asked] = found
-    return found
+    """The same, shape (M,), read-only: kept until another is worked out, since an optimum's is asked for repeatedly."""
+    if _asked(p, start, forcing) not in run.residuals:
+        keep(run, p, start, forcing, innovations(run, p, start, Noise(), no_gain(run), forcing=forcing))
+    return run.residuals[_asked(p, start, forcing)]
+
+
+def keep(run: Observed, p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None, found: np.ndarray) -> None:
+    """Keep the errors of a pure simulation, shape (M,), in the place of the one before."""
+    found = found.copy()
+    found.flags.writeable = False
+    run.residuals.clear()
+    run.residuals[_asked(p, start, forcing)] = found
+
+
+def _asked(p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None) -> tuple[bytes | None, ...]:
+    return p.tobytes(), start.tobytes(), None if forcing is None else forcing.tobytes()
 
 
 def _filled(a: np.ndarray, lanes: np.ndarray) -> np.ndarray:

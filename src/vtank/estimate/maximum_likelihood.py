@@ -40,6 +40,8 @@ LOOSE = 0.05  # relative deviation that one of them must have besides; conventio
 UNDETERMINED = 0.5  # relative standard deviation from which a parameter is reported as undetermined; a convention
 FORGIVING = 0.3  # [-] disturbance that is forgiven at first, over the runs' own accelerations; a choice
 WARM_UP = 2  # iterations beside the forgiving filter; a choice
+STRAIGHT = 12  # iterations of pure simulation in which a first guess that needs no leading has arrived; a choice
+APART = 5.0  # deviations between two optima that are not one; a choice
 AGREED = 1e-3  # relative difference of the sums of squares at which two descents have found the same optimum
 EXACT = 1e-5  # [m, m/s] residuals below this are errors of integration, and no turbulence
 WORTHWHILE = 5.0  # gain in log-likelihood from which the two numbers of process noise are kept; a convention
@@ -173,15 +175,8 @@ def _common_input(runs: Sequence[Observed]) -> str:
 def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | None = None) -> Estimate:
     """The optimum, from as many of the first guesses of theta as it takes until one is beyond doubt."""
     prior = beforehand(problem, guesses[0])
-    end = _output_error(problem, guesses[0], prior)
-    for guess in guesses[1:]:
-        if colour(problem.filter(end.theta)) < SUSPICIOUS:
-            break  # nothing is left to explain
-        other = _output_error(problem, guess, prior)
-        agree = abs(other.cost - end.cost) < AGREED * end.cost
-        end = min(end, other, key=lambda optimum: optimum.cost)
-        if agree:
-            break  # the rest is not for want of a better start
+    found = _output_error(problem, guesses, prior)
+    end, elsewhere = found[0], _elsewhere(problem, found)
     plain, end = _weighted(problem.with_noise(problem.noise.calm()), end, prior)
     heard = set().union(*(run.first for run in problem.runs))
     exact = max(plain.noise.variance[kind] for kind in heard) <= EXACT**2
@@ -191,7 +186,7 @@ def fit(problem: Problem, guesses: Sequence[np.ndarray], process_noise: bool | N
         turbulent, other = _robust(*_restless(plain, end, guesses[0], prior), prior)
         if process_noise or _likelihood(turbulent, other) > _likelihood(calm, end) + WORTHWHILE:
             return _estimate(turbulent, other, prior)
-    return _estimate(calm, end, prior)
+    return _estimate(calm, end, prior, elsewhere)
 
 
 def refit(problem: Problem, guess: np.ndarray) -> Estimate:
@@ -239,11 +234,49 @@ def _forgiving(problem: Problem) -> Problem:
     return problem.with_noise(replace(problem.noise, sigma=FORGIVING * typical_acceleration(problem.runs)))
 
 
-def _output_error(problem: Problem, guess: np.ndarray, prior: Prior) -> Optimum:
-    """Optimum of pure simulation from one guess."""
-    forgiving, quiet = _forgiving(problem), problem.with_noise(problem.noise.calm())
-    warm = descend(forgiving, guess, prior, forgiving.filter(guess), WARM_UP)
-    return descend(quiet, warm.theta, prior, quiet.filter(warm.theta))
+def _output_error(problem: Problem, guesses: Sequence[np.ndarray], prior: Prior) -> list[Optimum]:
+    """Optima of pure simulation, the best first.
+
+    Straight from the first guess where that leaves nothing to explain and the runs tell the parameters well; else led
+    there from one guess after another, until two agree or, where all is told well, nothing is left to explain.
+    """
+    quiet = problem.with_noise(problem.noise.calm())
+    found = [descend(quiet, guesses[0], prior, quiet.filter(guesses[0]), STRAIGHT)]
+    told = found[0].converged and bool(np.all(_loose(problem, found[0]) < LOOSE))
+    if told and colour(quiet.filter(found[0].theta)) < SUSPICIOUS:
+        return found
+    forgiving, best = _forgiving(problem), np.inf
+    for guess in guesses:
+        warm = descend(forgiving, guess, prior, forgiving.filter(guess), WARM_UP)
+        found.append(descend(quiet, warm.theta, prior, quiet.filter(warm.theta)))
+        agree = abs(found[-1].cost - best) < AGREED * best
+        best = min(found[-1].cost, best)
+        found.sort(key=lambda end: end.cost)
+        if agree or (told and colour(quiet.filter(found[0].theta)) < SUSPICIOUS):
+            break
+    return found
+
+
+def _loose(problem: Problem, end: Optimum) -> np.ndarray:
+    """Relative deviations of the shared parameters at an optimum of pure simulation, shape (free,)."""
+    count = len(problem.free)
+    size = np.sqrt(2.0 * end.cost / sum(run.value.size for run in problem.runs))  # of residuals, in supposed deviations
+    sd = size * np.sqrt(np.diag(_inverse(end.information))[:count])
+    return np.asarray(sd / np.maximum(np.abs(end.theta[:count]), 1e-12))
+
+
+def _elsewhere(problem: Problem, found: Sequence[Optimum]) -> tuple[str, ...]:
+    """A warning of an optimum that is as good but for chance, with parameters that are others by far."""
+    count, samples = len(problem.free), sum(run.value.size for run in problem.runs)
+    here = found[0].theta[:count]
+    sd = _loose(problem, found[0]) * np.abs(here)
+    for other in found[1:]:
+        behind = 0.5 * samples * np.log(max(other.cost, 1e-300) / max(found[0].cost, 1e-300))
+        there = other.theta[:count]
+        if other.converged and behind < WORTHWHILE and np.any(np.abs(there - here) > APART * sd):
+            said = ", ".join(f"{name} = {value:.3g}" for name, value in zip(problem.free, there, strict=True))
+            return (f"these runs are explained about as well by {said}; another excitation tells which",)
+    return ()
 
 
 def _weighted(problem: Problem, end: Optimum, prior: Prior) -> tuple[Problem, Optimum]:
@@ -326,17 +359,18 @@ def _alternate(
     return problem, replace(end, converged=False)
 
 
-def _estimate(problem: Problem, end: Optimum, prior: Prior) -> Estimate:
+def _estimate(problem: Problem, end: Optimum, prior: Prior, told: tuple[str, ...] = ()) -> Estimate:
+    """The estimate at an optimum; told: warnings that the optimum itself does not give."""
     filtered = problem.filter(end.theta)
     J = problem.jacobian(end.theta, filtered)
     freedom = problem.noise.freedom
-    told = 1.0 if np.isinf(freedom) else information(standardised(problem, filtered), freedom)
-    covariance = _inverse(told * J.T @ J + np.diag(prior.weight))
+    each = 1.0 if np.isinf(freedom) else information(standardised(problem, filtered), freedom)
+    covariance = _inverse(each * J.T @ J + np.diag(prior.weight))
     likelihood = problem.log_likelihood(filtered)
     if not np.isfinite(likelihood):
         why = "are input and measurements of one recording, and in the units that the header says?"
         raise InputError(f"the model runs away on these recordings, and its likelihood is no number; {why}")
-    warnings = _warnings(problem, end.theta, covariance, end.converged)
+    warnings = told + _warnings(problem, end.theta, covariance, end.converged)
     return Estimate(problem, end.theta, covariance, filtered, likelihood, end.converged, warnings)
 
 

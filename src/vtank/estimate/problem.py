@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..compiled import law
-from .innovations import Filtered, Noise, filtered, innovations
+from .innovations import Filtered, Noise, filtered, innovations, keep
 from .observed import Observed
 
 __all__ = ["FLAGGED", "Filtered", "Noise", "Problem"]
@@ -170,6 +170,8 @@ class Problem:
             here, own = slice(rows[k], rows[k + 1]), self.own_slice(k)
             p, start = self._nudged(theta, step, k)
             e = innovations(self.runs[k], p, start, self.noise, f.gain, forcing=self.push(k))
+            if self.noise.quiet and not f.gain.any():
+                keep(self.runs[k], p[:, 0], start[:, 0], self.push(k), e[:, 0])
             _differences(e, f.variance, step, shared, own.start, residual[here], J[here])
         return residual, J
 
