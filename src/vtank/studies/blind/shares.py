@@ -60,6 +60,7 @@ def shares(case: Case, results: Sequence[Result], known: Sequence[Recording], re
         errors = Overlaid(true, own.push[fed], own.error[here]).errors()
         off = [Prediction(Model(p), target).errors() - errors for p in (case.nominal.vector(), refitted.p[i])]
         sums += [float(np.sum(e**2)) for e in (*off, errors, own.noise[here][target.scored])]
+    sums[3] = min(sums[3], sums[2])  # a window to enter by learns a slow error of the sonar, which is then none of it
     nominal, left, true_error, noise = sums / (sums[0] + sums[2])
     left *= bool(case.causes)  # else what the refit is off by is an error of its own
     again = left * _comes_again(case)
