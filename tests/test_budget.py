@@ -9,6 +9,7 @@ import pytest
 from recorded import DRIVES, NOISE_M, NOMINAL, record, recordings, select, sine
 
 from vtank.diagnose.budget import Budget, budget
+from vtank.diagnose.prior import calibration
 from vtank.diagnose.shrink import parts_of
 from vtank.diagnose.verdict import decide, probabilities
 from vtank.estimate.observed import Observed
@@ -47,7 +48,11 @@ def test_lines_come_in_their_order_and_add_to_one(dragged: Budget) -> None:
     ]
     assert adds_up(dragged) and dragged.unit == "m"
     for line in dragged.lines:
-        assert line.interval90[0] <= line.share <= line.interval90[1]
+        assert line.interval90[0] < line.share < line.interval90[1]  # noise, too, may be other than it seems
+    parameters, effect, *rest = dragged.lines
+    left, named, margin = sum(line.share for line in rest), effect.share, calibration().budget
+    for line, whole in ((parameters, left + named), (effect, left + named), *((line, left) for line in rest)):
+        assert min(abs(end - line.share) for end in line.interval90) > 0.999 * margin[line.kind] * whole
 
 
 def test_a_named_effect_has_most_of_what_the_refit_leaves(dragged: Budget) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from vtank.diagnose.diagnosis import SCHEMA, diagnose
 from vtank.diagnose.evidence import largest_input
+from vtank.diagnose.prior import calibration
 from vtank.diagnose.score import linearise
 from vtank.effects.catalogue import CATALOGUE
 from vtank.estimate.observed import observe
@@ -53,6 +54,8 @@ def test_a_limit_close_to_full_speed_is_found():
 def test_parameters_only():
     found = diagnose(flown(OTHER), NOMINAL)
     assert found.verdict.kind == "parameters" and found.probabilities["none"] < 0.005
+    odds = found.probabilities["unknown"] / found.probabilities["parameters"]  # of a cause that a refit takes up whole
+    assert odds == pytest.approx(calibration().mimicry, rel=0.02)
     for name, value in OTHER.items():
         assert found.verdict.fit.values[name] == pytest.approx(value, rel=0.03)
 

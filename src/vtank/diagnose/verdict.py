@@ -65,9 +65,12 @@ def probabilities(selection: Selection) -> dict[str, float]:
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
+    best = selection.best.hypothesis.name
     for small, simpler in (*_invisible(selection), *_by_chance(selection, logits)):
         weights[simpler] += weights[small]
         weights[small] = 0.0
+        best = simpler if best == small else best
+    weights["unknown"] += imitated(selection, best) * weights[best]
     total, doubt, whole = sum(weights.values()), frozen.doubt, sum(before.values())
     return {name: (1.0 - doubt) * w / total + doubt * before[name] / whole for name, w in weights.items()}
 
@@ -110,9 +113,7 @@ def cause_set(chances: dict[str, float]) -> tuple[str, ...]:
 def nameless_gains(selection: Selection) -> dict[str, list[float]]:
     """Log evidence of own parameters that vary, and of a cause without a name, on top of each base, but for a prior.
 
-    A cause may also leave nothing beside the best explanation, which then imitates it. What is missing is as likely
-    without a name as with one. And a law of the catalogue is but an approximation, to whose form a hundredth of what it
-    explains may be due.
+    A law of the catalogue is but an approximation, to whose form a hundredth of what it explains may be due.
     """
     frozen, refit, foreign = calibration(), selection.refit, selection.setting.foreign
     out: dict[str, list[float]] = {"varying": [-np.inf], "unknown": [-np.inf]}
@@ -128,11 +129,17 @@ def nameless_gains(selection: Selection) -> dict[str, list[float]]:
             out["unknown"].append(
                 base + max(free.gain - form, -np.inf if fit.hypothesis.effects else _strange(selection))
             )
-        if fit is selection.best and fit is not selection.nominal:
-            seen = float(np.sqrt(2.0 * max(fit.log_evidence - refit.log_evidence, 0.0)))
-            odds = imitating(seen) if fit.hypothesis.effects else frozen.mimicry
-            out["unknown"].append(weight(fit, selection.singles) + log(odds / frozen.prior["unknown"]))
     return out
+
+
+def imitated(selection: Selection, best: str) -> float:
+    """Odds that the best explanation imitates a cause without a name, which then leaves nothing beside it.
+
+    What is missing is as likely without a name as with one.
+    """
+    if best in ("none", "parameters"):
+        return calibration().mimicry if best == "parameters" else 0.0
+    return imitating(float(np.sqrt(2.0 * max(selection.best.log_evidence - selection.refit.log_evidence, 0.0))))
 
 
 def _strange(selection: Selection) -> float:
