@@ -258,6 +258,7 @@ def weigh(
     return Fitted(hypothesis, problem, prior, optimum, filtered, likelihood, evidence, extra)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # where the model runs away there is none
 def _occam(prior: Prior, optimum: Optimum) -> float:
     """Log of (prior density x posterior volume) at the optimum, cut off at the bounds."""
     deviation = (optimum.theta - prior.mean) / prior.sd
