@@ -242,7 +242,8 @@ def _output_error(problem: Problem, guesses: Sequence[np.ndarray], prior: Prior)
     """
     quiet = problem.with_noise(problem.noise.calm())
     found = [descend(quiet, guesses[0], prior, quiet.filter(guesses[0]), STRAIGHT)]
-    told = found[0].converged and bool(np.all(_loose(problem, found[0]) < LOOSE))
+    sizes = np.maximum(np.abs(found[0].theta[: len(problem.free)]), 1e-12)
+    told = found[0].converged and bool(np.all(_deviations(problem, found[0]) < LOOSE * sizes))
     if told and colour(quiet.filter(found[0].theta)) < SUSPICIOUS:
         return found
     forgiving, best = _forgiving(problem), np.inf
@@ -257,19 +258,16 @@ def _output_error(problem: Problem, guesses: Sequence[np.ndarray], prior: Prior)
     return found
 
 
-def _loose(problem: Problem, end: Optimum) -> np.ndarray:
-    """Relative deviations of the shared parameters at an optimum of pure simulation, shape (free,)."""
-    count = len(problem.free)
+def _deviations(problem: Problem, end: Optimum) -> np.ndarray:
+    """Deviations of the shared parameters at an optimum of pure simulation, shape (free,)."""
     size = np.sqrt(2.0 * end.cost / sum(run.value.size for run in problem.runs))  # of residuals, in supposed deviations
-    sd = size * np.sqrt(np.diag(_inverse(end.information))[:count])
-    return np.asarray(sd / np.maximum(np.abs(end.theta[:count]), 1e-12))
+    return np.asarray(size * np.sqrt(np.diag(_inverse(end.information))[: len(problem.free)]))
 
 
 def _elsewhere(problem: Problem, found: Sequence[Optimum]) -> tuple[str, ...]:
     """A warning of an optimum that is as good but for chance, with parameters that are others by far."""
     count, samples = len(problem.free), sum(run.value.size for run in problem.runs)
-    here = found[0].theta[:count]
-    sd = _loose(problem, found[0]) * np.abs(here)
+    here, sd = found[0].theta[:count], _deviations(problem, found[0])
     for other in found[1:]:
         behind = 0.5 * samples * np.log(max(other.cost, 1e-300) / max(found[0].cost, 1e-300))
         there = other.theta[:count]
