@@ -7,7 +7,7 @@ import pytest
 
 from vtank.experiment.whole import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
-from vtank.rigid.fit import innovations
+from vtank.rigid.filtered import innovations
 from vtank.rigid.layout import G
 from vtank.rigid.motion import rates
 from vtank.rigid.recorded import Recorded, record

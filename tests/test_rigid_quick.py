@@ -70,6 +70,19 @@ def test_a_step_is_as_good_as_many(spun):
     assert np.sqrt(np.mean((coarse_e - fine_e) ** 2)) < 0.1 * 0.005  # of the gyro's noise
 
 
+def test_no_average_goes_across_a_jump_of_the_inputs():
+    """An accelerometer that jumps with the thrusters: half of it before and half after is no reading of either."""
+    rng, jump_s = np.random.default_rng(5), 10.03
+    time_s = np.unique(np.r_[0.0, jump_s, np.arange(0.0, 20.0, 0.02) + rng.uniform(0.0, 0.019, 1000)])
+    ahead = np.where(time_s >= jump_s, 0.5, -0.5)
+    columns = {f"thruster_{k}_command": sign * ahead for k, sign in {1: 1.0, 2: 1.0, 3: -1.0, 4: -1.0}.items()}
+    columns["imu.accel_x_m_s2"] = np.where(time_s > jump_s, 1.0, -1.0)
+    _, (seen,), _ = record([Run("jump", time_s, columns)], load_vehicle("bluerov2"))
+    assert seen.time_s.size < 0.5 * time_s.size
+    np.testing.assert_allclose(np.abs(seen.value), 1.0, atol=1e-12)
+    np.testing.assert_array_equal(seen.value > 0.0, seen.time_s > jump_s)
+
+
 def test_a_covariance_stays_one_where_the_motion_is_unstable():
     """A mode that grows while it is measured: what rounding makes skew must not grow beside it."""
     rng, F = np.random.default_rng(0), np.eye(12) * 0.98

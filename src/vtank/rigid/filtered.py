@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,15 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 from .kalman import Way, again, kalman
-from .kernels import SIZE
+from .kernels import SIZE, simulate
 from .recorded import Recorded
 from .tint import FAR, Tint, tint_of
 
 Array = NDArray[np.float64]
 THREADS = 2  # that share simulations out; each is computed alike on any number
+ASIDE_M = 0.01  # [m] by which a wall is moved to see what that does; a choice
+TINY = 1e-12
+REWEIGHTED = 4  # times that the place of a wall is sought; a choice
 STILL = 1e-4  # [m/s2, rad/s2] below which a disturbance is none beside that of any water; a choice
 
 
@@ -57,6 +61,7 @@ class Filtered:
     """Of one run at parameters p: innovations, variances, gains, and the variance that the state explains.
 
     Shapes (M,) and, of the gains, (M, 18); way: the filter's path, linearised; tint: the slow errors of instruments.
+    wall: what moving the wall ahead does to the innovations, (M,) [per m].
     """
 
     p: Array
@@ -66,6 +71,17 @@ class Filtered:
     explained: Array
     way: Way
     tint: Tint
+    wall: Array
+
+    @cached_property
+    def aside(self) -> Array:
+        """Direction of the innovations over their deviations that the place of the wall decides, (M,), of length 1.
+
+        Nobody measures from where a recording begins to the wall, and each has a place of its own: what lies along this
+        tells nothing of a model.
+        """
+        way = self.tint.without(self.wall) / self.root
+        return np.asarray(way / max(float(np.linalg.norm(way)), TINY))
 
     @property
     def root(self) -> Array:
@@ -74,8 +90,18 @@ class Filtered:
 
     @property
     def z(self) -> Array:
-        """Innovations without slow errors, over their deviations, (M,)."""
-        return np.asarray(self.tint.without(self.innovation) / self.root)
+        """Innovations without slow errors, over their deviations, (M,), the wall where they have it."""
+        return self.unmoved(self.tint.without(self.innovation) / self.root)
+
+    def unmoved(self, z: Array) -> Array:
+        """Residuals, (M,), at the place of the wall that makes the sum of their Huber measures the least.
+
+        By least squares weighted anew. Holland, Welsch, Commun. Stat. A 6 (1977).
+        """
+        for _ in range(REWEIGHTED if self.wall.any() else 0):
+            weighed = self.aside * np.minimum(1.0, FAR / np.maximum(np.abs(z), FAR))
+            z = z - self.aside * (weighed @ z) / (weighed @ self.aside)
+        return z
 
     def tinted(self, run: Recorded, noise: Noise) -> Filtered:
         """At the slow errors of another noise that is the same but for them."""
@@ -119,7 +145,7 @@ def _way(run: Recorded) -> Way:
 def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     """Extended Kalman filter along a run; InputError where the motion diverges."""
     size, way = run.time_s.size, _way(run)
-    innovation, variance, explained, gain = (*np.empty((3, size)), np.zeros((size, SIZE)))
+    innovation, variance, explained, gain, wall = (*np.empty((3, size)), np.zeros((size, SIZE)), np.zeros(size))
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, run.spread, run.steps, run.record, run.drive(p),
         noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, way, innovation, variance, gain, explained,
@@ -127,7 +153,29 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     if not np.isfinite(innovation).all():
         lost = run.time_s[~np.isfinite(innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
-    return Filtered(p, innovation, variance, gain, explained, way, _tint(run, innovation, variance, noise))
+    if run.wall:
+        wall = (innovations(replace(run, wall=run.wall + ASIDE_M), p, gain, noise.memory_s) - innovation) / ASIDE_M
+    return Filtered(p, innovation, variance, gain, explained, way, _tint(run, innovation, variance, noise), wall)
+
+
+def innovations(
+    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None, restart: Array | None = None
+) -> Array:
+    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`."""
+    out, none = np.empty(run.time_s.size), np.empty((0, SIZE))
+    simulate(
+        run.hull(p),
+        run.start,
+        run.steps,
+        run.record,
+        run.drive(p),
+        gain,
+        memory_s,
+        none if restart is None else restart,
+        out,
+        none if track is None else track,
+    )
+    return out
 
 
 def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way, Array]:
@@ -147,4 +195,4 @@ def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> Fil
         f.way, run.steps, run.spread, noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, memory_s,
         f.gain, f.innovation, out, variance, gain, explained,
     )  # fmt: skip
-    return Filtered(f.p, out, variance, gain, explained, f.way, _tint(run, out, variance, noise))
+    return Filtered(f.p, out, variance, gain, explained, f.way, _tint(run, out, variance, noise), f.wall)

@@ -14,17 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from . import kernels
-from .filtered import Filtered, Noise, bent, filtered, share
+from .filtered import Filtered, Noise, bent, filtered, innovations, share
 from .recorded import Recorded
 from .tangent import Path, changes
 
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
 CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
-WORTH = 1.0  # log-likelihood from which a wall is moved to where it is likeliest; a choice
-ASIDE_M = 0.01  # [m] by which it is moved to see that; a choice
-FLAT = 0.01  # log-likelihood lost by that, from which it is told where the wall is; a choice
+ANYWHERE_M = 10.0  # [m] standard deviation from which nothing is told of where a wall is; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,8 +66,7 @@ def begun(fit: Fit, p: Array) -> Fit:
     """The fit whose runs begin at rest, or less so, where nothing tells of a speed: whichever is likelier.
 
     Where little tells of the motion a filter that doubts it without need takes the wrong path (the moment of an
-    oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet; and
-    with the wall where all ranges have it, not the first alone.
+    oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet.
     """
 
     def likelier(run: Recorded, other: Recorded | None, by: float = 0.0) -> Recorded:
@@ -79,18 +75,21 @@ def begun(fit: Fit, p: Array) -> Fit:
         before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
         return other if after > before + by else run
 
-    def walled(run: Recorded) -> Recorded:
-        """With the wall where it is likeliest, by a parabola: where no place is measured all are as likely."""
-        if not run.wall:
-            return run
-        beside = (run, replace(run, wall=run.wall + ASIDE_M), replace(run, wall=run.wall - ASIDE_M))
-        here, on, back = map(log_likelihood, replace(fit, runs=beside).filter(p))
-        bend = 2.0 * here - on - back
-        return replace(run, wall=run.wall + 0.5 * ASIDE_M * (on - back) / bend) if bend > FLAT else run
-
     runs = (likelier(run, run.drifting) for run in fit.runs)
-    runs = (likelier(run, run.switched, CLEARLY) for run in runs)
-    return replace(fit, runs=tuple(likelier(run, walled(run), WORTH) for run in runs))
+    return replace(fit, runs=tuple(likelier(run, run.switched, CLEARLY) for run in runs))
+
+
+def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
+    """The fit with every wall where the innovations have it; where they say: no place, all are alike."""
+
+    def moved(run: Recorded, f: Filtered) -> Recorded:
+        way = f.tint.without(f.wall) / f.root
+        if way @ way * ANYWHERE_M**2 < 1.0:
+            return run
+        z = f.tint.without(f.innovation) / f.root
+        return replace(run, wall=float(run.wall + way @ (f.unmoved(z) - z) / (way @ way)))
+
+    return replace(fit, runs=tuple(moved(run, f) for run, f in zip(fit.runs, found, strict=True)))
 
 
 def log_likelihood(f: Filtered) -> float:
@@ -112,27 +111,10 @@ def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:
-    """Innovations without slow errors over their deviations, bent where they are far; what ran away is held."""
+    """Innovations without slow errors over their deviations, bent where they are far; what ran away is held.
+
+    The wall is where they have it.
+    """
     most = RUNAWAY * np.sqrt(f.variance)
     e = np.clip(np.nan_to_num(innovation, nan=np.inf), -most, most)
-    return bent(np.clip(f.tint.without(e) / f.root, -RUNAWAY, RUNAWAY))
-
-
-def innovations(
-    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None, restart: Array | None = None
-) -> Array:
-    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`."""
-    out, none = np.empty(run.time_s.size), np.empty((0, kernels.SIZE))
-    kernels.simulate(
-        run.hull(p),
-        run.start,
-        run.steps,
-        run.record,
-        run.drive(p),
-        gain,
-        memory_s,
-        none if restart is None else restart,
-        out,
-        none if track is None else track,
-    )
-    return out
+    return bent(f.unmoved(np.clip(f.tint.without(e) / f.root, -RUNAWAY, RUNAWAY)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,9 +47,9 @@ from .readings import CHANNELS, POSITION, RANGE
 from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
-Driven = tuple[Array, Array, Array]  # stamps, inputs of thrusters and angles of fins: `_inputs`
 BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
 MOST = 150_000  # measurements of all runs; beyond, some stretches are looked at, so that memory holds; a choice
+JUMP = 0.1  # of an input's range, by which what it pushes jumps: no average goes across that; a choice
 STRETCH_S, BEFORE_S = 60.0, 30.0  # [s] of such a stretch at least, and of inputs before it that still act; choices
 TELLS = {  # channel -> axes whose motion it tells
     "range_m": (0,), "position_m": (0,), "north_m": (0, 1), "east_m": (0, 1), "depth_m": (2,), "roll_rad": (3,),
@@ -66,6 +67,21 @@ KEPT = 2  # drives of a run: what pushes now, and as is tried beside it
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
+
+
+class Driven(NamedTuple):
+    """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F)."""
+
+    stamps: Array
+    inputs: Array
+    angles: Array
+
+    @property
+    def jumps(self) -> Array:
+        """Stamps at which an input or angle changes by more than JUMP of its range [s]."""
+        table = np.hstack(self[1:])
+        far = np.abs(np.diff(table, axis=0)) > JUMP * np.ptp(table, axis=0)
+        return np.asarray(self.stamps[1:][far.any(axis=1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -290,7 +306,7 @@ def record(
     reach = _reach(runs, pushed)
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
     inputs = [_inputs(run, layout) for run in runs]
-    bins, share = _bins(runs, used, inputs)
+    bins, share = _bins(runs, layout, inputs)
     pieces = [piece for run, told in zip(runs, inputs, strict=True) for piece in _stretches(run, told, share)]
     recordings = [_recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in pieces]
     if len(pieces) > len(runs) or any(piece is not run for (piece, _), run in zip(pieces, runs, strict=False)):
@@ -325,9 +341,8 @@ def _recorded(
     driven: Driven, bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
     """One run; driven: of `_inputs`. InputError where it holds nothing that was asked for."""
-    stamps, inputs, angles = driven
     parts = [
-        (c, *_thinned(*_samples(run, name), bins[name], stamps))
+        (c, *_thinned(*_samples(run, name), bins[name], driven.stamps, driven.jumps + _latency_s(layout, name)))
         for c, name in enumerate(layout.columns)
         if name in run.columns
     ]
@@ -345,8 +360,9 @@ def _recorded(
     spread[3:12][knows[:9]] = 0.0
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
     return Recorded(
-        name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), stamps=stamps, inputs=inputs,
-        angles=angles, reach=reach, tables=tables, start=start, spread=spread,
+        name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion),
+        stamps=driven.stamps, inputs=driven.inputs, angles=driven.angles, reach=reach, tables=tables,
+        start=start, spread=spread,
         wall=0.0, facing=float(start[5]), later=np.zeros(len(layout.sensors)),
         resting=bool(np.all(np.abs(start[6:12]) <= spread[6:12])),
         **{name: a[order] for name, a in measured.items()},
@@ -367,43 +383,50 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
     found = []
     for start in first + np.linspace(0.0, duration_s - length_s, count):
         kept = (run.time_s >= start - TICK_S) & (run.time_s <= start + length_s)
-        before, after = np.searchsorted(driven[0], [start - BEFORE_S, start + length_s])
+        before, after = np.searchsorted(driven.stamps, [start - BEFORE_S, start + length_s])
         acts = slice(max(int(before) - 1, 0), int(after))
         columns = {name: values[kept] for name, values in run.columns.items()}
         name = f"{run.name}_{start - first:.0f}-{start - first + length_s:.0f}s"
-        found.append((Run(name, run.time_s[kept], columns), (driven[0][acts], driven[1][acts], driven[2][acts])))
+        found.append((Run(name, run.time_s[kept], columns), Driven(*(part[acts] for part in driven))))
     return found
 
 
-def _bins(
-    runs: Sequence[Run], columns: Sequence[str], driven: Sequence[tuple[Array, Array, Array]]
-) -> tuple[dict[str, float], float]:
+def _bins(runs: Sequence[Run], layout: Layout, driven: Sequence[Driven]) -> tuple[dict[str, float], float]:
     """Time over which samples of each column are averaged [s], and the share of all time that can be looked at."""
     bins, count = dict[str, float](), 0.0
-    for name in columns:
-        each = [(*_samples(run, name), told) for run, told in zip(runs, driven, strict=True) if name in run.columns]
+    for name in layout.columns:
+        late_s = _latency_s(layout, name)
+        each = [
+            (*_samples(run, name), told, late_s) for run, told in zip(runs, driven, strict=True) if name in run.columns
+        ]
         bins[name] = min(_bin_s(*samples) for samples in each)
-        count += sum(min(time.size, float(np.ptp(time)) / bins[name]) for time, _, _ in each)
+        count += sum(min(time.size, np.ptp(time) / bins[name] + told.jumps.size) for time, _, told, _ in each)
     return bins, min(MOST / max(count, 1.0), 1.0)
 
 
-def _bin_s(time: Array, value: Array, driven: Driven) -> float:
+def _latency_s(layout: Layout, name: str) -> float:
+    """By how much a column is late, as the vehicle file has its instrument [s]."""
+    owner = layout.vehicle.instrument(name)
+    return sum(sensor.latency_s for sensor in layout.vehicle.sensors if sensor.name == owner)
+
+
+def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
     """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s].
 
     And no longer than inputs are held that answer the noise of these samples: an average would hold what a pilot has
     answered meanwhile.
     """
-    stamps, bin_s, least = driven[0], BIN_S, scatter(value)
+    stamps, jumps, bin_s, least = driven.stamps, driven.jumps + late_s, BIN_S, scatter(value)
     if _interval_s(stamps) < BIN_S and _answered(time, value, driven):
         bin_s = _interval_s(stamps)
-    while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s, stamps)[1]) > least:
+    while bin_s > ALMOST * _interval_s(time) and scatter(_thinned(time, value, bin_s, stamps, jumps)[1]) > least:
         bin_s *= 0.5
     return bin_s
 
 
 def _answered(time: Array, value: Array, driven: Driven) -> bool:
     """Whether some input steps, at the stamp after a sample, with what is fast in it."""
-    stamps, inputs = driven[0], np.hstack(driven[1:])
+    stamps, inputs = driven.stamps, np.hstack(driven[1:])
     fast, at = np.diff(value, 2), np.searchsorted(stamps, time[2:] - TICK_S)
     there = (at > 0) & (at < stamps.size)
     fast, steps = fast[there], inputs[at[there]] - inputs[at[there] - 1]
@@ -415,21 +438,25 @@ def _interval_s(time: Array) -> float:
     return float(np.median(np.diff(time))) if time.size > 1 else np.inf
 
 
-def _thinned(time: Array, value: Array, bin_s: float, stamps: Array) -> tuple[Array, Array]:
+def _thinned(time: Array, value: Array, bin_s: float, stamps: Array, jumps: Array) -> tuple[Array, Array]:
     """Samples that come faster averaged over bins of a time [s], each from after a stamp of the input up to another.
 
     A pilot that goes by these samples answers their noise: an average that held it, about a time after the answer,
     would seem to have foreseen it. What averaging takes off where a series curves, half its curvature times the spread
-    of the times, is given back.
+    of the times, is given back. No bin goes across a jump of the inputs, nor is a series curved there: an average of
+    what was before and after would seem to have followed at another time.
     """
     if time.size < 3 or bin_s <= ALMOST * _interval_s(time):
         return time, value
-    bins = np.searchsorted(_edges(time[0], time[-1], bin_s, stamps), time - TICK_S, side="right")
+    edges = np.union1d(_edges(time[0], time[-1], bin_s, stamps), jumps)
+    bins = np.searchsorted(edges, time - TICK_S, side="right")
     count = np.bincount(bins)
     full = count > 0
     at, mean, square = (np.bincount(bins, series)[full] / count[full] for series in (time, value, time * time))
     ahead, behind = at[2:] - at[1:-1], at[1:-1] - at[:-2]
     bend = 2.0 * ((mean[2:] - mean[1:-1]) / ahead - (mean[1:-1] - mean[:-2]) / behind) / (ahead + behind)
+    since = np.searchsorted(jumps, at)
+    bend[since[2:] > since[:-2]] = 0.0
     mean[1:-1] -= 0.5 * (square - at * at)[1:-1] * bend
     return at, mean
 
@@ -466,7 +493,8 @@ def _inputs(run: Run, layout: Layout) -> Driven:
             table[:, i] = np.where(last < 0, 0.0, values[np.maximum(last, 0)])
     keep = np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)]
     split = len(layout.pushes)
-    return run.time_s[rows][keep], np.ascontiguousarray(table[keep, :split]), np.ascontiguousarray(table[keep, split:])
+    parts = (np.ascontiguousarray(part) for part in (table[keep, :split], table[keep, split:]))
+    return Driven(run.time_s[rows][keep], *parts)
 
 
 def _start(layout: Layout, run: Run) -> tuple[Array, Array]:

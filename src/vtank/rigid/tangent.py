@@ -107,7 +107,7 @@ class Path:
         if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
             self.way, self.innovation = f.way, f.innovation
         root = f.root
-        z = f.tint.without(self.innovation) / root
+        z = f.unmoved(f.tint.without(self.innovation) / root)
         self.weight = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR)) / root  # slope when bent
         self.acceleration = np.empty((run.steps.now.size, 6))
         accelerations(self.hull, run.steps, self.drive, self.way.states, self.acceleration)
@@ -147,6 +147,9 @@ class Path:
         tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift)
         self.f.tint.take(shift)
         shift *= self.weight[:, None]
+        if self.f.wall.any():
+            aside = self.f.aside * self.weight * self.f.root
+            shift -= np.outer(aside, aside @ shift) / (aside @ aside)
         return shift
 
 

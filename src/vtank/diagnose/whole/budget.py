@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import Filtered, share
-from ...rigid.fit import innovations
+from ...rigid.filtered import Filtered, innovations, share
 from ...rigid.recorded import Recorded
 from ..budget import Line
 from .model import Model

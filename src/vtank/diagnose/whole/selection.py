@@ -105,13 +105,10 @@ def select(
         fitted += steadied(best, layout, candidates, floor)
         fitted.sort(key=lambda m: -m.log_evidence)
         form = _form(best, found, sizes) if best.effects else 0.0
-        if fitted and worth(fitted[0], best, own_alone, candidates, form) >= 0.0:
-            best, found = trusting(*settled(fitted[0], floor), own)
-            continue
-        afresh = _afresh(best, own, noise, floor)
-        if not afresh:
+        if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
             break
-        best, found = afresh
+        best, found = trusting(*settled(fitted[0], floor), own)
+        best, found = _afresh(best, own, noise, floor) or (best, found)
     again = tuple(placed for placed in candidates if placed.name in strongest)
     del found  # as large as all that is judged by; it is made anew where it is needed
     return _judged(best, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
@@ -139,7 +136,10 @@ def _begin(
 
 
 def _afresh(best: Model, own: Sequence[Unknown], noise: Noise, floor: Array) -> tuple[Model, list[Filtered]] | None:
-    """The best at a noise sought from that before anything was fitted, where that is likelier."""
+    """The best at a noise sought from that before anything was fitted, where that is likelier.
+
+    The noise that stood for what has just been found may hold on to itself.
+    """
     other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
     return trusting(other, found, own) if other.log_evidence > best.log_evidence + LIKELIER else None
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered, give_back
-from ...rigid.fit import begun
+from ...rigid.fit import begun, walled
 from ...rigid.noise import ALL, ENOUGH, settle
 from .model import Model, Unknown, refit, trusted
 
@@ -32,10 +32,13 @@ def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Mod
 
 
 def _once(model: Model, floor: Array, enough: int, least: Array | float, near: bool) -> Model:
-    """The noise at the fit, and the fit at that; the filters of all runs go with the call."""
+    """The walls and the noise at the fit, and the fit at these; the filters of all runs go with the call."""
     give_back()
-    noise, found = settle(model.fit, model.vector(), floor, enough, least, near=near)
-    return refit(replace(model, fit=replace(model.fit, noise=noise)), found, model.theta)
+    p, fit = model.vector(), model.fit
+    if any(run.wall for run in fit.runs):
+        fit = walled(fit, fit.filter(p))
+    noise, found = settle(fit, p, floor, enough, least, near=near)
+    return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:

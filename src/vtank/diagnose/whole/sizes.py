@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered
-from ...rigid.fit import innovations
+from ...rigid.filtered import Filtered, innovations
 from ...rigid.places import Sizes
 from ...rigid.steps import spike
 from ...rigid.tangent import Path
