@@ -48,6 +48,11 @@ def shell(*arguments: object) -> np.ndarray:
     return np.array(json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout))
 
 
+def compiled(*arguments: object) -> np.ndarray:
+    """The better of two, lest the first compiles: once for an installation."""
+    return np.array(np.min([shell(*arguments) for _ in range(2)], axis=0))
+
+
 def timed(work: Callable[[], object]) -> np.ndarray:
     """Seconds by the clock and of the processor."""
     begin = np.array([perf_counter(), process_time()])
@@ -132,13 +137,13 @@ def test_four_runs_from_the_shell(data, scipy_s, note) -> None:  # type: ignore[
     [("identify", ("--model", "II", "--method", "ml"), "17.5 s"), ("diagnose", (), "beyond 170 s")],
 )
 def test_half_an_hour_at_50_hz(data, scipy_s, note, command, options, before) -> None:  # type: ignore[no-untyped-def]
-    found = shell(command, data / "long", *options)
+    found = compiled(command, data / "long", *options)
     note(f"{command} 30 min at 50 Hz, shell", reached(found, scipy_s), f"{before} before", f"{LARGE_S} s")
     note("its peak memory", f"{found[2]:.0f} MB", "222 MB before, for identify", f"{PEAK_LONG_MB:.0f} MB")
 
 
 def test_fourteen_runs_of_a_foreign_vehicle(data, scipy_s, note) -> None:  # type: ignore[no-untyped-def]
-    found = shell("diagnose", data / "foreign", "--nominal", "none")
+    found = compiled("diagnose", data / "foreign", "--nominal", "none")
     note("diagnosis of 14 foreign runs, shell", reached(found, scipy_s), "21 s before", f"{LARGE_S} s")
 
 
