@@ -145,7 +145,7 @@ def _clocks(run: Run) -> Iterator[str]:
             left[own] < BETTER * left.get(other, 1.0)
             for (_, left), own, other in zip(known, best, best[::-1], strict=True)
         ]
-        if abs(late[1] - late[0]) > limit and any(better):
+        if abs(late[1] - late[0]) > limit and all(better):
             told.add(sensors)
             yield (f"columns {first} and {second}: {late[0]:+.2g} s apart in the first half, {late[1]:+.2g} s in the "
                    "second; their clocks run at different speeds")  # fmt: skip
