@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import minimize
 
 from vtank.diagnose.noise_floor import noise_at
+from vtank.estimate import noise_likelihood
 from vtank.estimate.maximum_likelihood import refit
 from vtank.estimate.noise_likelihood import linearised, squares_and_logs
 from vtank.estimate.noise_search import HOPELESS, Likelihood, NoiseSearch
@@ -19,6 +20,7 @@ from vtank.estimate.simplex import simplex
 from vtank.experiment import simulate_surge
 from vtank.experiment.plan import plan_run
 from vtank.experiment.scenario import load_scenario
+from vtank.lanes import WIDTH
 from vtank.plant.parameters import vector
 from vtank.plant.truth import load_truth
 
@@ -127,3 +129,14 @@ def test_where_the_simulation_runs_away_no_level_is_found() -> None:
     lost = search(lambda noises: (np.full(len(noises), np.nan), np.zeros(len(noises)), 10))
     noise, cost = lost.level(np.zeros(2))
     assert noise is lost.noise and cost == HOPELESS
+
+
+@pytest.mark.parametrize("noise", [NOISE, COLOURED, replace(NOISE, sigma=3e-4, correlation_time=10.0)])
+def test_a_long_run_is_as_likely_in_parts(monkeypatch, noise):
+    settings = ("duration_s=600", "turbulence.acceleration_m_s2=0.002", "turbulence.time_s=2")
+    problem, theta = fitted(flown((*STILL, *settings)))
+    whole = squares_and_logs(linearised(problem, theta), [noise])
+    monkeypatch.setattr(noise_likelihood, "LONG", 1000)
+    parts = linearised(problem, theta)
+    assert [size for size, _ in parts] == [WIDTH]
+    np.testing.assert_allclose(np.hstack(squares_and_logs(parts, [noise])), np.hstack(whole), rtol=0.0, atol=0.02)

@@ -22,6 +22,8 @@ from .kernels import kernels
 from .observed import CHANNELS
 from .problem import Problem
 
+LONG = 8000  # measurements beyond which a run may be gone through in parts; a choice
+BEFORE_S = 60.0  # [s] in which a filter forgets where it began: some memories of what disturbs; a choice
 TOGETHER = 8  # variances multiplied before a logarithm is taken: far from what a double holds
 
 
@@ -48,8 +50,12 @@ class Linear(NamedTuple):
 
 
 def linearised(problem: Problem, theta: np.ndarray) -> list[tuple[int, Linear]]:
-    """All runs of a problem along their simulations at theta: how many, and these, for every WIDTH of them."""
-    runs = [_along(problem, theta, k) for k in range(len(problem.runs))]
+    """All runs of a problem along their simulations at theta: how many, and these, for every WIDTH of them.
+
+    Lanes that few long runs leave empty take parts of them: a filter soon forgets where it began.
+    """
+    runs, each = [_along(problem, theta, k) for k in range(len(problem.runs))], WIDTH // len(problem.runs)
+    runs = [part for run in runs for part in (_parts(run, each) if run[0].size > LONG else [run])]
     return [(len(some), _stacked(some)) for some in (runs[i : i + WIDTH] for i in range(0, len(runs), WIDTH))]
 
 
@@ -66,6 +72,21 @@ def _along(problem: Problem, theta: np.ndarray, k: int) -> tuple[np.ndarray, ...
     order = plan.which
     used = problem.used(k)[order, None]
     return error[:, None], gap[:, None], transition.reshape(size, 6), row, share[order], used
+
+
+def _parts(run: tuple[np.ndarray, ...], count: int) -> list[tuple[np.ndarray, ...]]:
+    """A run in parts, each with BEFORE_S of what was before it, which counts for nothing."""
+    if count < 2:
+        return [run]
+    gap, *_, used = run[1:]
+    time_s, found = np.cumsum(gap[:, 0]), []
+    for rows in np.array_split(np.arange(time_s.size), count):
+        begin = int(np.searchsorted(time_s, time_s[rows[0]] - BEFORE_S)) if rows[0] else 0
+        there = slice(begin, rows[-1] + 1)
+        counts = used[there].copy()
+        counts[: rows[0] - begin] = 0.0
+        found.append((*(part[there] for part in run[:-1]), counts))
+    return found
 
 
 def _stacked(runs: Sequence[tuple[np.ndarray, ...]]) -> Linear:
