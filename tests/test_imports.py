@@ -19,6 +19,7 @@ ROOT = Path(vtank.__file__).parent
 # A module may import from its own layer and from the layers before it.
 LAYERS = (
     "errors",
+    "blas",
     "facade",
     "vtank",  # the version; the public names are loaded when they are used, and stand above
     "units",

@@ -7,6 +7,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from .blas import one_blas_thread
 from .errors import InputError
 from .record import Run, read_dataset, read_run
 
@@ -85,6 +86,7 @@ def run(
     return tuple(result.run for result in results)
 
 
+@one_blas_thread
 def identify(
     runs: Given,
     model: str = "II",
@@ -115,6 +117,7 @@ def identify(
     return identify([observe(run) for run in stretches(runs)], model, process_noise=process_noise)
 
 
+@one_blas_thread
 def diagnose(
     runs: Given,
     nominal: str | Path | Truth | Vehicle | np.ndarray | None = None,
@@ -165,6 +168,7 @@ def diagnose(
     return Diagnosis(**known | named)
 
 
+@one_blas_thread
 def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
     """How well the simulators of a model file, written by `Diagnosis.save`, predict a run from its input alone.
 
