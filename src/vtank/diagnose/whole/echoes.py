@@ -6,13 +6,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ...effects import BY_NAME
 from ...record.columns import channel_of
 from ...rigid.filtered import Filtered
+from ...rigid.fit import Fit
 from ...rigid.places import Placed
 from ...rigid.recorded import Recorded
 from ..outliers import multipath
+
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,12 +24,13 @@ class Echoes:
     """Echoes that a sonar hears.
 
     placed: the effect, with the values found. gain: of log evidence, by being late rather than early. runs: without
-    the ranges that came by the longer way, which would pull at everything else that is sought.
+    the ranges that came by the longer way, which would pull at everything else that is sought; before: with them.
     """
 
     placed: Placed
     gain: float
     runs: tuple[Recorded, ...]
+    before: tuple[Recorded, ...]
 
 
 def heard(runs: Sequence[Recorded], found: Sequence[Filtered], candidates: Sequence[Placed]) -> Echoes | None:
@@ -45,5 +50,13 @@ def heard(runs: Sequence[Recorded], found: Sequence[Filtered], candidates: Seque
                     late = [(run.column == c) & (f.innovation > 0.5 * extra_m)
                             for run, f in zip(runs, found, strict=True)]  # fmt: skip
                     kept = tuple(run.keeping(~stray) for run, stray in zip(runs, late, strict=True))
-                    best = Echoes(replace(placed, parameters=tuple(numbers)), gain, kept)
+                    best = Echoes(replace(placed, parameters=tuple(numbers)), gain, kept, tuple(runs))
     return best
+
+
+def still_heard(echoes: Echoes, fit: Fit, p: Array, candidates: Sequence[Placed]) -> Echoes | None:
+    """The echoes that all ranges tell of beside what was found since, at p; a cause that was lacking may feign some."""
+    runs = tuple(replace(full, wall=run.wall) for full, run in zip(echoes.before, fit.runs, strict=True))
+    runs = tuple(run.ordered(p) for run in runs)
+    again = heard(runs, replace(fit, runs=runs).filter(p), candidates)
+    return again if again and again.placed.name == echoes.placed.name else None

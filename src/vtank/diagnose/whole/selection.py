@@ -16,7 +16,7 @@ from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
-from .echoes import Echoes, heard
+from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
 from .model import Model, Unknown, blank, even, own_unknowns, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
@@ -339,6 +339,7 @@ def _judged(
     if top is not best:
         best = top
         found = best.fit.filter(best.vector())
+    echoes = echoes and still_heard(echoes, best.fit, best.vector(), candidates)
     if echoes:
         heard_too = replace(best, effects=(*best.effects, echoes.placed), log_evidence=best.log_evidence + echoes.gain)
         late = echoes.gain + log_prior(heard_too, candidates) - log_prior(best, candidates)
