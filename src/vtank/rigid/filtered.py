@@ -80,7 +80,7 @@ class Filtered:
         Nobody measures from where a recording begins to the wall, and each has a place of its own: what lies along this
         tells nothing of a model.
         """
-        way = self.tint.without(self.wall) / self.root
+        way = self.white(self.wall)
         return np.asarray(way / max(float(np.linalg.norm(way)), TINY))
 
     @property
@@ -91,7 +91,11 @@ class Filtered:
     @property
     def z(self) -> Array:
         """Innovations without slow errors, over their deviations, (M,), the wall where they have it."""
-        return self.unmoved(self.tint.without(self.innovation) / self.root)
+        return self.unmoved(self.white(self.innovation))
+
+    def white(self, e: Array) -> Array:
+        """Innovations, or what changes them, (M,), without slow errors over their deviations."""
+        return np.asarray(self.tint.without(e) / self.root)
 
     def unmoved(self, z: Array) -> Array:
         """Residuals, (M,), at the place of the wall that makes the sum of their Huber measures the least.

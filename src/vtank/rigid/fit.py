@@ -83,10 +83,9 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
     """The fit with every wall where the innovations have it; where they say: no place, all are alike."""
 
     def moved(run: Recorded, f: Filtered) -> Recorded:
-        way = f.tint.without(f.wall) / f.root
+        way, z = f.white(f.wall), f.white(f.innovation)
         if way @ way * ANYWHERE_M**2 < 1.0:
             return run
-        z = f.tint.without(f.innovation) / f.root
         return replace(run, wall=float(run.wall + way @ (f.unmoved(z) - z) / (way @ way)))
 
     return replace(fit, runs=tuple(moved(run, f) for run, f in zip(fit.runs, found, strict=True)))
@@ -117,4 +116,4 @@ def weighed(innovation: Array, f: Filtered) -> Array:
     """
     most = RUNAWAY * np.sqrt(f.variance)
     e = np.clip(np.nan_to_num(innovation, nan=np.inf), -most, most)
-    return bent(f.unmoved(np.clip(f.tint.without(e) / f.root, -RUNAWAY, RUNAWAY)))
+    return bent(f.unmoved(np.clip(f.white(e), -RUNAWAY, RUNAWAY)))

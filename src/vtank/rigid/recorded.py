@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,17 +68,18 @@ BEYOND = 1.5  # times the largest input, to which the tables of forces go; a cho
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
-class Driven(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Driven:
     """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F)."""
 
     stamps: Array
     inputs: Array
     angles: Array
 
-    @property
+    @cached_property
     def jumps(self) -> Array:
         """Stamps at which an input or angle changes by more than JUMP of its range [s]."""
-        table = np.hstack(self[1:])
+        table = np.hstack((self.inputs, self.angles))
         far = np.abs(np.diff(table, axis=0)) > JUMP * np.ptp(table, axis=0)
         return np.asarray(self.stamps[1:][far.any(axis=1)])
 
@@ -387,7 +387,12 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
         acts = slice(max(int(before) - 1, 0), int(after))
         columns = {name: values[kept] for name, values in run.columns.items()}
         name = f"{run.name}_{start - first:.0f}-{start - first + length_s:.0f}s"
-        found.append((Run(name, run.time_s[kept], columns), Driven(*(part[acts] for part in driven))))
+        found.append(
+            (
+                Run(name, run.time_s[kept], columns),
+                Driven(driven.stamps[acts], driven.inputs[acts], driven.angles[acts]),
+            )
+        )
     return found
 
 
@@ -426,7 +431,7 @@ def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
 
 def _answered(time: Array, value: Array, driven: Driven) -> bool:
     """Whether some input steps, at the stamp after a sample, with what is fast in it."""
-    stamps, inputs = driven.stamps, np.hstack(driven[1:])
+    stamps, inputs = driven.stamps, np.hstack((driven.inputs, driven.angles))
     fast, at = np.diff(value, 2), np.searchsorted(stamps, time[2:] - TICK_S)
     there = (at > 0) & (at < stamps.size)
     fast, steps = fast[there], inputs[at[there]] - inputs[at[there] - 1]

@@ -106,8 +106,7 @@ class Path:
         self.way, self.innovation = (f.way, f.innovation) if np.array_equal(p, f.p) else followed(run, p, f, memory_s)
         if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
             self.way, self.innovation = f.way, f.innovation
-        root = f.root
-        z = f.unmoved(f.tint.without(self.innovation) / root)
+        root, z = f.root, f.unmoved(f.white(self.innovation))
         self.weight = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR)) / root  # slope when bent
         self.acceleration = np.empty((run.steps.now.size, 6))
         accelerations(self.hull, run.steps, self.drive, self.way.states, self.acceleration)
