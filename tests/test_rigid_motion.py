@@ -7,7 +7,7 @@ import pytest
 
 from vtank.experiment.whole import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
-from vtank.rigid.filtered import innovations
+from vtank.rigid.filtered import free, innovations
 from vtank.rigid.layout import G
 from vtank.rigid.motion import rates
 from vtank.rigid.recorded import Recorded, record
@@ -104,7 +104,7 @@ def test_what_the_tank_flies_is_foretold_within_the_noise_of_its_instruments(nam
     quiet = Recorded(
         **{**{key: getattr(run, key) for key in run.__dataclass_fields__ if key[0] != "_"}, "start": start}
     )
-    e = innovations(quiet, run.layout.null, np.zeros((run.time_s.size, 18)), 1.0)
+    e = innovations(quiet, run.layout.null, free(run))
     noise = {f"{s.name}.{c}": sd for s in vehicle.sensors for c, sd in zip(s.channels, s.noise, strict=True)}
     for c, column in enumerate(run.layout.columns):
         mine = run.column == c
@@ -119,6 +119,6 @@ def test_known_motion_of_an_axis_is_taken_from_its_recording(rov):
     assert alone.asked.tolist() == [True] + [False] * 5
     assert set(layout.columns) == {"dvl.surge_m_s", "imu.accel_x_m_s2"}
     assert any("sway" in note and "known" in note for note in notes)
-    e = innovations(alone, layout.null, np.zeros((alone.time_s.size, 18)), 1.0)
+    e = innovations(alone, layout.null, free(alone))
     speed = alone.column == layout.columns.index("dvl.surge_m_s")
     assert np.sqrt(np.mean(e[speed] ** 2)) < 0.01  # [m/s] of 0.005 of noise and a speed of 0.3

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ def fitted():
     return fit, fit.filter(run.layout.null)
 
 
+@pytest.mark.parametrize("slow", [0.0, 1.0])
 @pytest.mark.parametrize(
     ("slot", "change"),
     [
@@ -31,9 +33,14 @@ def fitted():
         ("position_x@dvl", 0.01), ("centre_of_buoyancy_x@hull", 1e-4),
     ],
 )  # fmt: skip
-def test_a_change_followed_is_a_change_simulated(fitted, slot, change):
+def test_a_change_followed_is_a_change_simulated(fitted, slot, change, slow):
+    """Also beside slow errors of all instruments, as large as what is white."""
     fit, found = fitted
     layout = fit.runs[0].layout
+    if slow:
+        drifting = replace(fit.noise, slow=slow * np.sqrt(fit.noise.variance))
+        fit = replace(fit, noise=drifting)
+        found = fit.filter(layout.null)
     p = layout.null
     moved = layout.null.copy()
     moved[layout.slot(slot)] += change

@@ -11,10 +11,12 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.experiment.whole import fly_vehicle
 from vtank.rigid import noise as search
+from vtank.rigid.filtered import Filtered, filtered, followed, innovations, refiltered
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise, settle
-from vtank.rigid.recorded import record
-from vtank.rigid.tint import likelihoods, tint_of
+from vtank.rigid.recorded import Recorded, record
+from vtank.rigid.slow import likelihoods
+from vtank.rigid.tangent import tangents
 
 ROV = vt.load_vehicle("bluerov2")
 FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
@@ -42,42 +44,65 @@ def flown(seconds: float, seed: int, **sizes: float) -> vt.Run:
     return drifting(run, {name.replace("__", "."): size for name, size in sizes.items()}, seed)
 
 
-def test_innovations_are_made_white_as_their_covariance_says():
-    """Two columns with samples at odd times: likelihood and whitening against Cholesky's of the whole covariance."""
+@pytest.fixture(scope="module")
+def short():
+    """A few seconds, noise without slow errors, and with those of two columns."""
+    layout, (run,), _ = record([flown(4.0, 5)], FEW)
+    white = first_noise([run])
+    slow, slow_s = np.zeros(white.variance.size), np.ones(white.variance.size)
+    for name, share, memory_s in (("imu.yaw_rate_rad_s", 1.5, 2.0), ("dvl.sway_m_s", 0.5, 0.7)):
+        c = layout.columns.index(name)
+        slow[c], slow_s[c] = share * np.sqrt(white.variance[c]), memory_s
+    return run, layout.null, white, replace(white, slow=slow, slow_s=slow_s)
+
+
+def covariance(run: Recorded, f: Filtered) -> np.ndarray:
+    """Of all measurements, (M, M), as a filter has it: what it makes white, undone."""
+    readings = -np.eye(run.time_s.size)
+    tangents(f.way, run.steps, run.column, f.gains, np.zeros((run.steps.now.size, 6, readings.shape[0])), readings)
+    undone = np.linalg.inv(readings)
+    return undone * f.variance @ undone.T
+
+
+def test_the_filter_takes_slow_errors_for_what_they_are(short):
+    """What they add to the covariance of all measurements is an Ornstein-Uhlenbeck process of their columns."""
+    run, p, white, noise = short
+    f = filtered(run, p, white)
+    added = covariance(run, refiltered(run, f, noise)) - covariance(run, f)
+    same = run.column[:, None] == run.column[None, :]
+    apart = np.abs(run.time_s[:, None] - run.time_s[None, :])
+    slow, slow_s = noise.slow[run.column], noise.slow_s[run.column]
+    expected = np.where(same, slow**2 * np.exp(-apart / slow_s), 0.0)
+    assert expected.max() > 0.0
+    sd = np.sqrt(np.diag(covariance(run, f)))  # a depth is as good as unknown at first
+    np.testing.assert_allclose(added / np.outer(sd, sd), expected / np.outer(sd, sd), atol=1e-10)
+
+
+def test_all_ways_along_a_run_have_the_same_slow_errors(short):
+    """The filter, the filter made linear, the simulation at its gains, and the path at the same gains."""
+    run, p, white, noise = short
+    f = filtered(run, p, noise)
+    np.testing.assert_allclose(innovations(run, p, f.gains), f.innovation, rtol=1e-9, atol=1e-12)
+    way, e = followed(run, p, f)
+    np.testing.assert_allclose(e, f.innovation, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(way.before, f.way.before, rtol=1e-9, atol=1e-12)
+    again = refiltered(run, f, noise)
+    np.testing.assert_allclose(again.innovation, f.innovation, rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(again.variance, f.variance, rtol=1e-9)
+    back, there = refiltered(run, f, white), filtered(run, p, white)
+    assert np.linalg.norm(back.z - there.z) < 0.1 * np.linalg.norm(f.z - there.z)  # but for what is not linear
+
+
+def test_a_slow_error_of_a_column_alone_is_as_likely_as_its_covariance_says():
+    """Samples at odd times, against Cholesky's factor of the whole covariance."""
     rng = np.random.default_rng(1)
-    time, column = np.sort(rng.uniform(0.0, 20.0, 80)), rng.integers(0, 2, 80)
-    slow, slow_s, variance = np.array([0.7, 0.0]), np.array([1.5, 1.0]), rng.uniform(0.5, 1.5, 80)
-    e = rng.normal(size=80)
+    time, variance, e = np.sort(rng.uniform(0.0, 20.0, 80)), rng.uniform(0.5, 1.5, 80), rng.normal(size=80)
     apart = np.abs(time[:, None] - time[None, :])
-    same = (column[:, None] == 0) & (column[None, :] == 0)
-    covariance = np.diag(variance) + np.where(same, slow[0] ** 2 * np.exp(-apart / slow_s[0]), 0.0)
-    factor = np.linalg.cholesky(covariance)
-    tint = tint_of(column, time, e, variance, slow, slow_s)
-    np.testing.assert_allclose(tint.without(e) / np.sqrt(tint.variance), np.linalg.solve(factor, e), rtol=1e-10)
-    changes = rng.normal(size=(80, 3))
-    white = tint.without(changes) / np.sqrt(tint.variance)[:, None]
-    np.testing.assert_allclose(white, np.linalg.solve(factor, changes), rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(np.sum(np.log(tint.variance)), np.linalg.slogdet(covariance)[1], rtol=1e-12)
-    mine, gain = column == 0, np.empty(1)
-    first = np.arange(mine.sum()) == 0
-    likelihoods(time[mine], e[mine], variance[mine], first, slow[:1], slow_s[:1], gain)
-    z = np.linalg.solve(factor, e)[mine]
-    expected = -0.5 * (z @ z - np.sum(e[mine] ** 2 / variance[mine]))
-    expected -= 0.5 * np.sum(np.log(tint.variance[mine] / variance[mine]))
+    factor = np.linalg.cholesky(np.diag(variance) + 0.49 * np.exp(-apart / 1.5))
+    z, gain = np.linalg.solve(factor, e), np.empty(1)
+    likelihoods(time, e, variance, np.arange(80) == 0, np.array([0.7]), np.array([1.5]), gain)
+    expected = -0.5 * (z @ z - np.sum(e**2 / variance)) - np.sum(np.log(np.diag(factor) / np.sqrt(variance)))
     assert gain[0] == pytest.approx(expected, rel=1e-10)
-
-
-def test_without_slow_errors_nothing_is_touched():
-    e = np.random.default_rng(2).normal(size=20)
-    tint = tint_of(np.zeros(20, int), np.arange(20.0), e, np.ones(20), np.zeros(1), np.ones(1))
-    assert tint.without(e) is e and not tint.any
-
-
-def test_a_spike_is_no_slow_error():
-    e = np.zeros(200)
-    e[100] = 60.0
-    tint = tint_of(np.zeros(200, int), 0.1 * np.arange(200), e, np.ones(200), np.array([0.5]), np.array([2.0]))
-    np.testing.assert_array_equal(tint.without(e)[101:], 0.0)
 
 
 def test_slow_errors_are_found_where_they_are():
@@ -91,14 +116,14 @@ def test_slow_errors_are_found_where_they_are():
             assert noise.slow[c] == pytest.approx(sizes[name], rel=0.6), name
             assert 0.5 <= noise.slow_s[c] <= 8.0
     assert sum(noise.slow > 0.0) <= 4
-    raw = [f.innovation / np.sqrt(f.variance) for f in found]
+    raw = Fit(seen, noise.even).filter(layout.null)
     at = layout.columns.index("imu.yaw_rate_rad_s")
 
     def lagged(z: np.ndarray) -> float:
         mine = z[seen[0].column == at]
         return float(mine[1:] @ mine[:-1] / (mine @ mine))
 
-    assert abs(lagged(found[0].z)) < 0.6 * abs(lagged(raw[0]))
+    assert abs(lagged(found[0].z)) < 0.6 * abs(lagged(raw[0].z))
 
 
 @pytest.mark.slow

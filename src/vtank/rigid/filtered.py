@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .kalman import Way, again, kalman
-from .kernels import SIZE, simulate
+from .kalman import Told, Way, again, kalman
+from .kernels import SIZE, Gains, simulate
 from .recorded import Recorded
-from .tint import FAR, Tint, tint_of
 
 Array = NDArray[np.float64]
 THREADS = 2  # that share simulations out; each is computed alike on any number
 ASIDE_M = 0.01  # [m] by which a wall is moved to see what that does; a choice
 TINY = 1e-12
+FAR = 4.0  # deviations beyond which a measurement counts less and less; a choice
 REWEIGHTED = 4  # times that the place of a wall is sought; a choice
 STILL = 1e-4  # [m/s2, rad/s2] below which a disturbance is none beside that of any water; a choice
 
@@ -58,20 +58,26 @@ class Noise:
 
 @dataclass(frozen=True, eq=False)
 class Filtered:
-    """Of one run at parameters p: innovations, variances, gains, and the variance that the state explains.
+    """Of one run at parameters p: what the filter told, its gains, and its path, linearised.
 
-    Shapes (M,) and, of the gains, (M, 18); way: the filter's path, linearised; tint: the slow errors of instruments.
     wall: what moving the wall ahead does to the innovations, (M,) [per m].
     """
 
     p: Array
-    innovation: Array
-    variance: Array
-    gain: Array
-    explained: Array
+    told: Told
+    gains: Gains
     way: Way
-    tint: Tint
     wall: Array
+
+    @property
+    def innovation(self) -> Array:
+        """Innovations, (M,)."""
+        return np.asarray(self.told.innovation)
+
+    @property
+    def variance(self) -> Array:
+        """Their variances, (M,)."""
+        return np.asarray(self.told.variance)
 
     @cached_property
     def aside(self) -> Array:
@@ -85,17 +91,17 @@ class Filtered:
 
     @property
     def root(self) -> Array:
-        """Deviation of the innovations once slow errors are out of them, (M,)."""
-        return np.asarray(np.sqrt(self.tint.variance))
+        """Deviation of the innovations, (M,)."""
+        return np.asarray(np.sqrt(self.variance))
 
     @property
     def z(self) -> Array:
-        """Innovations without slow errors, over their deviations, (M,), the wall where they have it."""
+        """Innovations over their deviations, (M,), the wall where they have it."""
         return self.unmoved(self.white(self.innovation))
 
     def white(self, e: Array) -> Array:
-        """Innovations, or what changes them, (M,), without slow errors over their deviations."""
-        return np.asarray(self.tint.without(e) / self.root)
+        """Innovations, or what changes them, (M,), over their deviations."""
+        return np.asarray(e / self.root)
 
     def unmoved(self, z: Array) -> Array:
         """Residuals, (M,), at the place of the wall that makes the sum of their Huber measures the least.
@@ -106,14 +112,6 @@ class Filtered:
             weighed = self.aside * np.minimum(1.0, FAR / np.maximum(np.abs(z), FAR))
             z = z - self.aside * (weighed @ z) / (weighed @ self.aside)
         return z
-
-    def tinted(self, run: Recorded, noise: Noise) -> Filtered:
-        """At the slow errors of another noise that is the same but for them."""
-        return replace(self, tint=_tint(run, self.innovation, self.variance, noise))
-
-
-def _tint(run: Recorded, innovation: Array, variance: Array, noise: Noise) -> Tint:
-    return tint_of(run.column, run.time_s, innovation, variance, noise.slow, noise.slow_s)
 
 
 def bent(z: Array) -> Array:
@@ -146,26 +144,40 @@ def _way(run: Recorded) -> Way:
     return Way(np.empty((steps + 1, SIZE)), np.empty((size, SIZE)), np.empty((steps, 12, 12)), np.empty((size, SIZE)))
 
 
+def _gains(run: Recorded, noise: Noise) -> tuple[Gains, Array]:
+    """Gains to fill, at a noise, and the deviations of its slow errors, (S,)."""
+    has = np.broadcast_to(noise.slow > 0.0, noise.variance.shape)
+    which = np.where(has, np.cumsum(has) - 1, -1)
+    gains = Gains(np.empty((run.time_s.size, SIZE + has.sum())), noise.memory_s, which, noise.slow_s[has])
+    return gains, noise.slow[has]
+
+
+def free(run: Recorded) -> Gains:
+    """Of a pure simulation, which follows nothing that was measured."""
+    return Gains(np.zeros((run.time_s.size, SIZE)), 1.0, np.full(len(run.layout.columns), -1), np.empty(0))
+
+
 def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     """Extended Kalman filter along a run; InputError where the motion diverges."""
-    size, way = run.time_s.size, _way(run)
-    innovation, variance, explained, gain, wall = (*np.empty((3, size)), np.zeros((size, SIZE)), np.zeros(size))
+    size, way, (gains, slow) = run.time_s.size, _way(run), _gains(run, noise)
+    told, wall = Told(*np.empty((5, size))), np.zeros(size)
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, run.spread, run.steps, run.record, run.drive(p),
-        noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, way, innovation, variance, gain, explained,
+        noise.variance[run.column], noise.sigma * run.moves, slow, gains, way, told,
     )  # fmt: skip
+    innovation = told.innovation
     if not np.isfinite(innovation).all():
         lost = run.time_s[~np.isfinite(innovation)].min()
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
     if run.wall:
-        wall = (innovations(replace(run, wall=run.wall + ASIDE_M), p, gain, noise.memory_s) - innovation) / ASIDE_M
-    return Filtered(p, innovation, variance, gain, explained, way, _tint(run, innovation, variance, noise), wall)
+        wall = (innovations(replace(run, wall=run.wall + ASIDE_M), p, gains) - innovation) / ASIDE_M
+    return Filtered(p, told, gains, way, wall)
 
 
 def innovations(
-    run: Recorded, p: Array, gain: Array, memory_s: float, *, track: Array | None = None, restart: Array | None = None
+    run: Recorded, p: Array, gains: Gains, *, track: Array | None = None, restart: Array | None = None
 ) -> Array:
-    """Measured less predicted, (M,); zeros as gain are pure simulation. See `kernels.simulate`."""
+    """Measured less predicted, (M,). See `kernels.simulate`."""
     out, none = np.empty(run.time_s.size), np.empty((0, SIZE))
     simulate(
         run.hull(p),
@@ -173,8 +185,7 @@ def innovations(
         run.steps,
         run.record,
         run.drive(p),
-        gain,
-        memory_s,
+        gains,
         none if restart is None else restart,
         out,
         none if track is None else track,
@@ -182,21 +193,21 @@ def innovations(
     return out
 
 
-def followed(run: Recorded, p: Array, f: Filtered, memory_s: float) -> tuple[Way, Array]:
+def followed(run: Recorded, p: Array, f: Filtered) -> tuple[Way, Array]:
     """The path at other parameters with the gains of a filter, and the innovations along it."""
-    out, way, none = np.empty(run.time_s.size), _way(run), np.empty(0)
+    told, way, none = Told(*np.empty((5, run.time_s.size))), _way(run), np.empty(0)
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, none, run.steps, run.record, run.drive(p), none, np.zeros(6),
-        memory_s, way, out, none, f.gain, none,
+        np.zeros(f.gains.slow_s.size), f.gains, way, told,
     )  # fmt: skip
-    return way, out
+    return way, told.innovation
 
 
-def refiltered(run: Recorded, f: Filtered, memory_s: float, noise: Noise) -> Filtered:
-    """The filter at another noise, linear about the path of f, at whose noise the memory was memory_s."""
-    out, variance, explained, gain = (*np.empty((3, run.time_s.size)), np.empty_like(f.gain))
+def refiltered(run: Recorded, f: Filtered, noise: Noise) -> Filtered:
+    """The filter at another noise, linear about the path that f, no refiltered one, has gone."""
+    told, (gains, slow) = Told(*np.empty((5, run.time_s.size))), _gains(run, noise)
     again(
-        f.way, run.steps, run.spread, noise.variance[run.column], noise.sigma * run.moves, noise.memory_s, memory_s,
-        f.gain, f.innovation, out, variance, gain, explained,
+        f.way, run.steps, run.spread, run.column, noise.variance[run.column], noise.sigma * run.moves, slow,
+        f.gains, f.told, gains, told,
     )  # fmt: skip
-    return Filtered(f.p, out, variance, gain, explained, f.way, _tint(run, out, variance, noise), f.wall)
+    return Filtered(f.p, told, gains, f.way, f.wall)

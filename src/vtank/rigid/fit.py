@@ -37,15 +37,11 @@ class Fit:
 
     def paths(self, p: Array, found: Sequence[Filtered]) -> list[Path]:
         """The filters' paths, from which changes are followed."""
-        return [Path(run, p, f, self.noise.memory_s) for run, f in zip(self.runs, found, strict=True)]
+        return [Path(run, p, f) for run, f in zip(self.runs, found, strict=True)]
 
     def residuals(self, vectors: Sequence[Array], found: Sequence[Filtered]) -> Array:
         """Innovations over their deviations at several parameter vectors, (sum M, L)."""
-        work = [
-            partial(_answered, run, p, f, self.noise.memory_s)
-            for p in vectors
-            for run, f in zip(self.runs, found, strict=True)
-        ]
+        work = [partial(_answered, run, p, f) for p in vectors for run, f in zip(self.runs, found, strict=True)]
         parts, runs = share(work), len(self.runs)
         return np.column_stack([np.concatenate(parts[i : i + runs]) for i in range(0, len(parts), runs)])
 
@@ -94,23 +90,23 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
 def log_likelihood(f: Filtered) -> float:
     """Of innovations, far ones by Huber's measure."""
     z = bent(f.z)
-    return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.tint.variance)))
+    return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
 
 
 def level(found: Sequence[Filtered]) -> float:
     """Log-likelihood but for the squares of the innovations."""
-    return -0.5 * sum(float(np.sum(np.log(f.tint.variance))) for f in found)
+    return -0.5 * sum(float(np.sum(np.log(f.variance))) for f in found)
 
 
-def _answered(run: Recorded, p: Array, f: Filtered, memory_s: float) -> Array:
+def _answered(run: Recorded, p: Array, f: Filtered) -> Array:
     try:
-        return weighed(innovations(run, p, f.gain, memory_s), f)
+        return weighed(innovations(run, p, f.gains), f)
     except InputError:  # masses that no body has: as far off as can be
         return np.full(run.time_s.size, RUNAWAY)
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:
-    """Innovations without slow errors over their deviations, bent where they are far; what ran away is held.
+    """Innovations over their deviations, bent where they are far; what ran away is held.
 
     The wall is where they have it.
     """

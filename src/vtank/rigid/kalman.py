@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean
-from .kernels import SIZE, folded, lateness, moved, seen, told
+from .kernels import SIZE, fade, folded, lateness, moved, seen, told
 from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
@@ -25,13 +25,27 @@ class Way(NamedTuple):
     """A filter's path along a run and its linearisation.
 
     states: at the starts of the N steps and at the end, (N + 1, 18); before: before each measurement, (M, 18);
-    F: transition of the motion over each step, (N, 12, 12); H: derivative of each prediction, (M, 18).
+    F: transition of the motion over each step, (N, 12, 12); H: derivative of each prediction, (M, 18), but for its slow
+    error.
     """
 
     states: np.ndarray
     before: np.ndarray
     F: np.ndarray
     H: np.ndarray
+
+
+class Told(NamedTuple):
+    """Of M innovations, (M,): themselves, their variances, the part of these that the state explains.
+
+    slow: what the slow error of each was taken for; apart: the variance if that were known.
+    """
+
+    innovation: np.ndarray
+    variance: np.ndarray
+    explained: np.ndarray
+    slow: np.ndarray
+    apart: np.ndarray
 
 
 @lean
@@ -134,12 +148,13 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
 
 
 @lean
-def carry(F, h, sigma, memory, T, P, A):
-    """In place, the covariance P, (18, 18), after a step of h [s] whose transition of the motion is F.
+def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
+    """In place, the covariance P, (18 + S, 18 + S), after a step of h [s] whose transition of the motion is F.
 
-    A disturbance holds on with its memory, and is a speed that grows on the way through the step. T, (18, 12), and A:
-    scratch.
+    A disturbance holds on with its memory, and is a speed that grows on the way through the step; slow errors, of
+    deviations slow and memories slow_s, hold on with theirs. T, (18, 12), and A: scratch.
     """
+    size = P.shape[0]
     keep = math.exp(-h / memory)
     mean = (1.0 - keep) * memory / h
     for a in range(12):
@@ -147,7 +162,7 @@ def carry(F, h, sigma, memory, T, P, A):
             T[c, a] = F[a, c]
         for c in range(6):
             T[12 + c, a] = 0.5 * h * mean * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) if sigma[c] > 0.0 else 0.0
-    for i in range(SIZE):  # A = P T, of which the disturbances' columns but fade
+    for i in range(size):  # A = P T, of which the disturbances' columns, and those of slow errors, but fade
         for k in range(12):
             A[i, k] = 0.0
         for q in range(SIZE):
@@ -157,17 +172,26 @@ def carry(F, h, sigma, memory, T, P, A):
                     A[i, k] += f * T[q, k]
         for k in range(12, SIZE):
             A[i, k] = keep * P[i, k]
+    for k in range(SIZE, size):
+        left = math.exp(-h / slow_s[k - SIZE])
+        for i in range(size):
+            A[i, k] = left * P[i, k]
     for i in range(12):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
-        for k in range(i, SIZE):
+        for k in range(i, size):
             P[i, k] = 0.0
         for q in range(SIZE):
             f = T[q, i]
             if f != 0.0:
-                for k in range(i, SIZE):
+                for k in range(i, size):
                     P[i, k] += f * A[q, k]
     for i in range(12, SIZE):
-        for k in range(i, SIZE):
+        for k in range(i, size):
             P[i, k] = keep * A[i, k]
+    for i in range(SIZE, size):
+        left = math.exp(-h / slow_s[i - SIZE])
+        for k in range(i, size):
+            P[i, k] = left * A[i, k]
+        P[i, i] += slow[i - SIZE] ** 2 * (1.0 - left * left)
     both = memory * (1.0 - keep) * (1.0 - keep)
     gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
     for a in range(6):
@@ -175,64 +199,65 @@ def carry(F, h, sigma, memory, T, P, A):
         P[12 + a, 12 + a] += s2 * (1.0 - keep * keep)
         P[6 + a, 6 + a] += s2 * gust
         P[6 + a, 12 + a] += s2 * both
-    for i in range(SIZE):
+    for i in range(size):
         for k in range(i):
             P[i, k] = P[k, i]
 
 
 @law
-def begun(spread, sigma):
-    """Covariance of the start, (18, 18)."""
-    P = np.zeros((SIZE, SIZE))
+def begun(spread, sigma, slow):
+    """Covariance of the start, (18 + S, 18 + S)."""
+    P = np.zeros((SIZE + slow.size, SIZE + slow.size))
     for a in range(12):
         P[a, a] = spread[a] ** 2
     for a in range(6):
         P[12 + a, 12 + a] = sigma[a] ** 2
+    for a in range(slow.size):
+        P[SIZE + a, SIZE + a] = slow[a] ** 2
     return P
 
 
 @lean
-def weigh(P, H, noise_var, C, gain):
-    """Variance of a prediction, without its own noise; the gain, (18,), and P after the measurement, in place."""
-    explained = 0.0
-    for a in range(SIZE):
-        C[a] = 0.0
+def weigh(P, H, own, noise_var, C, gain, m, told):
+    """Variances of measurement m into `told`; its gain, (18 + S,), and P after it, in place.
+
+    own: which slow error it has, -1 for none.
+    """
+    explained, size = 0.0, P.shape[0]
+    for a in range(size):
+        C[a] = P[SIZE + own, a] if own >= 0 else 0.0
     for b in range(SIZE):
         f = H[b]
         if f != 0.0:
-            for a in range(SIZE):
+            for a in range(size):
                 C[a] += f * P[b, a]
     for a in range(SIZE):
         explained += H[a] * C[a]
-    for a in range(SIZE):
+    told.apart[m] = explained + noise_var
+    if own >= 0:
+        explained += C[SIZE + own]
+        told.apart[m] += P[SIZE + own, SIZE + own] - C[SIZE + own]
+    told.explained[m], told.variance[m] = explained, explained + noise_var
+    for a in range(size):
         gain[a] = C[a] / (explained + noise_var)
         for b in range(a + 1):
             P[a, b] -= gain[a] * C[b]
             P[b, a] = P[a, b]
-    return explained
 
 
 @law
-def kalman(
-    hull, soft, start, spread, steps, record, drive, noise_var, sigma, memory, way, out, variance, gain, explained
-):
-    """Extended Kalman filter along a run: innovations `out`, their variances, gains (M, 18), and H P H' `explained`.
+def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, slow, gains, way, told):
+    """Extended Kalman filter along a run.
 
     soft: the hull by which steps are linearised.
-    spread: standard deviations of the start, (12,); noise_var: of each measurement, (M,); sigma [m/s2, rad/s2]:
-    stationary deviation of the disturbance of each axis, (6,); memory [s]; way: a `Way` to fill. With spread of shape
-    (0,) the gains are given, and nothing but innovations and way is made.
+    spread: standard deviations of the start, (12,); noise_var: of each measurement, (M,); sigma [m/s2, rad/s2] and
+    slow: stationary deviations of the disturbance of each axis, (6,), and of the slow errors, (S,); gains, way, told:
+    to fill. With spread of shape (0,) the gains are given, and nothing but innovations and way is made.
     """
     s, x, d, y = np.zeros(SIZE), np.zeros(18), np.zeros(6), np.zeros(18)
-    given, P, T, A, C = (
-        spread.size == 0,
-        begun(np.zeros(12), sigma),
-        np.zeros((18, 12)),
-        np.zeros((18, 18)),
-        np.zeros(18),
-    )
-    if not given:
-        P = begun(spread, sigma)
+    given, P = spread.size == 0, begun(np.zeros(12) if spread.size == 0 else spread, sigma, slow)
+    T, A, C, b = np.zeros((SIZE, 12)), np.zeros_like(P), np.zeros(P.shape[0]), np.zeros(slow.size)
+    gain, memory = gains.of, gains.memory
     k, z, push, scratch = np.empty((5, 18)), np.empty(18), np.zeros(6), np.zeros((28, 18))
     wake, i, t = np.zeros(6), 0, steps.now[0] if steps.now.size else 0.0
     s[:12] = start
@@ -245,36 +270,43 @@ def kalman(
             moved(y, d, t, steps.length[i], memory, drive, i, hull, k, z, push)
             transition(t, x, y, steps.length[i], i, drive, soft, way.F[i], scratch)
             if not given:
-                carry(way.F[i], steps.length[i], sigma, memory, T, P, A)
+                carry(way.F[i], steps.length[i], sigma, memory, slow, gains.slow_s, T, P, A)
+            fade(b, steps.length[i], gains.slow_s)
             s[:12], s[12:], wake[:] = y[:12], d, y[12:]
             t += steps.length[i]
             i += 1
         way.before[m] = s
         x[12:] = wake
         here = differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, way.H[m])
-        out[m] = folded(record.value[m] - here, m, record, hull)
+        own = gains.slow[record.column[m]]
+        told.slow[m] = b[own] if own >= 0 else 0.0
+        e = folded(record.value[m] - here, m, record, hull) - told.slow[m]
+        told.innovation[m] = e
         if not given:
-            explained[m] = weigh(P, way.H[m], noise_var[m], C, gain[m])
-            variance[m] = explained[m] + noise_var[m]
+            weigh(P, way.H[m], own, noise_var[m], C, gain[m], m, told)
         for a in range(SIZE):
-            s[a] += gain[m, a] * out[m]
+            s[a] += gain[m, a] * e
+        for a in range(b.size):
+            b[a] += gain[m, SIZE + a] * e
     way.states[i:] = s
 
 
 @law
-def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation, out, variance, gain, explained):
-    """The filter at another noise, linear about a path: innovations, their variances, gains, and H P H'.
+def again(way, steps, spread, column, noise_var, sigma, slow, then, before, gains, told):
+    """The filter at another noise, linear about a path.
 
-    then: memory [s], given: gains, (M, 18), and innovation: (M,), of the filter that went the path.
+    column: of each measurement, (M,); then: gains, before: what they told, of the filter that went the path; gains,
+    told: to fill.
     """
-    P, T, A, C = begun(spread, sigma), np.zeros((SIZE, 12)), np.zeros((SIZE, SIZE)), np.zeros(SIZE)
+    P, T, b = begun(spread, sigma, slow), np.zeros((SIZE, 12)), np.zeros(slow.size)
+    A, C, gain, memory = np.zeros_like(P), np.zeros(P.shape[0]), gains.of, gains.memory
     off, new, d, i = np.zeros(12), np.zeros(12), np.zeros(6), 0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
             h, F = steps.length[i], way.F[i]
-            keep, kept = math.exp(-h / memory), math.exp(-h / then)
-            mean, meant = (1.0 - keep) * memory / h, (1.0 - kept) * then / h
+            keep, kept = math.exp(-h / memory), math.exp(-h / then.memory)
+            mean, meant = (1.0 - keep) * memory / h, (1.0 - kept) * then.memory / h
             for a in range(12):
                 new[a] = 0.0
                 for c in range(12):
@@ -285,16 +317,21 @@ def again(way, steps, spread, noise_var, sigma, memory, then, given, innovation,
             off[:] = new
             for c in range(6):
                 d[c] *= keep
-            carry(F, h, sigma, memory, T, P, A)
+            fade(b, h, gains.slow_s)
+            carry(F, h, sigma, memory, slow, gains.slow_s, T, P, A)
             i += 1
-        H, e = way.H[m], innovation[m]
+        H, own = way.H[m], gains.slow[column[m]]
+        told.slow[m] = b[own] if own >= 0 else 0.0
+        e = before.innovation[m] + before.slow[m] - told.slow[m]
         for a in range(12):
             e -= H[a] * off[a]
         for a in range(6):
             e -= H[12 + a] * (d[a] - way.before[m, 12 + a])
-        explained[m] = weigh(P, H, noise_var[m], C, gain[m])
-        out[m], variance[m] = e, explained[m] + noise_var[m]
+        told.innovation[m] = e
+        weigh(P, H, own, noise_var[m], C, gain[m], m, told)
         for a in range(12):
-            off[a] += gain[m, a] * e - given[m, a] * innovation[m]
+            off[a] += gain[m, a] * e - then.of[m, a] * before.innovation[m]
         for a in range(6):
             d[a] += gain[m, 12 + a] * e
+        for a in range(b.size):
+            b[a] += gain[m, SIZE + a] * e

@@ -1,7 +1,8 @@
 """The compiled kernels that move a whole vehicle along a recording and read its instruments.
 
-What an estimator carries is the motion x, 12 numbers, and on each axis a disturbance, an Ornstein-Uhlenbeck
-acceleration that stands for turbulence.
+What an estimator carries is the motion x, 12 numbers, on each axis a disturbance, an Ornstein-Uhlenbeck acceleration
+that stands for turbulence, and the slow error of each column that has one, an Ornstein-Uhlenbeck process as well.
+Farrell, Aided Navigation (2008), ch. 4: errors of inertial instruments as white noise and Gauss-Markov processes.
 """
 
 from __future__ import annotations
@@ -38,6 +39,18 @@ class Record(NamedTuple):
     home: np.ndarray
     wall: float
     facing: float
+
+
+class Gains(NamedTuple):
+    """What M innovations do to states, disturbances and S slow errors, (M, 18 + S), and how soon the latter are over.
+
+    memory: of disturbances [s]; slow: which slow error a column has, (C,), -1 for none; slow_s: their memories, (S,).
+    """
+
+    of: np.ndarray
+    memory: float
+    slow: np.ndarray
+    slow_s: np.ndarray
 
 
 @lean
@@ -125,29 +138,42 @@ def folded(e, m, record, hull):
     return e
 
 
+@lean
+def fade(b, h, slow_s):
+    """Slow errors after h [s], in place, (S,)."""
+    for k in range(b.size):
+        b[k] *= math.exp(-h / slow_s[k])
+
+
 @law
-def simulate(hull, start, steps, record, drive, gain, memory, restart, out, track):
+def simulate(hull, start, steps, record, drive, gains, restart, out, track):
     """Measured less predicted along a run with given gains, into `out`, (M,).
 
-    gain: (M, 18), zeros for pure simulation; start: (12,); track: the states at every measurement, (M, 18), or of
+    gains: zeros for pure simulation; start: (12,); track: the states at every measurement, (M, 18), or of
     shape (0, 18); restart: states to begin anew with before some measurements, NaN elsewhere, (M, 18) or (0, 18).
     """
     x, d, k, y = np.zeros(18), np.zeros(6), np.empty((5, 18)), np.empty(18)
     push, scratch, i, t = np.zeros(6), np.zeros((9, 18)), 0, steps.now[0] if steps.now.size else 0.0
+    b, gain = np.zeros(gains.slow_s.size), gains.of
     x[:12] = start
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
-            moved(x, d, t, steps.length[i], memory, drive, i, hull, k, y, push)
+            moved(x, d, t, steps.length[i], gains.memory, drive, i, hull, k, y, push)
+            fade(b, steps.length[i], gains.slow_s)
             t += steps.length[i]
             i += 1
         if restart.shape[0] and not math.isnan(restart[m, 0]):
             x[:12], d[:] = restart[m, :12], restart[m, 12:]
         here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
-        out[m] = folded(record.value[m] - here, m, record, hull)
+        out[m], slow = folded(record.value[m] - here, m, record, hull), gains.slow[record.column[m]]
+        if slow >= 0:
+            out[m] -= b[slow]
         for a in range(12):
             x[a] += gain[m, a] * out[m]
         for a in range(6):
             d[a] += gain[m, 12 + a] * out[m]
+        for a in range(b.size):
+            b[a] += gain[m, SIZE + a] * out[m]
         if track.shape[0]:
             track[m, :12], track[m, 12:] = x[:12], d

@@ -14,10 +14,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import Filtered, Noise, refiltered, share
+from .filtered import FAR, Filtered, Noise, refiltered, share
 from .fit import Fit, log_likelihood
 from .recorded import Recorded, scatter
-from .tint import FAR, likelihoods
+from .slow import likelihoods
 
 Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
@@ -94,7 +94,7 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longes
     factor: by which sizes are tried larger and smaller. floor, least, longest_s: as of `settle`.
     """
     runs, noise = fit.runs, fit.noise
-    trials = partial(_tried, runs, fit.filter(p), noise.memory_s)
+    trials = partial(_tried, runs, fit.filter(p))
     best = start = trials([noise])[0]
     for axis in np.flatnonzero(noise.sigma > 0.0):
         for _ in range(FURTHEST):
@@ -105,7 +105,11 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longes
     best = max((best, *trials(_memories(best.noise, factor, longest_s))), key=_likelihood)
     enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, best)), least)
     best = max((best, *trials([replace(best.noise, variance=np.maximum(_white(runs, best), enough))])), key=_likelihood)
-    best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
+    for _ in range(FURTHEST):
+        before = best.likelihood
+        best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
+        if best.likelihood - before < PROMISE:
+            break
     return start.likelihood, best
 
 
@@ -138,13 +142,11 @@ def _likelihood(tried: Tried) -> float:
     return tried.likelihood
 
 
-def _tried(
-    runs: Sequence[Recorded], about: Sequence[Filtered], memory_s: float, trials: Sequence[Noise]
-) -> list[Tried]:
-    """Several noises tried, linear about the path of a filter whose memory is memory_s."""
+def _tried(runs: Sequence[Recorded], about: Sequence[Filtered], trials: Sequence[Noise]) -> list[Tried]:
+    """Several noises tried, linear about the path of a filter."""
 
     def one(noise: Noise) -> Tried:
-        found = [refiltered(run, f, memory_s, noise) for run, f in zip(runs, about, strict=True)]
+        found = [refiltered(run, f, noise) for run, f in zip(runs, about, strict=True)]
         return Tried(noise, sum(map(log_likelihood, found)), found)
 
     return share([partial(one, noise) for noise in trials])
@@ -194,22 +196,25 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     """
     column = np.concatenate([run.column for run in runs])
     e, S, known = (
-        np.concatenate([getattr(f, part) for f in tried.found]) for part in ("innovation", "variance", "explained")
+        np.concatenate([getattr(f.told, part) for f in tried.found]) for part in ("innovation", "variance", "explained")
     )
     keep, variance = np.abs(e) < FAR * np.sqrt(S), tried.noise.variance.copy()
     for c in range(variance.size):
         mine = keep & (column == c)
         if mine.any():
-            variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine])) - tried.noise.slow[c] ** 2
+            variance[c] = np.mean(e[mine] ** 2 * (1.0 - known[mine] / S[mine]))
     return variance
 
 
 def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:
-    """The noise with the slow error of each column that is likeliest in its innovations, where that is beyond doubt."""
+    """The noise with the slow error of each column that is likeliest in what its filter leaves beside it, or none.
+
+    That holds the slow error itself, however much of it was foreseen.
+    """
     slow, slow_s = np.zeros(tried.noise.variance.size), np.ones(tried.noise.variance.size)
     shares, memories = (grid.ravel() for grid in np.meshgrid(SLOW, SLOW_S))
     for c, white in enumerate(tried.noise.variance):
-        each = [(run.time_s, f.innovation, f.variance, run.column == c)
+        each = [(run.time_s, f.innovation + f.told.slow, f.told.apart, run.column == c)
                 for run, f in zip(runs, tried.found, strict=True) if (run.column == c).any()]  # fmt: skip
         if not each:
             continue

@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
-from .filtered import THREADS, Filtered, bent, followed, share
+from .filtered import FAR, THREADS, Filtered, bent, followed, share
 from .kernels import SIZE, folded, seen
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
 from .motion import rates
 from .recorded import Recorded
-from .tint import FAR
 
 Array = NDArray[np.float64]
 WIDE = 24  # changes that are followed at a time; a choice
@@ -54,10 +53,11 @@ def shifted(hull, other, apart, steps, record, drive, before, out):
 
 
 @law
-def tangents(way, steps, gain, memory, push, shift):
+def tangents(way, steps, column, gains, push, shift):
     """Changes of innovations under accelerations `push`, (N, 6, W), and shifts of readings in place of these."""
-    wide = shift.shape[1]
+    wide, gain, memory = shift.shape[1], gains.of, gains.memory
     X, Y, i, last = np.zeros((SIZE, wide)), np.zeros((12, wide)), 0, push.shape[0] - 1
+    slow = np.zeros((gains.slow_s.size, wide))
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -78,10 +78,15 @@ def tangents(way, steps, gain, memory, push, shift):
                             Y[a, w] += f * (mean * X[12 + c, w] + push[i, c, w])
             X[:12] = Y
             X[12:] *= keep
+            for a in range(slow.shape[0]):
+                slow[a] *= math.exp(-h / gains.slow_s[a])
             i += 1
-        E, j = shift[m], min(i, last)
+        E, j, own = shift[m], min(i, last), gains.slow[column[m]]
         for w in range(wide):
             E[w] = -E[w]
+        if own >= 0:
+            for w in range(wide):
+                E[w] -= slow[own, w]
         for a in range(SIZE):
             f = way.H[m, a]
             if f != 0.0:
@@ -95,15 +100,19 @@ def tangents(way, steps, gain, memory, push, shift):
             if f != 0.0:
                 for w in range(wide):
                     X[a, w] += f * E[w]
+        for a in range(slow.shape[0]):
+            f = gain[m, SIZE + a]
+            for w in range(wide):
+                slow[a, w] += f * E[w]
 
 
 class Path:
     """A filter's path along one run at parameters p, from which changes are followed; its own where that runs away."""
 
-    def __init__(self, run: Recorded, p: Array, f: Filtered, memory_s: float) -> None:
-        self.run, self.p, self.f, self.memory_s = run, p, f, memory_s
+    def __init__(self, run: Recorded, p: Array, f: Filtered) -> None:
+        self.run, self.p, self.f = run, p, f
         self.hull, self.drive = run.hull(p), run.drive(p)
-        self.way, self.innovation = (f.way, f.innovation) if np.array_equal(p, f.p) else followed(run, p, f, memory_s)
+        self.way, self.innovation = (f.way, f.innovation) if np.array_equal(p, f.p) else followed(run, p, f)
         if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
             self.way, self.innovation = f.way, f.innovation
         root, z = f.root, f.unmoved(f.white(self.innovation))
@@ -143,8 +152,7 @@ class Path:
 
     def follow(self, push: Array, shift: Array) -> Array:
         """Changes of the innovations over their deviations, (M, L), under pushes, (N, 6, L), in place of the shifts."""
-        tangents(self.way, self.run.steps, self.f.gain, self.memory_s, push, shift)
-        self.f.tint.take(shift)
+        tangents(self.way, self.run.steps, self.run.column, self.f.gains, push, shift)
         shift *= self.weight[:, None]
         if self.f.wall.any():
             aside = self.f.aside * self.weight * self.f.root

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import Filtered, innovations, share
+from ...rigid.filtered import Filtered, free, innovations, share
 from ...rigid.recorded import Recorded
 from ..budget import Line
 from .model import Model
@@ -157,7 +157,7 @@ def free_errors(
     for run, f, fold, spike in zip(fit.runs, found, folds, spikes, strict=True):
         stretch = _stretches(run.time_s - run.late)
         for part in np.unique(fold):
-            e = _free(run, vectors[part], f, stretch, fit.noise.memory_s)
+            e = _free(run, vectors[part], f, stretch)
             for s in np.unique(stretch[fold == part]):
                 mine = (stretch == s) & (fold == part) & ~spike
                 sums.append(np.bincount(run.column[mine], e[mine] ** 2, columns))
@@ -165,14 +165,14 @@ def free_errors(
     return np.array(sums), np.array(counts)
 
 
-def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64], memory_s: float) -> Array:
+def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64]) -> Array:
     """Measured less simulated, (M,), begun anew in each stretch where the filter stands, without its disturbance."""
     track, restart = np.empty((run.time_s.size, 18)), np.full((run.time_s.size, 18), np.nan)
-    innovations(run, p, f.gain, memory_s, track=track)
+    innovations(run, p, f.gains, track=track)
     order = run.steps.which
     first = np.flatnonzero(np.diff(stretch[order])) + 1
     restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0
-    e = innovations(run, p, np.zeros_like(f.gain), memory_s, restart=restart)
+    e = innovations(run, p, free(run), restart=restart)
     moves = np.array([np.ptp(run.value[run.column == c]) if (run.column == c).any() else 0.0
                       for c in range(len(run.layout.columns))])  # fmt: skip
     most = HELD * moves[run.column]

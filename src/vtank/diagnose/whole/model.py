@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...plant.actuators import Fin
 from ...record.columns import channel_of
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, refiltered
 from ...rigid.fit import Fit, level
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
@@ -376,7 +376,7 @@ def even(model: Model, found: Sequence[Filtered], column: int | None = None) -> 
     if not slow[~calm].any():
         return []
     noise = replace(noise, slow=np.where(calm, slow, 0.0))
-    there = [f.tinted(run, noise) for run, f in zip(model.fit.runs, found, strict=True)]
+    there = [refiltered(run, f, noise) for run, f in zip(model.fit.runs, found, strict=True)]
     return [(refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta), there)]
 
 

@@ -22,7 +22,7 @@ def tracks_of(model: Model, found: Sequence[Filtered]) -> list[Array]:
     p, out = model.vector(), []
     for run, f in zip(model.fit.runs, found, strict=True):
         out.append(np.empty((run.time_s.size, 18)))
-        innovations(run, p, f.gain, model.fit.noise.memory_s, track=out[-1])
+        innovations(run, p, f.gains, track=out[-1])
     return out
 
 

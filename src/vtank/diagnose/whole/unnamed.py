@@ -123,7 +123,7 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
     while sigma[axis] > LEAST_SIGMA:
         sigma[axis] = max(sigma[axis] / QUIETER, LEAST_SIGMA)
         trial = replace(noise, sigma=sigma.copy())
-        there = [refiltered(run, f, noise.memory_s, trial) for run, f in zip(runs, found, strict=True)]
+        there = [refiltered(run, f, trial) for run, f in zip(runs, found, strict=True)]
         if not all(np.all(f.variance > 0.0) and np.isfinite(f.innovation).all() for f in there):
             break  # too quiet for what rounding leaves of a covariance
         quiet = replace(model, fit=replace(model.fit, noise=trial))
@@ -268,13 +268,16 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
-    """The columns whose innovations are the least white, by their first autocorrelation in deviations."""
+    """The columns whose innovations, slow errors not foreseen, are the least white.
+
+    By their first autocorrelation in deviations.
+    """
 
     def unwhite(c: int) -> float:
         most = 0.0
         for run, f in zip(runs, found, strict=True):
             mine = run.column == c
-            z = f.innovation[mine] / np.sqrt(f.variance[mine])
+            z = (f.innovation + f.told.slow)[mine] / np.sqrt(f.told.apart[mine])
             most = max(most, abs(float(z[1:] @ z[:-1])) / np.sqrt(max(z.size, 1)))
         return most
 
