@@ -11,7 +11,7 @@ from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
-from vtank.rigid.kalman import carry, weigh
+from vtank.rigid.kalman import Told, carry, weigh
 from vtank.rigid.noise import first_noise, settle
 from vtank.rigid.recorded import record
 
@@ -88,12 +88,14 @@ def test_a_covariance_stays_one_where_the_motion_is_unstable():
     rng, F = np.random.default_rng(0), np.eye(12) * 0.98
     F[6, 7], F[7, 6], F[3, 9] = 0.3, 0.3, 0.1
     P = np.diag(np.full(18, 1e-4))
-    T, A, C, gain, H = np.zeros((18, 18)), np.zeros((18, 18)), np.zeros(18), np.zeros(18), np.zeros(18)
+    T, A, C, gain, H = np.zeros((18, 12)), np.zeros((18, 18)), np.zeros(18), np.zeros(18), np.zeros(18)
+    told = Told(*np.empty((5, 1)))
     for _ in range(4000):
-        carry(F, 0.05, np.full(6, 1e-3), 2.0, T, P, A)
+        carry(F, 0.05, np.full(6, 1e-3), 2.0, np.empty(0), np.empty(0), T, P, A)
         H[:] = 0.0
         H[:12] = rng.normal(size=12) * (rng.uniform(size=12) < 0.3)
-        assert weigh(P, H, 1e-6, C, gain) >= 0.0
+        weigh(P, H, -1, 1e-6, C, gain, 0, told)
+        assert told.explained[0] >= 0.0
     assert np.array_equal(P, P.T)
     assert np.linalg.eigvalsh(P).min() > -1e-12 * np.linalg.eigvalsh(P).max()
 

@@ -11,12 +11,13 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.experiment.whole import fly_vehicle
 from vtank.rigid import noise as search
-from vtank.rigid.filtered import Filtered, filtered, followed, innovations, refiltered
+from vtank.rigid.filtered import filtered, followed, innovations
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise, settle
-from vtank.rigid.recorded import Recorded, record
+from vtank.rigid.recorded import record
 from vtank.rigid.slow import likelihoods
 from vtank.rigid.tangent import tangents
+from vtank.rigid.trials import tried
 
 ROV = vt.load_vehicle("bluerov2")
 FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
@@ -56,26 +57,27 @@ def short():
     return run, layout.null, white, replace(white, slow=slow, slow_s=slow_s)
 
 
-def covariance(run: Recorded, f: Filtered) -> np.ndarray:
-    """Of all measurements, (M, M), as a filter has it: what it makes white, undone."""
-    readings = -np.eye(run.time_s.size)
-    tangents(f.way, run.steps, run.column, f.gains, np.zeros((run.steps.now.size, 6, readings.shape[0])), readings)
-    undone = np.linalg.inv(readings)
-    return undone * f.variance @ undone.T
-
-
 def test_the_filter_takes_slow_errors_for_what_they_are(short):
     """What they add to the covariance of all measurements is an Ornstein-Uhlenbeck process of their columns."""
     run, p, white, noise = short
     f = filtered(run, p, white)
-    added = covariance(run, refiltered(run, f, noise)) - covariance(run, f)
+    readings = -np.eye(run.time_s.size)
+    tangents(f.way, run.steps, run.column, f.gains, np.zeros((run.steps.now.size, 6, readings.shape[0])), readings)
+    undone = np.linalg.inv(readings)  # from innovations to what a simulation that follows nothing misses
     same = run.column[:, None] == run.column[None, :]
     apart = np.abs(run.time_s[:, None] - run.time_s[None, :])
     slow, slow_s = noise.slow[run.column], noise.slow_s[run.column]
-    expected = np.where(same, slow**2 * np.exp(-apart / slow_s), 0.0)
-    assert expected.max() > 0.0
-    sd = np.sqrt(np.diag(covariance(run, f)))  # a depth is as good as unknown at first
-    np.testing.assert_allclose(added / np.outer(sd, sd), expected / np.outer(sd, sd), atol=1e-10)
+    drift = np.where(same, slow**2 * np.exp(-apart / slow_s), 0.0)
+    order = run.steps.which
+    covariance = (undone * f.variance @ undone.T + drift)[np.ix_(order, order)]
+    factor = np.linalg.cholesky(covariance)
+    (left,) = tried(run, f, [noise])
+    np.testing.assert_allclose(
+        left.variance[order], np.diag(factor) ** 2, rtol=1e-5
+    )  # a depth is hardly known at first
+    z = np.linalg.solve(factor, (undone @ f.innovation)[order])
+    np.testing.assert_allclose(left.white(left.innovation)[order], z, atol=1e-5)
+    assert np.abs(left.white(left.innovation) - f.white(f.innovation)).max() > 0.1
 
 
 def test_all_ways_along_a_run_have_the_same_slow_errors(short):
@@ -86,11 +88,20 @@ def test_all_ways_along_a_run_have_the_same_slow_errors(short):
     way, e = followed(run, p, f)
     np.testing.assert_allclose(e, f.innovation, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(way.before, f.way.before, rtol=1e-9, atol=1e-12)
-    again = refiltered(run, f, noise)
-    np.testing.assert_allclose(again.innovation, f.innovation, rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(again.variance, f.variance, rtol=1e-9)
-    back, there = refiltered(run, f, white), filtered(run, p, white)
-    assert np.linalg.norm(back.z - there.z) < 0.1 * np.linalg.norm(f.z - there.z)  # but for what is not linear
+
+
+def test_filters_side_by_side_are_those_that_go_alone(short):
+    """At several noises about one path: exact at the noise of the path, elsewhere but for what is not linear."""
+    run, p, white, noise = short
+    f = filtered(run, p, noise)
+    faster = replace(noise, sigma=1.5 * noise.sigma, memory_s=0.7 * noise.memory_s, variance=1.2 * noise.variance)
+    same, back, other = tried(run, f, [noise, white, faster])
+    for part in same.told._fields:
+        np.testing.assert_allclose(getattr(same.told, part), getattr(f.told, part), rtol=1e-6, atol=1e-9)
+    for left, level in ((back, white), (other, faster)):
+        alone = filtered(run, p, level)
+        np.testing.assert_allclose(left.variance, alone.variance, rtol=5e-3)
+        assert np.linalg.norm(left.z - alone.z) < 0.1 * np.linalg.norm(f.z - alone.z)
 
 
 def test_a_slow_error_of_a_column_alone_is_as_likely_as_its_covariance_says():

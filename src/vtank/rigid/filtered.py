@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .kalman import Told, Way, again, kalman
+from .kalman import Told, Way, kalman
 from .kernels import SIZE, Gains, simulate
 from .recorded import Recorded
 
@@ -57,16 +57,13 @@ class Noise:
 
 
 @dataclass(frozen=True, eq=False)
-class Filtered:
-    """Of one run at parameters p: what the filter told, its gains, and its path, linearised.
+class Left:
+    """What a filter leaves of one run.
 
     wall: what moving the wall ahead does to the innovations, (M,) [per m].
     """
 
-    p: Array
     told: Told
-    gains: Gains
-    way: Way
     wall: Array
 
     @property
@@ -112,6 +109,15 @@ class Filtered:
             weighed = self.aside * np.minimum(1.0, FAR / np.maximum(np.abs(z), FAR))
             z = z - self.aside * (weighed @ z) / (weighed @ self.aside)
         return z
+
+
+@dataclass(frozen=True, eq=False)
+class Filtered(Left):
+    """Of one run at parameters p: what the filter leaves, its gains, and its path, linearised."""
+
+    p: Array
+    gains: Gains
+    way: Way
 
 
 def bent(z: Array) -> Array:
@@ -171,7 +177,7 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
     if run.wall:
         wall = (innovations(replace(run, wall=run.wall + ASIDE_M), p, gains) - innovation) / ASIDE_M
-    return Filtered(p, told, gains, way, wall)
+    return Filtered(told, wall, p, gains, way)
 
 
 def innovations(
@@ -201,13 +207,3 @@ def followed(run: Recorded, p: Array, f: Filtered) -> tuple[Way, Array]:
         np.zeros(f.gains.slow_s.size), f.gains, way, told,
     )  # fmt: skip
     return way, told.innovation
-
-
-def refiltered(run: Recorded, f: Filtered, noise: Noise) -> Filtered:
-    """The filter at another noise, linear about the path that f, no refiltered one, has gone."""
-    told, (gains, slow) = Told(*np.empty((5, run.time_s.size))), _gains(run, noise)
-    again(
-        f.way, run.steps, run.spread, run.column, noise.variance[run.column], noise.sigma * run.moves, slow,
-        f.gains, f.told, gains, told,
-    )  # fmt: skip
-    return Filtered(f.p, told, gains, f.way, f.wall)

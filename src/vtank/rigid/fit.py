@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .filtered import Filtered, Noise, bent, filtered, innovations, share
+from .filtered import Filtered, Left, Noise, bent, filtered, innovations, share
 from .recorded import Recorded
 from .tangent import Path, changes
 
@@ -87,7 +87,7 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
     return replace(fit, runs=tuple(moved(run, f) for run, f in zip(fit.runs, found, strict=True)))
 
 
-def log_likelihood(f: Filtered) -> float:
+def log_likelihood(f: Left) -> float:
     """Of innovations, far ones by Huber's measure."""
     z = bent(f.z)
     return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))

@@ -1,29 +1,31 @@
 """The noise of recordings: white errors of the columns, and the disturbance of each axis, where they are likeliest.
 
-White errors start from what is faster than any hull and follow from the innovations; the disturbance of each axis, one
-at a time since they hardly touch each other, and the memory of all are sought by likelihood, on a part of the recording
-that tells enough of them.
+White errors start from what is faster than any hull and follow from the innovations; the disturbance of each axis and
+the memory of all are sought by likelihood, on a part of the recording that tells enough of them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .filtered import FAR, Filtered, Noise, refiltered, share
+from ..lanes import WIDTH
+from .filtered import FAR, Filtered, Left, Noise, share
 from .fit import Fit, log_likelihood
 from .recorded import Recorded, scatter
 from .slow import likelihoods
+from .trials import tried
 
 Array = NDArray[np.float64]
+Move = Callable[[Noise, int], Noise]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
 LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
 ENOUGH, ALL = 6000, 40000  # measurements that the noise is sought on first, and at last; choices
-FACTORS, FURTHEST = (4.0, 1.6), 5  # by which a size is tried larger and smaller, and how often in one direction
+FACTORS, FURTHEST = (4.0, 1.6), 4  # by which a size is tried larger and smaller, and how often at once
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 12  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
@@ -78,9 +80,10 @@ def settle(
     begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
     for factor in FACTORS[1:] if near else FACTORS:
         for _ in range(ROUNDS):
-            rounds = [
-                _round(replace(fit, runs=runs, noise=noise), p, floor, least, factor, longest_s) for noise in begins
-            ]
+            rounds = share([
+                partial(_round, replace(fit, runs=runs, noise=noise), p, floor, least, factor, longest_s)
+                for noise in begins
+            ])  # fmt: skip
             before, best = max(rounds, key=lambda pair: pair[1].likelihood)
             floor, begins = np.minimum(floor, _fastest(runs, best)), [best.noise]
             if best.likelihood - before < PROMISE:
@@ -89,37 +92,66 @@ def settle(
 
 
 def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longest_s: float) -> tuple[float, Tried]:
-    """Each part of a noise once about the filter at it: the likelihood before, and the likeliest noise.
+    """A noise moved in every direction that makes it likelier, about the filter at it: likelihood before, and the best.
 
-    factor: by which sizes are tried larger and smaller. floor, least, longest_s: as of `settle`.
+    Parts of a noise hardly touch each other: each is moved alone first, then all whose move was good together, also
+    farther. factor: by which sizes are tried larger and smaller. floor, least, longest_s: as of `settle`.
     """
-    runs, noise = fit.runs, fit.noise
-    trials = partial(_tried, runs, fit.filter(p))
-    best = start = trials([noise])[0]
-    for axis in np.flatnonzero(noise.sigma > 0.0):
-        for _ in range(FURTHEST):
-            before = best.likelihood
-            best = max((best, *trials(_sizes(best.noise, int(axis), factor))), key=_likelihood)
-            if best.likelihood - before < PROMISE:
-                break
-    best = max((best, *trials(_memories(best.noise, factor, longest_s))), key=_likelihood)
-    enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, best)), least)
-    best = max((best, *trials([replace(best.noise, variance=np.maximum(_white(runs, best), enough))])), key=_likelihood)
-    for _ in range(FURTHEST):
-        before = best.likelihood
-        best = max((best, *trials([_slower(runs, best)])), key=_likelihood)
-        if best.likelihood - before < PROMISE:
-            break
-    return start.likelihood, best
+    found = fit.filter(p)
+    start = Tried(fit.noise, sum(map(log_likelihood, found)), found)
+    moves = _moves(fit.runs, start, floor, least, factor, longest_s)
+    alone = _tried(fit.runs, found, [move(fit.noise, 1) for _, move in moves])
+    good = dict[str, Move]()
+    for (part, move), there in sorted(zip(moves, alone, strict=True), key=lambda pair: pair[1].likelihood):
+        if there.likelihood > start.likelihood:
+            good[part] = move
+    if not good:
+        return start.likelihood, start
+    together = []
+    for left in (set(), {"memory"}, {"white", "slow"}, {"memory", "white", "slow"}):
+        for power in range(1, FURTHEST + 1):
+            noise = fit.noise
+            for part, move in good.items():
+                noise = noise if part in left else move(noise, power)
+            together.append(noise)
+    return start.likelihood, max((start, *alone, *_tried(fit.runs, found, together)), key=_likelihood)
+
+
+def _moves(
+    runs: Sequence[Recorded], start: Tried, floor: Array, least: Array, factor: float, longest_s: float
+) -> list[tuple[str, Move]]:
+    """Each part of a noise by name, and a move of it: so many times by a factor, or to what its filter says."""
+    enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, start)), least)
+    white, slower = np.maximum(_white(runs, start), enough), _slower(runs, start)
+    moves = [(str(axis), partial(_sized, axis=int(axis), factor=by))
+             for axis in np.flatnonzero(start.noise.sigma > 0.0) for by in (factor, 1.0 / factor)]  # fmt: skip
+    moves += [("memory", partial(_remembering, factor=by, longest_s=longest_s)) for by in (factor, 1.0 / factor)]
+    return [
+        *moves,
+        ("white", lambda noise, power: replace(noise, variance=white)),
+        ("slow", lambda noise, power: replace(noise, slow=slower.slow, slow_s=slower.slow_s)),
+    ]
+
+
+def _sized(noise: Noise, power: int, axis: int, factor: float) -> Noise:
+    """With another disturbance of an axis."""
+    sigma = noise.sigma.copy()
+    sigma[axis] = max(sigma[axis] * factor**power, LEAST_SIGMA)
+    return replace(noise, sigma=sigma)
+
+
+def _remembering(noise: Noise, power: int, factor: float, longest_s: float) -> Noise:
+    """With a longer or a shorter memory, by the factor however often the rest is moved."""
+    return replace(noise, memory_s=min(max(noise.memory_s * factor, MEMORIES_S[0]), longest_s))
 
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A noise, its likelihood, and the filters at it."""
+    """A noise, its likelihood, and what filters at it leave."""
 
     noise: Noise
     likelihood: float
-    found: list[Filtered]
+    found: Sequence[Left]
 
 
 def _all_white(fit: Fit, p: Array) -> Noise:
@@ -144,12 +176,14 @@ def _likelihood(tried: Tried) -> float:
 
 def _tried(runs: Sequence[Recorded], about: Sequence[Filtered], trials: Sequence[Noise]) -> list[Tried]:
     """Several noises tried, linear about the path of a filter."""
-
-    def one(noise: Noise) -> Tried:
-        found = [refiltered(run, f, noise) for run, f in zip(runs, about, strict=True)]
-        return Tried(noise, sum(map(log_likelihood, found)), found)
-
-    return share([partial(one, noise) for noise in trials])
+    some = [trials[i : i + WIDTH] for i in range(0, len(trials), WIDTH)]
+    parts = share([partial(tried, run, f, noises) for noises in some for run, f in zip(runs, about, strict=True)])
+    found = list[Tried]()
+    for i, noises in enumerate(some):
+        of_run = parts[i * len(runs) : (i + 1) * len(runs)]
+        found += [Tried(noise, sum(map(log_likelihood, left)), list(left))
+                  for noise, left in zip(noises, zip(*of_run, strict=True), strict=True)]  # fmt: skip
+    return found
 
 
 def cut(runs: Sequence[Recorded], enough: int = ENOUGH) -> tuple[Recorded, ...]:
@@ -161,21 +195,6 @@ def cut(runs: Sequence[Recorded], enough: int = ENOUGH) -> tuple[Recorded, ...]:
             break
         found.append(run.until(run.time_s[min(left, run.time_s.size) - 1]))
     return tuple(found)
-
-
-def _sizes(noise: Noise, axis: int, factor: float) -> list[Noise]:
-    trials = []
-    for size in (noise.sigma[axis] * factor, noise.sigma[axis] / factor):
-        sigma = noise.sigma.copy()
-        sigma[axis] = max(size, LEAST_SIGMA)
-        trials.append(replace(noise, sigma=sigma))
-    return trials
-
-
-def _memories(noise: Noise, factor: float, longest_s: float) -> list[Noise]:
-    """A longer and a shorter memory, with the size that leaves what is slow as it is, and with the same."""
-    longer, shorter = min(noise.memory_s * factor, longest_s), max(noise.memory_s / factor, MEMORIES_S[0])
-    return [replace(noise, memory_s=memory) for memory in (longer, shorter)]
 
 
 def _fastest(runs: Sequence[Recorded], tried: Tried) -> Array:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...plant.actuators import Fin
 from ...record.columns import channel_of
-from ...rigid.filtered import Filtered, refiltered
+from ...rigid.filtered import Filtered
 from ...rigid.fit import Fit, level
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
@@ -366,7 +366,7 @@ def sparing(value: Array, covariance: Array, scale: Array, needed: bool) -> floa
     return float(np.logaddexp.reduce(gains) - np.log(len(gains)))
 
 
-def even(model: Model, found: Sequence[Filtered], column: int | None = None) -> list[tuple[Model, list[Filtered]]]:
+def even(model: Model, column: int | None = None) -> list[tuple[Model, list[Filtered]]]:
     """The refit as if a column (default: any) had no slow errors, which may stand for what a model lacks.
 
     With the innovations that go with it; nothing where there are none.
@@ -375,9 +375,9 @@ def even(model: Model, found: Sequence[Filtered], column: int | None = None) -> 
     calm = np.zeros(slow.size, bool) if column is None else np.arange(slow.size) != column
     if not slow[~calm].any():
         return []
-    noise = replace(noise, slow=np.where(calm, slow, 0.0))
-    there = [refiltered(run, f, noise) for run, f in zip(model.fit.runs, found, strict=True)]
-    return [(refit(replace(model, fit=replace(model.fit, noise=noise)), there, model.theta), there)]
+    fit = replace(model.fit, noise=replace(noise, slow=np.where(calm, slow, 0.0)))
+    there = fit.filter(model.vector())
+    return [(refit(replace(model, fit=fit), there, model.theta), there)]
 
 
 def _bounded(unknowns: Sequence[Unknown]) -> float:

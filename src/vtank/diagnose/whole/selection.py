@@ -151,7 +151,7 @@ def _wider(
     """The best with what promises most beside it, fitted one at a time; and the names of the strongest."""
     say(f"score tests of {len(candidates)} effects at their places")
     begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
-    ranked, where = _from_all([*begins, *even(best, found)], layout, candidates)
+    ranked, where = _from_all([*begins, *even(best)], layout, candidates)
     fitted: list[Model] = []
     for promise in _near(ranked):
         if not _hopeless(promise, fitted, best):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
-from ...rigid.filtered import Filtered, refiltered, share
+from ...rigid.filtered import Filtered, share
 from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, PROMISE
@@ -87,7 +87,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     calmer: list[tuple[int | None, list[int]]] = [(None, [n for n in ranked if n < forces][:FORCES])]
     calmer += [(c, [forces + k]) for k, c in enumerate(columns)]
     for column, some in calmer:
-        for other, there in even(model, found, column):
+        for other, there in even(model, column):
             ahead = other.log_evidence - here
             for n, also in zip(some, _sought(based(other, there), [seekers[n] for n in some]), strict=True):
                 blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
@@ -117,16 +117,15 @@ def _disturbance(model: Model, sizes: Sizes) -> Array:
 
 def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, block: Block) -> Block:
     """The block at the disturbance of its axis that is likeliest beside it; its gain over the likeliest without it."""
-    noise, runs = model.fit.noise, model.fit.runs
+    noise = model.fit.noise
     trials = [(_level(found), block)]
     sigma = noise.sigma.copy()
     while sigma[axis] > LEAST_SIGMA:
         sigma[axis] = max(sigma[axis] / QUIETER, LEAST_SIGMA)
-        trial = replace(noise, sigma=sigma.copy())
-        there = [refiltered(run, f, trial) for run, f in zip(runs, found, strict=True)]
-        if not all(np.all(f.variance > 0.0) and np.isfinite(f.innovation).all() for f in there):
+        quiet = replace(model, fit=replace(model.fit, noise=replace(noise, sigma=sigma.copy())))
+        there = quiet.fit.filter(model.vector())
+        if not all(np.all(f.variance > 0.0) for f in there):
             break  # too quiet for what rounding leaves of a covariance
-        quiet = replace(model, fit=replace(model.fit, noise=trial))
         trials.append((_level(there), _axis(based(quiet, there), sizes, axis)))
         if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
             break

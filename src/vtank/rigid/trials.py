@@ -1,0 +1,200 @@
+"""Filters of a run at several noises side by side, linear about the path that another filter has gone.
+
+WIDTH noises go through one pass for little more than the price of one: the search for the likeliest tries them so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ..compiled import law, lean
+from ..lanes import WIDTH, load, store
+from .filtered import Filtered, Left, Noise
+from .kalman import Told
+from .kernels import SIZE
+from .recorded import Recorded
+
+
+class Levels(NamedTuple):
+    """Noises, one to a lane: variances of C columns, (C, W), deviations of the disturbance, (6, W), its memory, (1, W).
+
+    which: slow error of each column, (C,), -1 for none in any lane. slow, slow_s: their deviations, memories, (S, W).
+    """
+
+    variance: np.ndarray
+    sigma: np.ndarray
+    memory: np.ndarray
+    which: np.ndarray
+    slow: np.ndarray
+    slow_s: np.ndarray
+
+
+def tried(run: Recorded, f: Filtered, noises: Sequence[Noise]) -> list[Left]:
+    """What filters at up to WIDTH noises leave of a run, linear about the path of f."""
+    told = Told(*np.empty((len(Told._fields), run.time_s.size, WIDTH)))
+    beside(f.way, run.steps, run.spread, run.column, _levels(run, noises), f.gains, f.told, told)
+    lanes = np.ascontiguousarray(np.moveaxis(np.array(told), -1, 0))
+    return [Left(Told(*lane), f.wall) for lane in lanes[: len(noises)]]
+
+
+def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
+    """In lanes, of which those that are left over have the last noise."""
+    every = [*noises, *[noises[-1]] * (WIDTH - len(noises))]
+    variance, sigma, slow, slow_s = (
+        np.ascontiguousarray(np.transpose([getattr(noise, part) for noise in every]))
+        for part in ("variance", "sigma", "slow", "slow_s")
+    )
+    has = (slow > 0.0).any(axis=1)
+    which = np.where(has, np.cumsum(has) - 1, -1)
+    memory = np.array([[noise.memory_s for noise in every]])
+    return Levels(variance, sigma * run.moves[:, None], memory, which, slow[has], slow_s[has])
+
+
+@lean
+def carried(F, h, levels, G, P, A):
+    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; G, (12, 6), and A, as P: scratch."""
+    size = SIZE + levels.slow.shape[0]
+    memory = load(levels.memory, 0)
+    keep = math.exp(-h / memory)
+    mean = (1.0 - keep) * memory / h
+    for a in range(12):
+        for c in range(6):
+            G[a, c] = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
+    for i in range(size):  # A = P T'
+        for k in range(12):
+            moves, pushed = 0.0 * keep, 0.0 * keep
+            for q in range(12):
+                if F[k, q] != 0.0:
+                    moves = moves + F[k, q] * load(P, i * size + q)
+            for c in range(6):
+                if G[k, c] != 0.0:
+                    pushed = pushed + G[k, c] * load(P, i * size + 12 + c)
+            store(A, i * size + k, moves + mean * pushed)
+        for k in range(12, SIZE):
+            store(A, i * size + k, keep * load(P, i * size + k))
+        for k in range(SIZE, size):
+            store(A, i * size + k, math.exp(-h / load(levels.slow_s, k - SIZE)) * load(P, i * size + k))
+    for i in range(12):  # P = T A, the upper half; what rounding makes of the lower would grow for itself
+        for k in range(i, size):
+            moves, pushed = 0.0 * keep, 0.0 * keep
+            for q in range(12):
+                if F[i, q] != 0.0:
+                    moves = moves + F[i, q] * load(A, q * size + k)
+            for c in range(6):
+                if G[i, c] != 0.0:
+                    pushed = pushed + G[i, c] * load(A, (12 + c) * size + k)
+            store(P, i * size + k, moves + mean * pushed)
+    for i in range(12, SIZE):
+        for k in range(i, size):
+            store(P, i * size + k, keep * load(A, i * size + k))
+    for i in range(SIZE, size):
+        left, slow = math.exp(-h / load(levels.slow_s, i - SIZE)), load(levels.slow, i - SIZE)
+        for k in range(i, size):
+            store(P, i * size + k, left * load(A, i * size + k))
+        store(P, i * size + i, load(P, i * size + i) + slow * slow * (1.0 - left * left))
+    both = memory * (1.0 - keep) * (1.0 - keep)
+    gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
+    for a in range(6):
+        sigma, (v, d) = load(levels.sigma, a), (6 + a, 12 + a)
+        store(P, d * size + d, load(P, d * size + d) + sigma * sigma * (1.0 - keep * keep))
+        store(P, v * size + v, load(P, v * size + v) + sigma * sigma * gust)
+        store(P, v * size + d, load(P, v * size + d) + sigma * sigma * both)
+    for i in range(size):
+        for k in range(i):
+            store(P, i * size + k, load(P, k * size + i))
+
+
+@lean
+def weighed(P, H, own, noise_var, C, gain, m, told):
+    """As `kalman.weigh`, in lanes: noise_var: of the measurement; C, gain: (n, W)."""
+    size = gain.shape[0]
+    explained = 0.0 * noise_var
+    for a in range(size):
+        shared = explained * 0.0
+        if own >= 0:
+            shared = load(P, (SIZE + own) * size + a)
+        for b in range(SIZE):
+            if H[b] != 0.0:
+                shared = shared + H[b] * load(P, b * size + a)
+        store(C, a, shared)
+    for a in range(SIZE):
+        if H[a] != 0.0:
+            explained = explained + H[a] * load(C, a)
+    apart = explained + noise_var
+    if own >= 0:
+        slow = load(C, SIZE + own)
+        explained = explained + slow
+        apart = apart + load(P, (SIZE + own) * size + SIZE + own) - slow
+    variance = explained + noise_var
+    store(told.apart, m, apart)
+    store(told.explained, m, explained)
+    store(told.variance, m, variance)
+    for a in range(size):
+        share = load(C, a) / variance
+        store(gain, a, share)
+        for b in range(a + 1):
+            left = load(P, a * size + b) - share * load(C, b)
+            store(P, a * size + b, left)
+            store(P, b * size + a, left)
+
+
+@law
+def beside(way, steps, spread, column, levels, then, before, told):
+    """Filters at the noises of `levels`, linear about a path, into `told`, of (M, W).
+
+    spread: of the start, (12,); column: of each measurement, (M,); then: gains, before: what they told, of the filter
+    that went the path.
+    """
+    size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
+    P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
+    C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
+    i = 0
+    for a in range(12):
+        store(P, a * size + a, spread[a] ** 2)
+    for a in range(6):
+        store(P, (12 + a) * size + 12 + a, load(levels.sigma, a) * load(levels.sigma, a))
+    for a in range(levels.slow.shape[0]):
+        store(P, (SIZE + a) * size + SIZE + a, load(levels.slow, a) * load(levels.slow, a))
+    for q in range(steps.which.size):
+        m = steps.which[q]
+        while i < steps.upto[q]:  # x: of the motion, what it is off the path; of the rest, itself
+            h, F, memory = steps.length[i], way.F[i], load(levels.memory, 0)
+            keep, kept = math.exp(-h / memory), math.exp(-h / then.memory)
+            mean, meant = (1.0 - keep) * memory / h, (1.0 - kept) * then.memory / h
+            for a in range(12):
+                on = 0.0 * keep
+                for c in range(12):
+                    on = on + F[a, c] * load(x, c)
+                for c in range(6):
+                    push = mean * load(x, 12 + c) - meant * way.states[i, 12 + c]
+                    on = on + 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) * push
+                store(new, a, on)
+            for a in range(12):
+                store(x, a, load(new, a))
+            for a in range(12, SIZE):
+                store(x, a, keep * load(x, a))
+            for a in range(SIZE, size):
+                store(x, a, math.exp(-h / load(levels.slow_s, a - SIZE)) * load(x, a))
+            carried(F, h, levels, G, P, A)
+            i += 1
+        H, own = way.H[m], levels.which[column[m]]
+        e = before.innovation[m] + before.slow[m] + 0.0 * load(levels.memory, 0)
+        for a in range(12):
+            e = e - H[a] * load(x, a)
+        for a in range(12, SIZE):
+            e = e - H[a] * (load(x, a) - way.before[m, a])
+        if own >= 0:
+            e = e - load(x, SIZE + own)
+            store(told.slow, m, load(x, SIZE + own))
+        else:
+            store(told.slow, m, 0.0)
+        store(told.innovation, m, e)
+        weighed(P, H, own, load(levels.variance, column[m]), C, gain, m, told)
+        for a in range(12):
+            store(x, a, load(x, a) + load(gain, a) * e - then.of[m, a] * before.innovation[m])
+        for a in range(12, size):
+            store(x, a, load(x, a) + load(gain, a) * e)
