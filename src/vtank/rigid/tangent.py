@@ -14,15 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..compiled import law
+from ..lanes import WIDTH, load, store
 from .filtered import FAR, THREADS, Filtered, bent, followed, share
-from .kernels import SIZE, folded, seen
+from .kalman import Way
+from .kernels import SIZE, Gains, folded, seen
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
 from .motion import rates
 from .recorded import Recorded
+from .steps import Steps
 
 Array = NDArray[np.float64]
-WIDE = 24  # changes that are followed at a time; a choice
-AT_ONCE = WIDE * THREADS  # that keep all threads at work
+AT_ONCE = WIDTH * THREADS  # changes that keep all threads at work
 
 
 @law
@@ -52,12 +54,23 @@ def shifted(hull, other, apart, steps, record, drive, before, out):
             out[m] = folded(there - here, m, record, hull)
 
 
+def tangents(way: Way, steps: Steps, column: NDArray[np.int64], gains: Gains, push: Array, shift: Array) -> None:
+    """Changes of innovations under accelerations, (N, 6, L), and shifts of readings, (M, L), in place of the latter."""
+    for first in range(0, shift.shape[1], WIDTH):
+        some = shift[:, first : first + WIDTH]
+        count, pushes, changed = some.shape[1], push[..., first : first + WIDTH], some
+        if some.shape != shift.shape or count < WIDTH:  # in lanes of their own
+            pushes, changed = (np.zeros((*whole.shape[:-1], WIDTH)) for whole in (push, shift))
+            pushes[..., :count], changed[:, :count] = push[..., first : first + WIDTH], some
+        abreast(way, steps, column, gains, pushes.reshape(-1, WIDTH), changed)
+        some[:] = changed[:, :count]
+
+
 @law
-def tangents(way, steps, column, gains, push, shift):
-    """Changes of innovations under accelerations `push`, (N, 6, W), and shifts of readings in place of these."""
-    wide, gain, memory = shift.shape[1], gains.of, gains.memory
-    X, Y, i, last = np.zeros((SIZE, wide)), np.zeros((12, wide)), 0, push.shape[0] - 1
-    slow = np.zeros((gains.slow_s.size, wide))
+def abreast(way, steps, column, gains, push, shift):
+    """`tangents` of as many changes as there are lanes W; push: (6 N, W)."""
+    wide, gain, memory, last = shift.shape[1], gains.of, gains.memory, steps.now.size - 1
+    X, Y, i = np.zeros((SIZE + gains.slow_s.size, wide)), np.empty((12, wide)), 0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -65,45 +78,35 @@ def tangents(way, steps, column, gains, push, shift):
             keep = math.exp(-h / memory)
             mean = (1.0 - keep) * memory / h
             for a in range(12):
-                Y[a] = 0.0
+                on = 0.0 * load(X, a)
                 for c in range(12):
-                    f = F[a, c]
-                    if f != 0.0:
-                        for w in range(wide):
-                            Y[a, w] += f * X[c, w]
+                    if F[a, c] != 0.0:
+                        on = on + F[a, c] * load(X, c)
                 for c in range(6):
                     f = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
                     if f != 0.0:
-                        for w in range(wide):
-                            Y[a, w] += f * (mean * X[12 + c, w] + push[i, c, w])
-            X[:12] = Y
-            X[12:] *= keep
-            for a in range(slow.shape[0]):
-                slow[a] *= math.exp(-h / gains.slow_s[a])
+                        on = on + f * (mean * load(X, 12 + c) + load(push, 6 * i + c))
+                store(Y, a, on)
+            for a in range(12):
+                store(X, a, load(Y, a))
+            for a in range(12, SIZE):
+                store(X, a, keep * load(X, a))
+            for a in range(gains.slow_s.size):
+                store(X, SIZE + a, math.exp(-h / gains.slow_s[a]) * load(X, SIZE + a))
             i += 1
-        E, j, own = shift[m], min(i, last), gains.slow[column[m]]
-        for w in range(wide):
-            E[w] = -E[w]
+        e, own = -load(shift, m), gains.slow[column[m]]
         if own >= 0:
-            for w in range(wide):
-                E[w] -= slow[own, w]
+            e = e - load(X, SIZE + own)
         for a in range(SIZE):
-            f = way.H[m, a]
-            if f != 0.0:
-                for w in range(wide):
-                    E[w] -= f * X[a, w]
-                if a >= 12:
-                    for w in range(wide):
-                        E[w] -= f * push[j, a - 12, w]
-        for a in range(SIZE):
-            f = gain[m, a]
-            if f != 0.0:
-                for w in range(wide):
-                    X[a, w] += f * E[w]
-        for a in range(slow.shape[0]):
-            f = gain[m, SIZE + a]
-            for w in range(wide):
-                slow[a, w] += f * E[w]
+            if way.H[m, a] != 0.0:
+                e = e - way.H[m, a] * load(X, a)
+        for a in range(6):
+            if way.H[m, 12 + a] != 0.0:
+                e = e - way.H[m, 12 + a] * load(push, 6 * min(i, last) + a)
+        store(shift, m, e)
+        for a in range(X.shape[0]):
+            if gain[m, a] != 0.0:
+                store(X, a, load(X, a) + gain[m, a] * e)
 
 
 class Path:
@@ -166,17 +169,17 @@ def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDA
     done = np.ones(len(vectors), bool)
 
     def part(path: Path, row: int, first: int) -> None:
-        some = vectors[first : first + WIDE]
-        push, shift = (np.zeros((*size, len(some))) for size in ((path.run.steps.now.size, 6), (path.run.time_s.size,)))
+        some = vectors[first : first + WIDTH]
+        push, shift = (np.zeros((*size, WIDTH)) for size in ((path.run.steps.now.size, 6), (path.run.time_s.size,)))
         for i, q in enumerate(some):
             cause = path.cause(q)
             if cause is None:
                 done[first + i] = False
             else:
                 push[..., i], shift[:, i] = cause
-        out[row : row + path.run.time_s.size, first : first + WIDE] = path.follow(push, shift)
+        out[row : row + path.run.time_s.size, first : first + WIDTH] = path.follow(push, shift)[:, : len(some)]
 
     rows = np.cumsum([0, *(path.run.time_s.size for path in paths)])
     each = [(path, int(row)) for path, row in zip(paths, rows[:-1], strict=True)]
-    share([partial(part, path, row, first) for path, row in each for first in range(0, len(vectors), WIDE)])
+    share([partial(part, path, row, first) for path, row in each for first in range(0, len(vectors), WIDTH)])
     return out, done
