@@ -115,3 +115,15 @@ def test_of_a_short_run_one_half_is_left_out_and_the_other_tells():
     for span_s, many in ((18.0, 2), (20.0, 2), (60.0, 4)):
         parts = budget._stretches(np.linspace(0.0, span_s, 500))
         assert set(parts) == set(range(many)) and np.all(np.diff(parts) >= 0)
+
+
+def test_a_run_without_a_column_adds_nothing_to_the_functions_of_it():
+    """Of two runs one lacks the column: its functions have no rows there, its windows are of the other run alone."""
+    unnamed = importlib.import_module("vtank.diagnose.whole.unnamed")
+    times = [np.linspace(0.0, 9.0, 40), np.empty(0)]
+    values = {"reading": [np.sin(times[0]), np.empty(0)], "speed": [np.cos(times[0]), np.empty(0)]}
+    names, columns = unnamed._groups(values, [("reading", "speed")], times)
+    first, lacking = columns(0), columns(1)
+    assert len(first) == len(lacking) == len(names)
+    assert [part.shape[1] for part in first] == [part.shape[1] for part in lacking]
+    assert all(part.shape[0] == 0 for part in lacking)

@@ -234,7 +234,8 @@ def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]],
 
     def columns(n: int) -> list[Array]:
         made = {name: functions_of((every[name][n] - low) / (high - low)) for name, (low, high) in spans.items()}
-        share = (times[n] - times[n].min()) / max(float(np.ptp(times[n])), 1e-9)
+        first, last = (times[n].min(), times[n].max()) if times[n].size else (0.0, 0.0)  # a run may lack a column
+        share = (times[n] - first) / max(last - first, 1e-9)
         bumps = np.exp(-0.5 * ((share[:, None] * WINDOWS - np.arange(WINDOWS) - 0.5) * 1.5) ** 2)
         windows = [bumps if k == n else np.zeros_like(bumps) for k in range(len(times))]
         return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both), *windows]
