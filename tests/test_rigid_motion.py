@@ -117,8 +117,9 @@ def test_known_motion_of_an_axis_is_taken_from_its_recording(rov):
     run = fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1)
     layout, (alone,), notes = record([run], vehicle, ["surge"])
     assert alone.asked.tolist() == [True] + [False] * 5
-    assert set(layout.columns) == {"dvl.surge_m_s", "imu.accel_x_m_s2"}
+    assert {*layout.columns} - layout.followed == {"dvl.surge_m_s", "imu.accel_x_m_s2"}
+    assert "dvl.sway_m_s" in layout.followed and "depth.depth_m" not in layout.columns
     assert any("sway" in note and "known" in note for note in notes)
-    e = innovations(alone, layout.null, free(alone))
+    e = innovations(alone.as_measured(), layout.null, free(alone))
     speed = alone.column == layout.columns.index("dvl.surge_m_s")
     assert np.sqrt(np.mean(e[speed] ** 2)) < 0.01  # [m/s] of 0.005 of noise and a speed of 0.3

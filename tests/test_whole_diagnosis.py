@@ -95,6 +95,18 @@ def test_a_vehicle_as_its_file_has_it_has_no_effect():
     assert verdict.effects == ()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("axes", ["surge,sway,yaw", "yaw", "surge"])
+def test_errors_of_instruments_that_tell_of_known_motion_are_no_gap(axes):
+    """A pitch that is read 5 mrad off would seem to be 50 mm/s2 of an accelerometer if it were taken at its word."""
+    _, (flown,) = fly_scenarios(["whole/turns-and-steps"], ("vehicle=bluerov2", "duration_s=40"))
+    found = vt.diagnose([flown.run], nominal=NOMINAL, axes=axes.split(","), effects=SOME)
+    assert found.verdict.kind == "none"
+    assert not found.verdict.unexplained
+    judged = {column.rpartition(".")[2] for column in found.document["channels"]}
+    assert "pitch_rad" not in judged and "roll_rate_rad_s" not in judged
+
+
 def test_every_outlet_shows_the_same(dragging, tmp_path):
     dragging.write_json(tmp_path / "d.json")
     dragging.report(tmp_path / "d.html")

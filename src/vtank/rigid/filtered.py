@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .kalman import Told, Way, kalman
 from .kernels import SIZE, Gains, simulate
+from .known import SMOOTH_S
 from .recorded import Recorded
 
 Array = NDArray[np.float64]
@@ -113,11 +114,17 @@ class Left:
 
 @dataclass(frozen=True, eq=False)
 class Filtered(Left):
-    """Of one run at parameters p: what the filter leaves, its gains, and its path, linearised."""
+    """Of one run at parameters p: what the filter leaves, its gains, and its path, linearised.
+
+    judged: measurements by which a model is judged, (M,): a partial likelihood, of these given all before them. Those
+    of known motion tell the filter where the vehicle is, but nobody asked what they say of the model.
+    Cox, Biometrika 62 (1975).
+    """
 
     p: Array
     gains: Gains
     way: Way
+    judged: NDArray[np.bool_]
 
 
 def bent(z: Array) -> Array:
@@ -150,17 +157,22 @@ def _way(run: Recorded) -> Way:
     return Way(np.empty((steps + 1, SIZE)), np.empty((size, SIZE)), np.empty((steps, 12, 12)), np.empty((size, SIZE)))
 
 
+def memories(run: Recorded, noise: Noise) -> Array:
+    """Of the disturbance of each axis [s], (6,); of known motion it is what smoothing leaves of instruments' errors."""
+    return np.where(run.moves, noise.memory_s, 0.5 * SMOOTH_S)
+
+
 def _gains(run: Recorded, noise: Noise) -> tuple[Gains, Array]:
     """Gains to fill, at a noise, and the deviations of its slow errors, (S,)."""
     has = np.broadcast_to(noise.slow > 0.0, noise.variance.shape)
     which = np.where(has, np.cumsum(has) - 1, -1)
-    gains = Gains(np.empty((run.time_s.size, SIZE + has.sum())), noise.memory_s, which, noise.slow_s[has])
+    gains = Gains(np.empty((run.time_s.size, SIZE + has.sum())), memories(run, noise), which, noise.slow_s[has])
     return gains, noise.slow[has]
 
 
 def free(run: Recorded) -> Gains:
     """Of a pure simulation, which follows nothing that was measured."""
-    return Gains(np.zeros((run.time_s.size, SIZE)), 1.0, np.full(len(run.layout.columns), -1), np.empty(0))
+    return Gains(np.zeros((run.time_s.size, SIZE)), np.ones(6), np.full(len(run.layout.columns), -1), np.empty(0))
 
 
 def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
@@ -169,7 +181,7 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     told, wall = Told(*np.empty((5, size))), np.zeros(size)
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, run.spread, run.steps, run.record, run.drive(p),
-        noise.variance[run.column], noise.sigma * run.moves, slow, gains, way, told,
+        noise.variance[run.column], noise.sigma * run.disturbed, slow, gains, way, told,
     )  # fmt: skip
     innovation = told.innovation
     if not np.isfinite(innovation).all():
@@ -177,7 +189,7 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
         raise InputError(f"run {run.name}: the simulation diverges at {lost:.4g} s; are units and signs right?")
     if run.wall:
         wall = (innovations(replace(run, wall=run.wall + ASIDE_M), p, gains) - innovation) / ASIDE_M
-    return Filtered(told, wall, p, gains, way)
+    return Filtered(told, wall, p, gains, way, run.layout.judged[run.column])
 
 
 def innovations(

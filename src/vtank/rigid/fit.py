@@ -93,9 +93,15 @@ def log_likelihood(f: Left) -> float:
     return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
 
 
+def partial_likelihood(f: Filtered) -> float:
+    """`log_likelihood` of the measurements that are judged by."""
+    z = bent(f.z[f.judged])
+    return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance[f.judged])))
+
+
 def level(found: Sequence[Filtered]) -> float:
-    """Log-likelihood but for the squares of the innovations."""
-    return -0.5 * sum(float(np.sum(np.log(f.variance))) for f in found)
+    """Log of the partial likelihood but for the squares of the innovations."""
+    return -0.5 * sum(float(np.sum(np.log(f.variance[f.judged]))) for f in found)
 
 
 def _answered(run: Recorded, p: Array, f: Filtered) -> Array:
@@ -106,10 +112,10 @@ def _answered(run: Recorded, p: Array, f: Filtered) -> Array:
 
 
 def weighed(innovation: Array, f: Filtered) -> Array:
-    """Innovations over their deviations, bent where they are far; what ran away is held.
+    """Innovations over their deviations, bent where they are far; what ran away is held, what is not judged by is 0.
 
     The wall is where they have it.
     """
     most = RUNAWAY * np.sqrt(f.variance)
     e = np.clip(np.nan_to_num(innovation, nan=np.inf), -most, most)
-    return bent(f.unmoved(np.clip(f.white(e), -RUNAWAY, RUNAWAY)))
+    return np.where(f.judged, bent(f.unmoved(np.clip(f.white(e), -RUNAWAY, RUNAWAY))), 0.0)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean
-from .kernels import SIZE, fade, folded, lateness, moved, seen, told
+from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, told
 from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
@@ -151,16 +151,16 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
 def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
     """In place, the covariance P, (18 + S, 18 + S), after a step of h [s] whose transition of the motion is F.
 
-    A disturbance holds on with its memory, and is a speed that grows on the way through the step; slow errors, of
+    A disturbance holds on with its memory, (6,), and is a speed that grows on the way through the step; slow errors, of
     deviations slow and memories slow_s, hold on with theirs. T, (18, 12), and A: scratch.
     """
     size = P.shape[0]
-    keep = math.exp(-h / memory)
-    mean = (1.0 - keep) * memory / h
     for a in range(12):
         for c in range(12):
             T[c, a] = F[a, c]
-        for c in range(6):
+    for c in range(6):
+        _, mean = lasting(h, memory[c])
+        for a in range(12):
             T[12 + c, a] = 0.5 * h * mean * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) if sigma[c] > 0.0 else 0.0
     for i in range(size):  # A = P T, of which the disturbances' columns, and those of slow errors, but fade
         for k in range(12):
@@ -170,7 +170,9 @@ def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
             if f != 0.0:
                 for k in range(12):
                     A[i, k] += f * T[q, k]
-        for k in range(12, SIZE):
+    for k in range(12, SIZE):
+        keep, _ = lasting(h, memory[k - 12])
+        for i in range(size):
             A[i, k] = keep * P[i, k]
     for k in range(SIZE, size):
         left = math.exp(-h / slow_s[k - SIZE])
@@ -185,6 +187,7 @@ def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
                 for k in range(i, size):
                     P[i, k] += f * A[q, k]
     for i in range(12, SIZE):
+        keep, _ = lasting(h, memory[i - 12])
         for k in range(i, size):
             P[i, k] = keep * A[i, k]
     for i in range(SIZE, size):
@@ -192,9 +195,10 @@ def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
         for k in range(i, size):
             P[i, k] = left * A[i, k]
         P[i, i] += slow[i - SIZE] ** 2 * (1.0 - left * left)
-    both = memory * (1.0 - keep) * (1.0 - keep)
-    gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
     for a in range(6):
+        keep, _ = lasting(h, memory[a])
+        both = memory[a] * (1.0 - keep) * (1.0 - keep)
+        gust = memory[a] * memory[a] * max(2.0 * h / memory[a] - 3.0 + 4.0 * keep - keep * keep, 0.0)
         s2 = sigma[a] * sigma[a]
         P[12 + a, 12 + a] += s2 * (1.0 - keep * keep)
         P[6 + a, 6 + a] += s2 * gust

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import law, lean
+from ..compiled import law, lean, term
 from .layout import COLUMN, FIN, HULL, LATENCY, SCALE, SENSOR, SKEW, THRUSTER
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
@@ -44,11 +44,12 @@ class Record(NamedTuple):
 class Gains(NamedTuple):
     """What M innovations do to states, disturbances and S slow errors, (M, 18 + S), and how soon the latter are over.
 
-    memory: of disturbances [s]; slow: which slow error a column has, (C,), -1 for none; slow_s: their memories, (S,).
+    memory: of the disturbance of each axis [s], (6,); slow_s: of the slow errors [s], (S,); slow: which of these a
+    column has, (C,), -1 for none.
     """
 
     of: np.ndarray
-    memory: float
+    memory: np.ndarray
     slow: np.ndarray
     slow_s: np.ndarray
 
@@ -61,12 +62,18 @@ def tied(x, drive, i):
             x[3 + a] = drive.known[i, a]
 
 
+@term
+def lasting(h, memory):
+    """What is left of a disturbance after h [s], and its mean over them, as shares."""
+    keep = math.exp(-h / memory)
+    return keep, (1.0 - keep) * memory / h
+
+
 @lean
 def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
     """State x and disturbances d, in place, after step i of h [s]."""
-    keep = math.exp(-h / memory)
-    mean = (1.0 - keep) * memory / h
     for a in range(6):
+        keep, mean = lasting(h, memory[a])
         push[a] = d[a] * mean
         d[a] *= keep
     tied(x, drive, i)

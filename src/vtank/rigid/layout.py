@@ -110,6 +110,7 @@ class Layout:
         columns: the recorded channels, as they are called.
         fitted: numbers of a simulator that take the place of the vehicle file's, by name; others are passed over.
         flow: forces of the water beyond drag, in that simulator.
+        followed: columns that tell of known motion alone, which the filter follows; nothing is judged by them.
     """
 
     vehicle: Vehicle
@@ -118,6 +119,12 @@ class Layout:
     columns: tuple[str, ...]
     fitted: Mapping[str, float] = field(default_factory=dict)
     flow: Flow = STILL
+    followed: frozenset[str] = frozenset()
+
+    @cached_property
+    def judged(self) -> NDArray[np.bool_]:
+        """Columns that tell of what is asked about, (C,)."""
+        return np.array([name not in self.followed for name in self.columns], dtype=bool)
 
     @cached_property
     def names(self) -> tuple[str, ...]:

@@ -43,7 +43,12 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
         for c in range(len(columns))
     ]
     variance = np.maximum(np.array(found) ** 2, _rounding(runs))
-    return Noise(variance, np.where(runs[0].moves, FIRST_SIGMA, 0.0)).even
+    return Noise(variance, np.where(_disturbed(runs), FIRST_SIGMA, 0.0)).even
+
+
+def _disturbed(runs: Sequence[Recorded]) -> NDArray[np.bool_]:
+    """Axes that are disturbed in some run, (6,)."""
+    return np.any([run.disturbed for run in runs], axis=0)
 
 
 def _rounding(runs: Sequence[Recorded]) -> Array:

@@ -238,7 +238,10 @@ def _fin(name: str) -> Iterator[Placed]:
 
 
 def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
-    columns = [column for column in layout.columns if layout.vehicle.instrument(column) == name]
+    judged = (column for column in layout.columns if column not in layout.followed)
+    columns = [column for column in judged if layout.vehicle.instrument(column) == name]
+    if not columns:
+        return
     channels = {channel_of(column): column for column in columns}
     place = name or "recording"
 

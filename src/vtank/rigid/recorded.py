@@ -94,6 +94,9 @@ class Recorded:
         asked: axes that are fitted and judged, shape (6,) of bool.
         knows: attitude (3), velocity (6) and acceleration (6) that enter as known motion, shape (15,) of bool.
         known: these over a grid of times [s], shapes (T,) and (T, 15).
+        followed: axes of known motion that were measured, (6,) of bool: how they accelerate is known; where they are
+            the filter follows, since instruments err.
+        tied: whether they are where they were measured to be all the same, as a simulation without a filter needs.
         stamps: of the inputs [s], (I,); inputs of what pushes, (I, K), and angles of fins, (I, F).
         tables: steady force of what pushes over inputs from -reach to reach, (K, T); reach: (K,).
         time_s, kind, sensor, column, value: of the measurements, (M,).
@@ -108,6 +111,7 @@ class Recorded:
     asked: NDArray[np.bool_]
     knows: NDArray[np.bool_]
     known: tuple[Array, Array]
+    followed: NDArray[np.bool_]
     stamps: Array
     inputs: Array
     angles: Array
@@ -124,6 +128,7 @@ class Recorded:
     facing: float
     later: Array
     resting: bool
+    tied: bool = False
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -131,6 +136,21 @@ class Recorded:
     def moves(self) -> NDArray[np.bool_]:
         """Axes that the equations of motion move, shape (6,)."""
         return ~self.knows[3:9]
+
+    @property
+    def disturbed(self) -> NDArray[np.bool_]:
+        """Axes whose acceleration is not all that is known of it, shape (6,)."""
+        return np.asarray(self.moves | (False if self.tied else self.followed))
+
+    @cached_property
+    def held(self) -> NDArray[np.bool_]:
+        """Known motion that the states are set to, shape (15,)."""
+        loose = np.zeros(6, dtype=bool) if self.tied else self.followed
+        return self.knows & ~np.concatenate([loose[3:], loose, np.zeros(6, dtype=bool)])
+
+    def as_measured(self) -> Recorded:
+        """The run with its known motion where it was measured to be."""
+        return replace(self, tied=True, _drives={}) if self.followed.any() else self
 
     @property
     def switched(self) -> Recorded | None:
@@ -243,7 +263,7 @@ class Recorded:
             )  # fmt: skip
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
             turn = gears(p, self.layout.counts[0])
-            self._drives[key] = Drive(force @ turn, swing @ turn, size.copy(), angles, self._along, self.knows)
+            self._drives[key] = Drive(force @ turn, swing @ turn, size.copy(), angles, self._along, self.held)
         return self._drives[key]
 
     @cached_property
@@ -282,17 +302,19 @@ def record(
     known = ~asked & bool(axes)
     at_rest = [i for i in np.flatnonzero(known) if SPEEDS[i] not in speeds and (i < 3 or ATTITUDE[i - 3] not in speeds)]
     placed = {i for i in range(3) if asked[i] and SPEEDS[i] in speeds}
-    used = [name for name in seen if _says(channel_of(name), asked, known, placed)]
-    if not used:
+    judged = [name for name in seen if _says(channel_of(name), asked, known, placed)]
+    if not judged:
         raise InputError("no measurement to fit; expected velocity, attitude or place of an axis that is asked about")
-    layout = Layout(vehicle, pushed, tuple(dict.fromkeys(map(vehicle.instrument, used))), tuple(used))
-    driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
     motion = {name for name in seen if channel_of(name) in (*SPEEDS, *ATTITUDE) and known[TELLS[channel_of(name)][0]]}
+    used = [name for name in seen if name in motion or name in judged]
+    sensors, followed = tuple(dict.fromkeys(map(vehicle.instrument, used))), frozenset(motion)
+    layout = Layout(vehicle, pushed, sensors, tuple(used), followed=followed)
+    driving = {push.column for push in pushed} | {fin.column for fin in vehicle.fins}
     notes = [f"column {name} is {'known motion' if name in motion else 'not used'}"
-             for name in sorted(named - driving - set(used)) if name != TIME]  # fmt: skip
+             for name in sorted(named - driving - set(judged)) if name != TIME]  # fmt: skip
     notes += [f"{AXES[i]} was not measured: taken as at rest" for i in at_rest]
     names = [sensor.name for sensor in vehicle.sensors]
-    strange = sorted({owner for name in used if (owner := name.rpartition(".")[0]) and owner not in names})
+    strange = sorted({owner for name in judged if (owner := name.rpartition(".")[0]) and owner not in names})
     missing = [push.column for push in pushed if push.column not in named]
     missing += [t.column for t in vehicle.thrusters if t.name not in {push.name for push in pushed}]
     if missing:
@@ -314,7 +336,7 @@ def record(
         notes.append(f"a long recording: {len(pieces)} stretches of it, {looked_at:.0f} s in all, are looked at")
     told = {int(c) for run in recordings for c in np.unique(run.column)}
     notes += [f"column {name} is not used: fewer than {FEWEST} samples"
-              for c, name in enumerate(used) if c not in told]  # fmt: skip
+              for c, name in enumerate(used) if c not in told and name in judged]  # fmt: skip
     return layout, _facing_walls(recordings), tuple(notes)
 
 
@@ -357,16 +379,19 @@ def _recorded(
     start, spread = _start(layout, run)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
-    spread[3:12][knows[:9]] = 0.0
+    told = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
+    followed = np.isin(np.arange(6), list(told))
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
-    return Recorded(
-        name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion),
+    recorded = Recorded(
+        name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), followed=followed,
         stamps=driven.stamps, inputs=driven.inputs, angles=driven.angles, reach=reach, tables=tables,
         start=start, spread=spread,
         wall=0.0, facing=float(start[5]), later=np.zeros(len(layout.sensors)),
         resting=bool(np.all(np.abs(start[6:12]) <= spread[6:12])),
         **{name: a[order] for name, a in measured.items()},
     )  # fmt: skip
+    spread[3:12][recorded.held[:9]] = 0.0
+    return recorded
 
 
 def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven]]:

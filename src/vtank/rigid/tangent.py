@@ -17,7 +17,7 @@ from ..compiled import law
 from ..lanes import WIDTH, load, store
 from .filtered import FAR, THREADS, Filtered, bent, followed, share
 from .kalman import Way
-from .kernels import SIZE, Gains, folded, seen
+from .kernels import SIZE, Gains, folded, lasting, seen
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
 from .motion import rates
 from .recorded import Recorded
@@ -69,14 +69,14 @@ def tangents(way: Way, steps: Steps, column: NDArray[np.int64], gains: Gains, pu
 @law
 def abreast(way, steps, column, gains, push, shift):
     """`tangents` of as many changes as there are lanes W; push: (6 N, W)."""
-    wide, gain, memory, last = shift.shape[1], gains.of, gains.memory, steps.now.size - 1
+    wide, gain, last, (keep, mean) = shift.shape[1], gains.of, steps.now.size - 1, np.empty((2, 6))
     X, Y, i = np.zeros((SIZE + gains.slow_s.size, wide)), np.empty((12, wide)), 0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
             h, F = steps.length[i], way.F[i]
-            keep = math.exp(-h / memory)
-            mean = (1.0 - keep) * memory / h
+            for c in range(6):
+                keep[c], mean[c] = lasting(h, gains.memory[c])
             for a in range(12):
                 on = 0.0 * load(X, a)
                 for c in range(12):
@@ -85,12 +85,12 @@ def abreast(way, steps, column, gains, push, shift):
                 for c in range(6):
                     f = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
                     if f != 0.0:
-                        on = on + f * (mean * load(X, 12 + c) + load(push, 6 * i + c))
+                        on = on + f * (mean[c] * load(X, 12 + c) + load(push, 6 * i + c))
                 store(Y, a, on)
             for a in range(12):
                 store(X, a, load(Y, a))
             for a in range(12, SIZE):
-                store(X, a, keep * load(X, a))
+                store(X, a, keep[a - 12] * load(X, a))
             for a in range(gains.slow_s.size):
                 store(X, SIZE + a, math.exp(-h / gains.slow_s[a]) * load(X, SIZE + a))
             i += 1
@@ -119,7 +119,8 @@ class Path:
         if not (np.isfinite(self.innovation).all() and np.isfinite(self.way.states).all()):
             self.way, self.innovation = f.way, f.innovation
         root, z = f.root, f.unmoved(f.white(self.innovation))
-        self.weight = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR)) / root  # slope when bent
+        slope = np.where(np.abs(z) <= FAR, 1.0, FAR / np.maximum(np.abs(bent(z)), FAR))  # when bent
+        self.weight = np.where(f.judged, slope / root, 0.0)
         self.acceleration = np.empty((run.steps.now.size, 6))
         accelerations(self.hull, run.steps, self.drive, self.way.states, self.acceleration)
 

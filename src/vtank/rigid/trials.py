@@ -13,14 +13,14 @@ import numpy as np
 
 from ..compiled import law, lean
 from ..lanes import WIDTH, load, store
-from .filtered import Filtered, Left, Noise
+from .filtered import Filtered, Left, Noise, memories
 from .kalman import Told
-from .kernels import SIZE
+from .kernels import SIZE, lasting
 from .recorded import Recorded
 
 
 class Levels(NamedTuple):
-    """Noises, one to a lane: variances of C columns, (C, W), deviations of the disturbance, (6, W), its memory, (1, W).
+    """Noises, one to a lane: variances of C columns, (C, W), deviations of the disturbance and its memory, (6, W).
 
     which: slow error of each column, (C,), -1 for none in any lane. slow, slow_s: their deviations, memories, (S, W).
     """
@@ -50,57 +50,58 @@ def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
     )
     has = (slow > 0.0).any(axis=1)
     which = np.where(has, np.cumsum(has) - 1, -1)
-    memory = np.array([[noise.memory_s for noise in every]])
-    return Levels(variance, sigma * run.moves[:, None], memory, which, slow[has], slow_s[has])
+    memory = np.ascontiguousarray(np.transpose([memories(run, noise) for noise in every]))
+    return Levels(variance, sigma * run.disturbed[:, None], memory, which, slow[has], slow_s[has])
 
 
 @lean
-def carried(F, h, levels, G, P, A):
-    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; G, (12, 6), and A, as P: scratch."""
+def carried(F, h, levels, keep, mean, G, P, A):
+    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; G, (12, 6), and A, as P: scratch.
+
+    keep, mean: of `lasting`, (6, W).
+    """
     size = SIZE + levels.slow.shape[0]
-    memory = load(levels.memory, 0)
-    keep = math.exp(-h / memory)
-    mean = (1.0 - keep) * memory / h
+    none = 0.0 * load(levels.memory, 0)
     for a in range(12):
         for c in range(6):
             G[a, c] = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
     for i in range(size):  # A = P T'
         for k in range(12):
-            moves, pushed = 0.0 * keep, 0.0 * keep
+            moves = none
             for q in range(12):
                 if F[k, q] != 0.0:
                     moves = moves + F[k, q] * load(P, i * size + q)
             for c in range(6):
                 if G[k, c] != 0.0:
-                    pushed = pushed + G[k, c] * load(P, i * size + 12 + c)
-            store(A, i * size + k, moves + mean * pushed)
+                    moves = moves + G[k, c] * (load(mean, c) * load(P, i * size + 12 + c))
+            store(A, i * size + k, moves)
         for k in range(12, SIZE):
-            store(A, i * size + k, keep * load(P, i * size + k))
+            store(A, i * size + k, load(keep, k - 12) * load(P, i * size + k))
         for k in range(SIZE, size):
             store(A, i * size + k, math.exp(-h / load(levels.slow_s, k - SIZE)) * load(P, i * size + k))
     for i in range(12):  # P = T A, the upper half; what rounding makes of the lower would grow for itself
         for k in range(i, size):
-            moves, pushed = 0.0 * keep, 0.0 * keep
+            moves = none
             for q in range(12):
                 if F[i, q] != 0.0:
                     moves = moves + F[i, q] * load(A, q * size + k)
             for c in range(6):
                 if G[i, c] != 0.0:
-                    pushed = pushed + G[i, c] * load(A, (12 + c) * size + k)
-            store(P, i * size + k, moves + mean * pushed)
+                    moves = moves + G[i, c] * (load(mean, c) * load(A, (12 + c) * size + k))
+            store(P, i * size + k, moves)
     for i in range(12, SIZE):
         for k in range(i, size):
-            store(P, i * size + k, keep * load(A, i * size + k))
+            store(P, i * size + k, load(keep, i - 12) * load(A, i * size + k))
     for i in range(SIZE, size):
         left, slow = math.exp(-h / load(levels.slow_s, i - SIZE)), load(levels.slow, i - SIZE)
         for k in range(i, size):
             store(P, i * size + k, left * load(A, i * size + k))
         store(P, i * size + i, load(P, i * size + i) + slow * slow * (1.0 - left * left))
-    both = memory * (1.0 - keep) * (1.0 - keep)
-    gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * keep - keep * keep, 0.0)
     for a in range(6):
-        sigma, (v, d) = load(levels.sigma, a), (6 + a, 12 + a)
-        store(P, d * size + d, load(P, d * size + d) + sigma * sigma * (1.0 - keep * keep))
+        sigma, memory, left, (v, d) = load(levels.sigma, a), load(levels.memory, a), load(keep, a), (6 + a, 12 + a)
+        both = memory * (1.0 - left) * (1.0 - left)
+        gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * left - left * left, 0.0)
+        store(P, d * size + d, load(P, d * size + d) + sigma * sigma * (1.0 - left * left))
         store(P, v * size + v, load(P, v * size + v) + sigma * sigma * gust)
         store(P, v * size + d, load(P, v * size + d) + sigma * sigma * both)
     for i in range(size):
@@ -152,7 +153,7 @@ def beside(way, steps, spread, column, levels, then, before, told):
     size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
     P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
     C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
-    i = 0
+    keep, mean, meant, i = np.empty((6, wide)), np.empty((6, wide)), np.empty(6), 0
     for a in range(12):
         store(P, a * size + a, spread[a] ** 2)
     for a in range(6):
@@ -162,24 +163,27 @@ def beside(way, steps, spread, column, levels, then, before, told):
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:  # x: of the motion, what it is off the path; of the rest, itself
-            h, F, memory = steps.length[i], way.F[i], load(levels.memory, 0)
-            keep, kept = math.exp(-h / memory), math.exp(-h / then.memory)
-            mean, meant = (1.0 - keep) * memory / h, (1.0 - kept) * then.memory / h
+            h, F = steps.length[i], way.F[i]
+            for c in range(6):
+                left, over = lasting(h, load(levels.memory, c))
+                store(keep, c, left)
+                store(mean, c, over)
+                _, meant[c] = lasting(h, then.memory[c])
             for a in range(12):
-                on = 0.0 * keep
+                on = 0.0 * load(levels.memory, 0)
                 for c in range(12):
                     on = on + F[a, c] * load(x, c)
                 for c in range(6):
-                    push = mean * load(x, 12 + c) - meant * way.states[i, 12 + c]
+                    push = load(mean, c) * load(x, 12 + c) - meant[c] * way.states[i, 12 + c]
                     on = on + 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) * push
                 store(new, a, on)
             for a in range(12):
                 store(x, a, load(new, a))
             for a in range(12, SIZE):
-                store(x, a, keep * load(x, a))
+                store(x, a, load(keep, a - 12) * load(x, a))
             for a in range(SIZE, size):
                 store(x, a, math.exp(-h / load(levels.slow_s, a - SIZE)) * load(x, a))
-            carried(F, h, levels, G, P, A)
+            carried(F, h, levels, keep, mean, G, P, A)
             i += 1
         H, own = way.H[m], levels.which[column[m]]
         e = before.innovation[m] + before.slow[m] + 0.0 * load(levels.memory, 0)

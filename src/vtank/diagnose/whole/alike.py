@@ -33,6 +33,8 @@ def likeness(fit: Fit, noise: Array, folder: str, found: tuple[tuple[str, float,
     squares, counts = (part.sum(axis=0) for part in free_errors(blank(fit, layout, (), [])))
     columns, shares = {}, []
     for c, name in enumerate(layout.columns):
+        if not layout.judged[c]:
+            continue
         moves = float(np.sqrt(np.mean(np.concatenate([_about_mean(run, c) for run in runs]) ** 2)))
         error = float(np.sqrt(squares[c] / max(counts[c], 1)))
         columns[channel_of(name)] = {"error": error, "moves": moves}

@@ -159,7 +159,7 @@ def free_errors(
         for part in np.unique(fold):
             e = _free(run, vectors[part], f, stretch)
             for s in np.unique(stretch[fold == part]):
-                mine = (stretch == s) & (fold == part) & ~spike
+                mine = (stretch == s) & (fold == part) & ~spike & run.layout.judged[run.column]
                 sums.append(np.bincount(run.column[mine], e[mine] ** 2, columns))
                 counts.append(np.bincount(run.column[mine], minlength=columns))
     return np.array(sums), np.array(counts)
@@ -169,6 +169,7 @@ def _free(run: Recorded, p: Array, f: Filtered, stretch: NDArray[np.int64]) -> A
     """Measured less simulated, (M,), begun anew in each stretch where the filter stands, without its disturbance."""
     track, restart = np.empty((run.time_s.size, 18)), np.full((run.time_s.size, 18), np.nan)
     innovations(run, p, f.gains, track=track)
+    run = run.as_measured()
     order = run.steps.which
     first = np.flatnonzero(np.diff(stretch[order])) + 1
     restart[order[first], :12], restart[order[first], 12:] = track[order[first - 1], :12], 0.0

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...rigid.filtered import Noise
-from ...rigid.fit import Fit, log_likelihood
+from ...rigid.fit import Fit, partial_likelihood
 from ...rigid.layout import Layout
 from ...rigid.noise import cut
 from ...rigid.places import Placed
@@ -35,7 +35,7 @@ def mistaken(layout: Layout, runs: Sequence[Recorded], noise: Noise, candidates:
         p = blank(fit, layout, (placed,) if placed else (), ()).vector()
         there = replace(fit, runs=tuple(run.ordered(p) for run in fit.runs))
         try:
-            found = sum(map(log_likelihood, there.filter(p)))
+            found = sum(map(partial_likelihood, there.filter(p)))
         except InputError:
             return -np.inf
         return found if np.isfinite(found) else -np.inf

@@ -86,7 +86,7 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
         layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run])
     else:
         layout, runs, _ = record([run], vehicle, axes)
-    noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)) * runs[0].moves)
+    noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)))
     found: dict[str, dict[str, float]] = {}
     vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}
     fit = Fit(tuple(seen.ordered(vectors["diagnosed"]) for seen in runs), noise)

@@ -107,7 +107,7 @@ def free_gap(vehicle: Vehicle, runs: Sequence[Run], noise: Noise, slots: Mapping
     instrument that these runs have not is passed over. RUNAWAY where the simulation diverges.
     """
     layout, seen, _ = record(runs, vehicle)
-    own = replace(first_noise(seen), sigma=noise.sigma * seen[0].moves, memory_s=noise.memory_s)
+    own = replace(first_noise(seen), sigma=noise.sigma, memory_s=noise.memory_s)
     p = layout.vector({name: value for name, value in slots.items() if name in layout.slots})
     try:
         squares, counts = free_errors(Model(Fit(seen, own), (), (), np.array([]), p))

@@ -138,9 +138,13 @@ def _begin(
 def _afresh(best: Model, own: Sequence[Unknown], noise: Noise, floor: Array) -> tuple[Model, list[Filtered]] | None:
     """The best at a noise sought from that before anything was fitted, where that is likelier.
 
-    The noise that stood for what has just been found may hold on to itself.
+    The noise that stood for what has just been found may hold on to itself. None also where a filter at it loses its
+    way: instruments that agree as hardly any do are no place to begin from.
     """
-    other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
+    try:
+        other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
+    except InputError:
+        return None
     return trusting(other, found, own) if other.log_evidence > best.log_evidence + LIKELIER else None
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, share
-from ...rigid.fit import log_likelihood
+from ...rigid.fit import partial_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, PROMISE
 from ...rigid.places import Sizes
@@ -105,7 +105,8 @@ def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
     if place in AXES:
         return [_axis(base, sizes, AXES.index(place))]
     blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
-    columns = [c for c, name in enumerate(layout.columns) if (layout.vehicle.instrument(name) or "recording") == place]
+    owners = [layout.vehicle.instrument(name) or "recording" for name in layout.columns]
+    columns = [c for c, owner in enumerate(owners) if owner == place and layout.judged[c]]
     return blocks + [_column(base, c) for c in columns]
 
 
@@ -134,7 +135,7 @@ def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, b
 
 
 def _level(found: Sequence[Filtered]) -> float:
-    return sum(map(log_likelihood, found))
+    return sum(map(partial_likelihood, found))
 
 
 def _total(pair: tuple[float, Block]) -> float:
@@ -282,4 +283,5 @@ def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
         return most
 
     told = np.unique(np.concatenate([run.column for run in runs]))
+    told = told[runs[0].layout.judged[told]]
     return [int(c) for c in told[np.argsort([unwhite(c) for c in told])[::-1][:SUSPECTS]]]
