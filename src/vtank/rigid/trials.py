@@ -35,7 +35,7 @@ class Levels(NamedTuple):
 
 def tried(run: Recorded, f: Filtered, noises: Sequence[Noise]) -> list[Left]:
     """What filters at up to WIDTH noises leave of a run, linear about the path of f."""
-    told = Told(*np.empty((len(Told._fields), run.time_s.size, WIDTH)))
+    told = Told(*np.empty((5, run.time_s.size, WIDTH)))
     beside(f.way, run.steps, run.spread, run.column, _levels(run, noises), f.gains, f.told, told)
     lanes = np.ascontiguousarray(np.moveaxis(np.array(told), -1, 0))
     return [Left(Told(*lane), f.wall) for lane in lanes[: len(noises)]]
