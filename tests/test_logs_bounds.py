@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,7 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vtank.logs import import_log
+from vtank.errors import InputError
+from vtank.logs import import_log, importing
 
 # Dataflash: messages by their description
 
@@ -75,3 +77,14 @@ def test_a_parameter_of_telemetry_that_is_no_number_is_left_out_and_told(value: 
     (tmp_path / "dive.tlog").write_bytes(b"".join(stamped))
     found = import_log(tmp_path / "dive.tlog")
     assert "parameter SERVO1_FUNCTION (no number)" in str(found) and "thruster_1_command" in found.run.columns
+
+
+# Sizes of files
+
+
+@pytest.mark.parametrize("head", [b"\xa3\x95\x80", b"ULog\x01\x12\x35", bytes(8) + b"\xfd" + bytes(9), b"t,depth_m\n"])
+def test_a_log_that_is_too_long_is_refused_at_once(head: bytes, tmp_path: Path) -> None:
+    (tmp_path / "dive.log").write_bytes(head)
+    os.truncate(tmp_path / "dive.log", importing.LOG_BYTES + 2**20)
+    with pytest.raises(InputError, match=r"dive.log: holds 4,097 MB, expected 4,096 MB at most; split it"):
+        import_log(tmp_path / "dive.log")
