@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
+import bz2
 import os
 import struct
 from collections.abc import Iterable
 from pathlib import Path
 
+import lz4.frame
 import numpy as np
 import pytest
+import zstandard
 
 from vtank.errors import InputError
-from vtank.logs import import_log, importing
+from vtank.logs import import_log, importing, records
+
+BOTH = """
+[[channel]]
+message = "/t"
+field = "rpm"
+column = "n_rev_s"
+
+[[channel]]
+message = "/t"
+field = "r"
+column = "range_m"
+"""
+
 
 # Dataflash: messages by their description
 
@@ -77,6 +93,102 @@ def test_a_parameter_of_telemetry_that_is_no_number_is_left_out_and_told(value: 
     (tmp_path / "dive.tlog").write_bytes(b"".join(stamped))
     found = import_log(tmp_path / "dive.tlog")
     assert "parameter SERVO1_FUNCTION (no number)" in str(found) and "thruster_1_command" in found.run.columns
+
+
+# MCAP
+
+
+def record(kind: int, data: bytes) -> bytes:
+    return bytes([kind]) + struct.pack("<Q", len(data)) + data
+
+
+def text(data: str | bytes) -> bytes:
+    data = data.encode() if isinstance(data, str) else data
+    return struct.pack("<I", len(data)) + data
+
+
+def channel(encoding: str = "json") -> bytes:
+    return record(4, struct.pack("<HH", 1, 0) + text("/t") + text(encoding) + text(""))
+
+
+def message(k: int, data: str) -> bytes:
+    return record(5, struct.pack("<HIQQ", 1, 0, *[int(1.7e18) + k * 10**8] * 2) + data.encode())
+
+
+def chunk(data: bytes, method: str = "") -> bytes:
+    return record(6, struct.pack("<QQQI", 0, 0, len(data), 0) + text(method) + text(b"")[:4] + bytes(4) + data)
+
+
+GOOD = channel() + b"".join(message(k, f'{{"rpm": {k}, "r": 3.{k}}}') for k in range(50))
+
+
+def mcap(folder: Path, *parts: bytes) -> tuple[Path, Path]:
+    """A log and its mapping file."""
+    (folder / "dive.mcap").write_bytes(b"\x89MCAP0\r\n" + b"".join(parts))
+    (folder / "map.toml").write_text(BOTH)
+    return folder / "dive.mcap", folder / "map.toml"
+
+
+@pytest.mark.parametrize("kind, data", [(4, b"\x01"), (5, b"\x01\x00")])
+def test_records_that_are_too_short_are_counted(kind: int, data: bytes, tmp_path: Path) -> None:
+    path, mapping = mcap(tmp_path, record(kind, data), GOOD, chunk(record(kind, data)))
+    found = import_log(path, mapping=mapping)
+    assert "2 could not be decoded: 2 of record (too short)" in str(found) and found.run.time_s.size == 50
+
+
+def test_a_chunk_within_a_chunk_is_counted(tmp_path: Path) -> None:
+    inner = GOOD
+    for _ in range(3000):
+        inner = chunk(inner)
+    path, mapping = mcap(tmp_path, GOOD, inner)
+    assert "1 of chunk (within a chunk)" in str(import_log(path, mapping=mapping))
+
+
+def test_a_number_beyond_all_is_none(tmp_path: Path) -> None:
+    path, mapping = mcap(tmp_path, GOOD, message(99, '{"rpm": 1' + "0" * 400 + ', "r": 1}'))
+    run = import_log(path, mapping=mapping).run
+    assert run.samples("n_rev_s")[0].size == 50 and run.samples("range_m")[0].size == 51
+    path, mapping = mcap(tmp_path, channel(), *[message(k, '{"rpm": 1' + "0" * 400 + ', "r": 1}') for k in range(9)])
+    with pytest.raises(InputError, match=r"map.toml: '/t' has no number in rpm in any of its 9 messages"):
+        import_log(path, mapping=mapping)
+
+
+def packed(data: bytes, method: str) -> bytes:
+    return {"bz2": bz2.compress, "lz4": lz4.frame.compress, "zstd": zstandard.compress}[method](data)
+
+
+@pytest.mark.parametrize("method", ["bz2", "lz4", "zstd"])
+def test_a_chunk_holds_no_more_than_is_stated(method: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One alone, and all together: later ones are not opened any more."""
+    large = chunk(packed(GOOD + bytes(10**6), method), method)
+    path, mapping = mcap(tmp_path, GOOD, chunk(packed(GOOD, method), method), large)
+    monkeypatch.setattr(records, "CHUNK_BYTES", 10**5)
+    monkeypatch.setattr(records, "TIMES", 0)
+    found = import_log(path, mapping=mapping)
+    assert "1 of chunk (holds too much" in str(found) and found.log.streams["/t"].count == 100
+    path, mapping = mcap(tmp_path, GOOD, *[chunk(packed(GOOD, method), method)] * 40)
+    found = import_log(path, mapping=mapping)
+    opened = 10**5 // len(GOOD)
+    assert found.log.undecoded["chunk"] == 40 - opened and found.log.streams["/t"].count == 50 * (opened + 1)
+
+
+def test_a_record_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    path, mapping = mcap(tmp_path, GOOD, bytes([5]) + struct.pack("<Q", 2**30))
+    with path.open("r+b") as file:
+        file.truncate(2**30 + 10**4)
+    said = "cut off: a record of 1024 MB, expected 256 MB at most"
+    assert said in str(import_log(path, mapping=mapping))
+
+
+@pytest.mark.parametrize("spoilt, why", [("protobuf", "encoding 'protobuf' is not known"), ("json", "not json as exp")])
+def test_messages_that_could_not_be_decoded_are_told_and_why(spoilt: str, why: str, tmp_path: Path) -> None:
+    path, mapping = mcap(tmp_path, channel(spoilt), *[message(k, "{") for k in range(9)])
+    with pytest.raises(InputError, match=rf"map.toml: no message '/t' could be decoded, 9 in all \({why}"):
+        import_log(path, mapping=mapping)
+    path, _ = mcap(tmp_path, chunk(GOOD, "own"))
+    said = "1 could not be decoded: 1 of chunk .compression 'own' is not known"
+    with pytest.raises(InputError, match=f"no channel of a vehicle .*; {said}"):
+        import_log(path)
 
 
 # Sizes of files
