@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bz2
 import os
+import sqlite3
 import struct
 from collections.abc import Iterable
 from pathlib import Path
@@ -27,6 +28,12 @@ message = "/t"
 field = "r"
 column = "range_m"
 """
+FLOAT = '[[channel]]\nmessage = "/t"\nfield = "data"\ncolumn = "depth_m"\n'
+TABLES = (
+    "create table topics(id, name, type, serialization_format); create table messages(topic_id, timestamp, data);"
+    "insert into topics values(1, '/t', 'std_msgs/msg/Float64', 'cdr');"
+)
+ENDLESS = "with recursive c(x) as (select 1 union all select x + 1 from c) select"
 
 
 # Dataflash: messages by their description
@@ -189,6 +196,99 @@ def test_messages_that_could_not_be_decoded_are_told_and_why(spoilt: str, why: s
     said = "1 could not be decoded: 1 of chunk .compression 'own' is not known"
     with pytest.raises(InputError, match=f"no channel of a vehicle .*; {said}"):
         import_log(path)
+
+
+# ROS 2 in SQLite
+
+
+def base(path: Path, script: str = TABLES, rows: Iterable[tuple[object, ...]] = ()) -> Path:
+    """A database of a bag, and good messages in it."""
+    with sqlite3.connect(path) as made:
+        made.executescript(script)
+        if rows:
+            made.executemany("insert into messages values(?, ?, ?)", rows)
+    made.close()
+    return path
+
+
+def good() -> list[tuple[object, ...]]:
+    return [(1, int(1.7e18) + k * 10**8, b"\0\1\0\0" + struct.pack("<d", k / 10)) for k in range(50)]
+
+
+@pytest.fixture()
+def depths(tmp_path: Path) -> Path:
+    """A mapping file of the messages of `good`."""
+    (tmp_path / "map.toml").write_text(FLOAT)
+    return tmp_path / "map.toml"
+
+
+@pytest.mark.parametrize("time", ["abc", None, 1.5])
+def test_times_of_a_base_that_are_no_whole_numbers_are_counted(time: object, depths: Path, tmp_path: Path) -> None:
+    path = base(tmp_path / "dive.db3", TABLES, [*good(), (1, time, b"")])
+    assert "1 of /t (its time is no whole number)" in str(import_log(path, mapping=depths))
+
+
+@pytest.mark.parametrize("name", ["null", "x'ff00'", "5"])
+def test_topics_without_a_name_are_counted(name: str, depths: Path, tmp_path: Path) -> None:
+    script = TABLES + f"insert into topics values(2, {name}, 'b', 'cdr');"
+    script += "create table message_definitions(topic_type, encoding, encoded_message_definition);"
+    script += "insert into message_definitions values(null, 5, x'00');"
+    path = base(tmp_path / "dive.db3", script, [*good(), (2, 5, b"")])
+    assert "1 of topic 2 (its name, type or format is no text)" in str(import_log(path, mapping=depths))
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        f"create table messages(topic_id, timestamp, data); create view topics as {ENDLESS} x as id, '/t' as name, "
+        "'a' as type, 'cdr' as serialization_format from c;",
+        "create table topics(id, name, type, serialization_format); "
+        f"create view messages as {ENDLESS} 1 as topic_id, x as timestamp, x'00' as data from c;",
+        "create table topics(id, name, type, serialization_format); "
+        "create virtual table messages using fts5(topic_id, timestamp, data);",
+    ],
+)
+def test_only_tables_are_read(script: str, depths: Path, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="dive.db3: a ROS 2 bag without a table '(topics|messages)', expected"):
+        import_log(base(tmp_path / "dive.db3", script), mapping=depths)
+
+
+def test_pages_that_are_read_many_times_have_an_end(depths: Path, tmp_path: Path) -> None:
+    """The root of the messages leads to one page only, which leads to one page only: 400,000 rows of 2,000."""
+    depths.write_text(FLOAT.replace("data", "pose.position.z"))
+    tables = TABLES.replace("std_msgs/msg/Float64", "geometry_msgs/msg/PoseWithCovariance")
+    path = base(tmp_path / "dive.db3", tables, [(1, k, b"\0\1\0\0" + bytes(43 * 8)) for k in range(2000)])
+    with sqlite3.connect(path) as made:
+        (root,) = made.execute("select rootpage from sqlite_master where name = 'messages'").fetchone()
+        (size,) = made.execute("pragma page_size").fetchone()
+    made.close()
+    data = bytearray(path.read_bytes())
+    page = data[(root - 1) * size : root * size]
+    (cells,) = struct.unpack(">H", page[3:5])
+    assert page[0] == 5 and cells > 100  # within the tree, without rows of its own
+    places = [8, *struct.unpack(f">{cells}H", page[12 : 12 + 2 * cells])]
+    one, two = (struct.unpack(">I", page[place : place + 4])[0] for place in places[1:3])
+    for number, leads_to in ((root, one), (one, two)):
+        for place in places:
+            page[place : place + 4] = struct.pack(">I", leads_to)
+        data[(number - 1) * size : number * size] = page
+    path.write_bytes(data)
+    assert "more messages than its file can hold" in str(import_log(path, mapping=depths))
+
+
+@pytest.mark.parametrize("name", ["dive#1.db3", "dive?1.db3", "dive%41.db3", "d ä\n.db3"])
+def test_a_base_may_have_any_name_and_nothing_is_written(name: str, depths: Path, tmp_path: Path) -> None:
+    path = base(tmp_path / "bag.db3", TABLES, good()).rename(tmp_path / name)
+    before = sorted(tmp_path.iterdir())
+    assert import_log(path, mapping=depths).run.time_s.size == 50
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize("name", ["x.db3", "x.mcap"])
+def test_only_regular_files_of_a_bag_are_read(name: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / name)
+    with pytest.raises(InputError, match=f"{name}: is a pipe"):
+        import_log(tmp_path)
 
 
 # Sizes of files
