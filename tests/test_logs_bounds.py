@@ -291,6 +291,42 @@ def test_only_regular_files_of_a_bag_are_read(name: str, tmp_path: Path) -> None
         import_log(tmp_path)
 
 
+# PX4
+
+
+def ulog(path: Path, forms: Iterable[str], times: int = 1) -> Path:
+    """A log that says that it has the first message, and how it is made."""
+
+    def part(kind: bytes, content: bytes) -> bytes:
+        return struct.pack("<HB", len(content), kind[0]) + content
+
+    parts = [b"ULog\x01\x12\x35\x01" + bytes(8), *[part(b"F", form.encode()) for form in forms]]
+    parts += [part(b"A", struct.pack("<BH", 0, k) + b"vehicle_attitude") for k in range(times)]
+    path.write_bytes(b"".join(parts))
+    return path
+
+
+@pytest.mark.parametrize(
+    "types",
+    [
+        ["m0[1000] q;", "m0:m1[1000] a;", "m1:m2[1000] a;", "m2:float a;"],
+        ["m0[1000] q;", "m0:m1[1000] a;", "m1:m2[1000] a;", "m2:"],
+        ["m0[1000] q;", "m0:m1[1000] a;", "m1:float[60000] a;", "m1:float a;"],
+        ["m0[60000x q;", "m0:m1[60000x a;", "m1:float a;"],
+    ],
+)
+def test_types_within_types_are_counted_before_they_are_taken_apart(types: list[str], tmp_path: Path) -> None:
+    forms = [f"vehicle_attitude:uint64_t timestamp;{types[0]}", *types[1:]]
+    with pytest.raises(InputError, match=r"dive.ulg: .*\(its messages have more than 262,144 fields\)"):
+        import_log(ulog(tmp_path / "dive.ulg", forms))
+
+
+def test_messages_are_counted_together(tmp_path: Path) -> None:
+    path = ulog(tmp_path / "dive.ulg", ["vehicle_attitude:uint64_t timestamp;float[60000] q;"], 200)
+    with pytest.raises(InputError, match="more than 262,144 fields"):
+        import_log(path)
+
+
 # Sizes of files
 
 
