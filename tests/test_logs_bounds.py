@@ -9,6 +9,7 @@ import struct
 from collections.abc import Iterable
 from pathlib import Path
 
+import logfiles
 import lz4.frame
 import numpy as np
 import pytest
@@ -198,6 +199,18 @@ def test_messages_that_could_not_be_decoded_are_told_and_why(spoilt: str, why: s
         import_log(path)
 
 
+def test_a_stamp_that_is_no_time_gives_way_to_that_of_receipt(tmp_path: Path) -> None:
+    """By a definition of the log's own, whose stamp is a text."""
+    definition = "Head header\nfloat64 rpm\nfloat64 r\n" + "=" * 80 + "\nMSG: a/Head\nstring stamp\n"
+    schema = record(3, struct.pack("<H", 1) + text("a/msg/B") + text("ros2msg") + text(definition))
+    topic = record(4, struct.pack("<HH", 1, 1) + text("/t") + text("cdr") + text(""))
+    sent = [struct.pack("<HIQQ", 1, 0, *[int(1.7e18) + k * 10**8] * 2) + b"\0\1\0\0" for k in range(50)]
+    body = [struct.pack("<I4sdd", 3, b"ab\0", k, 3.0) for k in range(50)]
+    path, mapping = mcap(tmp_path, schema, topic, *[record(5, a + b) for a, b in zip(sent, body, strict=True)])
+    time_s, values = import_log(path, mapping=mapping).run.samples("n_rev_s")
+    assert np.allclose(time_s, 0.1 * np.arange(50), atol=1e-5) and np.array_equal(values, np.arange(50))
+
+
 # ROS 2 in SQLite
 
 
@@ -325,6 +338,16 @@ def test_messages_are_counted_together(tmp_path: Path) -> None:
     path = ulog(tmp_path / "dive.ulg", ["vehicle_attitude:uint64_t timestamp;float[60000] q;"], 200)
     with pytest.raises(InputError, match="more than 262,144 fields"):
         import_log(path)
+
+
+def test_a_parameter_of_a_log_that_is_no_number_is_left_out_and_told(tmp_path: Path) -> None:
+    path = logfiles.ulog(tmp_path / "dive.ulg")
+    named = b"float PWM_MAIN_FUNC1"
+    told = struct.pack("<HB", len(named) + 5, ord("P")) + bytes([len(named)]) + named + struct.pack("<f", np.nan)
+    path.write_bytes(path.read_bytes()[:16] + told + path.read_bytes()[16:])
+    found = import_log(path)
+    assert "1 of parameter PWM_MAIN_FUNC1 (no number)" in str(found)
+    logfiles.check(found.run)
 
 
 # Sizes of files
