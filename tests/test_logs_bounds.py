@@ -340,6 +340,15 @@ def test_messages_are_counted_together(tmp_path: Path) -> None:
         import_log(path)
 
 
+def test_damage_that_looks_like_messages_of_no_type_counts_for_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("vtank.logs.ulog.MOST_FIELDS", 50)
+    path = logfiles.ulog(tmp_path / "dive.ulg")
+    path.write_bytes(path.read_bytes() + (struct.pack("<HBBH", 4, ord("A"), 0, 9) + b"x") * 100)
+    logfiles.check(import_log(path).run)
+
+
 def test_a_parameter_of_a_log_that_is_no_number_is_left_out_and_told(tmp_path: Path) -> None:
     path = logfiles.ulog(tmp_path / "dive.ulg")
     named = b"float PWM_MAIN_FUNC1"

@@ -53,6 +53,7 @@ class Watched(io.FileIO):
             self.furthest = max(self.furthest, self.tell())
         else:
             self.formats.see(self.kind, data)
+            self.kind = b""
         if self.stuck > ENOUGH:
             return b""
         self.cut = 0 < len(data) < (size or 0) or (not data and (size or 0) > HEAD)
@@ -73,7 +74,8 @@ class Formats:
             name, _, fields = data.decode(errors="replace").partition(":")
             self.types.setdefault(name, []).extend(_field(each) for each in fields.split(";") if each)
         elif kind == b"A":
-            self.fields += self.count(data[3:].decode(errors="replace"), {})
+            name = data[3:].decode(errors="replace")
+            self.fields += self.count(name, {}) if name in self.types else 0  # one of no type is damaged, and left out
             if self.fields > MOST_FIELDS:
                 raise RuntimeError(f"its messages have more than {MOST_FIELDS:,} fields")
 
