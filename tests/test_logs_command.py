@@ -122,3 +122,12 @@ def test_a_diagnosis_refuses_a_misspelt_thruster_and_tells_of_a_strange_sensor()
     columns["prt_command"] = columns.pop("port_command")
     with pytest.raises(InputError, match="column prt_command: .*no thruster or fin 'prt'; did you mean 'port'"):
         record([Run("run", run.time_s, columns)], vehicle)
+
+
+def test_where_one_of_several_is_no_run_nothing_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name, rows in (("good", 40), ("short", 5)):
+        lines = ["time_s,n_rev_s,range_m", *(f"{0.1 * k:.1f},{k % 7},3.0" for k in range(rows))]
+        (tmp_path / f"{name}.csv").write_text("\n".join(lines) + "\n")
+    logs = [str(tmp_path / f"{name}.csv") for name in ("good", "short")]
+    assert main(["import", *logs, "--out", str(tmp_path / "dives")]) == 2
+    assert "run short: 5 samples of range_m" in capsys.readouterr().err and not (tmp_path / "dives").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 
 import numpy as np
@@ -228,3 +229,60 @@ def test_a_clock_that_passes_midnight_goes_on(clock: bool, tmp_path: Path) -> No
     assert np.allclose(time_s, 0.5 * np.arange(20)) and np.allclose(heading, np.arange(20))
     assert "its clock goes back by a day 1 time: past midnight it goes on" in str(found)
     assert "several recordings in one" not in str(found)
+
+
+@pytest.mark.parametrize("cell", ["1_000", "٣", "inf", "-Infinity", "1e400", "-nan"])
+def test_a_cell_that_no_run_may_hold_is_no_number_and_told(cell: str, tmp_path: Path) -> None:
+    lines = ["time_s,depth_m,port_rev_s", *(f"{0.1 * k:.1f},{k},{k}" for k in range(20)), f"2.0,{cell},20"]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    found = import_log(tmp_path / "log.csv")
+    assert "1 could not be decoded: 1 of cells of 'depth_m'" in str(found)
+    assert found.run.samples("depth_m")[0].size == 20 and found.run.samples("port_rev_s")[0].size == 21
+
+
+@pytest.mark.parametrize("time", ["2_0.0", "٢.٠", "inf", "9" * 400 + ":00:00", "9" * 5000 + ":00:00", "٠:٠٠:٠٢"])
+def test_a_time_that_is_none_is_told_or_refused(time: str, tmp_path: Path) -> None:
+    lines = ["time,depth_m", *(f"{0.1 * k:.1f},{k}" for k in range(20)), f"{time},20"]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert "1 rows are incomplete or have no time: left out" in str(import_log(tmp_path / "log.csv"))
+    (tmp_path / "log.csv").write_text("time,depth_m,a\n" + f"{time},1,2\n" * 20, encoding="utf-8")
+    with pytest.raises(InputError, match=r"log.csv: no row is complete and has a time in column 'time'; expected"):
+        import_log(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize("zone", ["America/New_York", "Asia/Tokyo", "UTC"])
+def test_dates_without_a_zone_are_of_utc_wherever_they_are_read(
+    zone: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Over the end of summer time in New York, and in the first year of all."""
+    monkeypatch.setenv("TZ", zone)
+    time.tzset()
+    for dates in ("2024-11-03T01:59:", "0001-01-01T00:00:"):
+        lines = ["time,depth_m", *(f"{dates}{k:02d},{k}" for k in range(60)), f"{dates.replace('1:59', '2:00')}30,60"]
+        (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+        found = import_log(tmp_path / "log.csv").run
+        assert found.duration_s == (90.0 if "59" in dates else 59.0)
+    monkeypatch.undo()
+    time.tzset()
+
+
+@pytest.mark.parametrize("name", ["a" + " " * 100_000 + "b", "a [" + " " * 100_000 + "b", "[" * 100_000, "a" * 100_000])
+def test_a_long_header_takes_no_time(name: str) -> None:
+    start = time.perf_counter()
+    channel(name, "table")
+    assert time.perf_counter() - start < 5.0  # minutes, where the search begins anew at each blank
+
+
+def test_parse_takes_the_last_brackets() -> None:
+    assert parse("a (b) [ deg ]") == ("a_b", "deg")
+    assert parse("a [b] c") == ("a_b_c", "")
+    assert parse("a [b)") == ("a", "b")
+    assert parse("]") == ("", "")
+
+
+def test_a_cell_too_long_for_csv_is_no_number(tmp_path: Path) -> None:
+    long = '"' + "x" * 140_000 + '"'
+    lines = ["t,depth_m,a", *(f"{k},{k},{k}" for k in range(20)), f"20,{long},20", f'21,"21","{"x" * 9}"']
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    found = import_log(tmp_path / "log.csv")
+    assert "1 of cells of 'depth_m'" in str(found) and found.run.columns["depth_m"][-1] == 21.0

@@ -32,7 +32,9 @@ def run(args: argparse.Namespace) -> int:
     """Import, write, and print the preview."""
     from ..errors import InputError
     from ..logs import import_log
+    from ..record.atomic import write_files
     from ..record.files import resolved, stem
+    from ..record.writer import run_bytes
     from .checks import refuse_unwritable
 
     if args.out and not args.out.suffix:
@@ -44,9 +46,6 @@ def run(args: argparse.Namespace) -> int:
         if any(resolved(out) == resolved(log) for log in args.logs):
             raise InputError(f"{out}: is the log itself, which would be overwritten; choose another file")
     found = [import_log(*logs, mapping=args.map, vehicle=args.vehicle) for logs in parts]
-    for each, out in zip(found, outs, strict=True):
-        if out:
-            out.parent.mkdir(parents=True, exist_ok=True)
-            each.write(out)
+    write_files({out: run_bytes(each.run) for each, out in zip(found, outs, strict=True) if out})
     print("\n".join(str(each) for each in found), end="")
     return 0

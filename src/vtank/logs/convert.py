@@ -251,17 +251,25 @@ def _armed(log: Log, armed: Armed) -> float | None:
 
 
 def _missing(log: Log, channel: Channel) -> str:
+    """What to say of a channel without messages: that they could not be decoded, or what there is instead."""
+    kinds = dict.fromkeys(log.undecoded, "") | {name: stream.kind for name, stream in log.streams.items()}
+    for name, kind in kinds.items():
+        if name in log.undecoded and channel.takes(name, kind):
+            why = log.why.get(name, "unknown why")
+            return f"no message '{name}' could be decoded, {log.undecoded[name]} in all ({why})"
     wanted = f"message '{channel.message}'" if channel.message else "message"
     kind = f" of type '{channel.type}'" if channel.type else ""
     nearest = difflib.get_close_matches(channel.message, log.streams, 1, 0.6)
     meant = f"did you mean '{nearest[0]}'? " if nearest else ""
-    return f"the log has no {wanted}{kind}; {meant}there are: {', '.join(sorted(log.streams)) or 'none'}"
+    there = ", ".join(sorted(log.streams)) or "none"
+    return f"the log has no {wanted}{kind}; {meant}there are: {there}{log.lost('; ')}"
 
 
 def _no_numbers(channel: Channel, name: str, stream: Stream) -> str:
     known = field_names(stream.sample)
     strange = [each for each in channel.fields if each not in known]
-    nearest = difflib.get_close_matches((strange or channel.fields)[0], known, 1, 0.6)
+    if not strange:
+        return f"'{name}' has no number in {', '.join(channel.fields)} in any of its {stream.count} messages"
+    nearest = difflib.get_close_matches(strange[0], known, 1, 0.6)
     meant = f"did you mean '{nearest[0]}'? " if nearest else ""
-    fields = ", ".join(strange or channel.fields)
-    return f"'{name}' has no number {fields}; {meant}its fields: {', '.join(known)}"
+    return f"'{name}' has no number {', '.join(strange)}; {meant}its fields: {', '.join(known)}"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from .log import Log, library
+from .log import Log, library, number
 from .records import next_mark
 
 MARK = b"\xa3\x95"
@@ -23,16 +24,16 @@ def read(path: Path, log: Log) -> None:
     reader = library("pymavlink.DFReader", "pymavlink", f"{path}: an ArduPilot log")
     log.kind = "ArduPilot dataflash log"
     formats: dict[int, Any] = {}
-    for number, body in messages(path, log, formats):
-        if number == FORMAT:
-            kind, length, name, letters, columns = struct.unpack("<BB4s16s64s", body)
+    for kind, body in messages(path, log, formats):
+        if kind == FORMAT:
+            described, length, name, letters, columns = struct.unpack("<BB4s16s64s", body)
             texts = [text.split(b"\0")[0].decode(errors="replace") for text in (name, letters, columns)]
             if length > len(MARK) and set(texts[1]) <= reader.FORMAT_TO_STRUCT.keys():
-                formats[kind] = reader.DFFormat(kind, texts[0], length, *texts[1:])
+                formats[described] = reader.DFFormat(described, texts[0], length, *texts[1:])
             continue
-        form = formats[number]
+        form = formats[kind]
         if struct.calcsize(form.msg_struct) != len(body):
-            log.undecoded[form.name] += 1
+            log.lose(form.name, "not as long as its description says")
             continue
         _take(log, form, struct.unpack(form.msg_struct, body))
 
@@ -41,14 +42,23 @@ def _take(log: Log, form: Any, raw: tuple[Any, ...]) -> None:
     scaled = (value if scale is None else value * scale for value, scale in zip(raw, form.msg_mults, strict=True))
     message = dict(zip(form.columns, scaled, strict=False))
     if form.name == "PARM" and isinstance(message.get("Name"), bytes):
-        log.parameters[message["Name"].split(b"\0")[0].decode(errors="replace")] = float(message.get("Value", 0.0))
-    time_s = message.get("TimeUS", message.get("TimeMS", 0) * 1000) * 1e-6
-    if not time_s:
+        log.learn(message["Name"].split(b"\0")[0].decode(errors="replace"), number(message, "Value"))
+    time_s = _time_s(message)
+    if math.isnan(time_s):
+        log.lose(form.name, "its time is no number")
+    if not time_s or math.isnan(time_s):
         return
     stream = log.stream(form.name)
     stream.tick(time_s)
     if stream.values:
         stream.keep(time_s, message)
+
+
+def _time_s(message: dict[str, Any]) -> float:
+    """Time of a message since the start of the vehicle; 0 where it tells none, NaN where it is no number."""
+    if "TimeUS" in message:
+        return number(message, "TimeUS") * 1e-6
+    return number(message, "TimeMS") * 1000.0 * 1e-6 if "TimeMS" in message else 0.0
 
 
 def messages(path: Path, log: Log, formats: dict[int, Any]) -> Iterator[tuple[int, bytes]]:

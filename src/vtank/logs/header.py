@@ -50,8 +50,7 @@ SAID = re.compile(r"_?(rpm|rev_s|speed|pwm|command|cmd|throttle|thrust|force|cur
 
 def parse(header: str) -> tuple[str, str]:
     """What a header names, in small letters and underscores, and its unit as written; "" where it has none."""
-    inside = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\[\]()]*)\s*[\])]", header.strip())
-    name, unit = (inside[1], inside[2]) if inside else (header.strip(), "")
+    name, unit = _in_brackets(header.strip())
     if not unit:
         for suffix, written in SUFFIXES.items():
             if re.sub(r"\s", "_", name).lower().endswith(suffix.lower()) and len(name) > len(suffix):
@@ -62,6 +61,15 @@ def parse(header: str) -> tuple[str, str]:
             if len(last) == 2 and any(factor(last[1], known) for known in UNITS):
                 name, unit = last[0], last[1]
     return re.sub(r"\W+", "_", name.strip().lower()).strip("_"), unit
+
+
+def _in_brackets(text: str) -> tuple[str, str]:
+    """What stands before the brackets at the end of a text, and within them; "" where it has none."""
+    start = max(text.rfind("["), text.rfind("("))
+    inside = text[start + 1 : -1]
+    if start < 0 or not text.endswith(("]", ")")) or {*inside} & {*"])"}:
+        return text, ""
+    return text[:start].rstrip(), inside.strip()
 
 
 def channel(header: str, message: str) -> Channel | None:

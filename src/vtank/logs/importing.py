@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,7 +14,7 @@ from ..errors import InputError
 from ..plant.recorded import check_recorded
 from ..plant.vehicle import Vehicle, load_vehicle
 from ..record.contradictions import contradictions
-from ..record.files import unread
+from ..record.files import check_file, unread
 from ..record.run import Run
 from ..record.shown import preformatted
 from ..record.writer import DECIMALS, write_run
@@ -26,6 +27,8 @@ from .map_file import read_mapping
 from .mapping import HEADER, PRESETS, Mapping
 from .preview import preview
 
+LOG_BYTES = 2**32  # of a log, 4 GB: no file on the cards of autopilots (FAT) is longer
+BAGS = ("rosbag1", "rosbag2", "mcap")  # which hold pictures as well, and may be longer
 ULOG_HEAD = b"ULog\x01\x12\x35"
 Reader = Callable[[Path, Log], None]
 
@@ -87,7 +90,7 @@ def import_log(
     if not found.samples:
         heard = ", ".join(f"{name} ({each.kind})" if each.kind else name for name, each in sorted(log.streams.items()))
         raise InputError(f"{files[0]}: no channel of a vehicle found by {chosen.path.name}; write a mapping file for "
-                         f"--map; there are: {heard or 'no messages'}")  # fmt: skip
+                         f"--map; there are: {heard or 'no messages'}{log.lost('; ')}")  # fmt: skip
     start = min(float(time_s[0]) for time_s, _ in found.samples.values())
     channels = {name: (np.round(time_s - start, DECIMALS), values) for name, (time_s, values) in
                 found.samples.items()}  # fmt: skip
@@ -105,20 +108,19 @@ def _kind(path: Path) -> str:
     """What a file is, by its first bytes; "table" for all else. InputError where it cannot be read."""
     if path.is_dir():
         return "rosbag2 folder"
+    check_file(path, math.inf)
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is a pipe, a device or a socket, expected a log")
         with path.open("rb") as file:
             head = file.read(16)
     except OSError as error:
         raise unread(path, error) from None
-    except ValueError as error:  # a NUL in the name
-        raise InputError(f"{str(path)!r}: not a path ({error})") from None
     if not head:
         raise InputError(f"{path}: the file is empty, expected a log")
     heads = {ULOG_HEAD: "ulog", mcap.HEAD: "mcap", rosbag1.HEAD: "rosbag1", rosbag2.HEAD: "rosbag2",
              dataflash.MARK: "dataflash"}  # fmt: skip
     known = next((kind for start, kind in heads.items() if head.startswith(start)), "")
+    if known not in BAGS:
+        check_file(path, LOG_BYTES)
     return known or ("tlog" if len(head) > 8 and head[8] in tlog.MAGIC and head[0] == 0 else "table")
 
 

@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 
+REASON = 100  # characters of why something could not be decoded; a choice
+NAMED = 12  # kinds of messages that could not be decoded, the most frequent, that are named; a choice
 Wanted = Callable[[str, str], Sequence[str]]  # (message or topic, its type) -> fields to keep; none: only count
 
 
@@ -76,6 +78,7 @@ class Log:
         streams: name of the message or topic -> what it held.
         parameters: of the vehicle, as the log tells them.
         undecoded: name of a message -> how many could not be decoded.
+        why: name of a message -> why the first of them could not be decoded, where that is known.
         remarks: what the reader of the preview should know, in words.
     """
 
@@ -84,6 +87,7 @@ class Log:
     streams: dict[str, Stream] = field(default_factory=dict)
     parameters: dict[str, float] = field(default_factory=dict)
     undecoded: Counter[str] = field(default_factory=Counter)
+    why: dict[str, str] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
 
     def stream(self, name: str, kind: str = "") -> Stream:
@@ -91,6 +95,30 @@ class Log:
         if name not in self.streams:
             self.streams[name] = Stream(kind, values={key: array("d") for key in self.wanted(name, kind)})
         return self.streams[name]
+
+    def learn(self, name: str, value: float) -> None:
+        """Keep a parameter of the vehicle; one that is no finite number is counted and left out."""
+        if math.isfinite(value):
+            self.parameters[name] = value
+        else:
+            self.lose(f"parameter {name}", "no number")
+
+    def lose(self, name: str, why: str = "") -> None:
+        """Count a message that could not be decoded."""
+        self.undecoded[name] += 1
+        if why:
+            self.why.setdefault(name, " ".join(why.split())[:REASON])
+
+    def lost(self, before: str = "") -> str:
+        """What could not be decoded, and why, in words behind `before`; "" where all could."""
+        if not self.undecoded:
+            return ""
+        counts = ", ".join(
+            f"{count} of {name}" + (f" ({self.why[name]})" if name in self.why else "")
+            for name, count in self.undecoded.most_common(NAMED)
+        )
+        more = ", ..." * (len(self.undecoded) > NAMED)
+        return f"{before}{sum(self.undecoded.values())} could not be decoded: {counts}{more}"
 
     def cut(self, what: str) -> None:
         """Say that the file ends too early."""
@@ -111,7 +139,7 @@ def number(message: Any, name: str) -> float:
         for step in steps(name):
             message = message[step] if isinstance(step, int) or isinstance(message, dict) else getattr(message, step)
         return float(message)
-    except (AttributeError, LookupError, TypeError, ValueError):
+    except (AttributeError, LookupError, TypeError, ValueError, OverflowError):
         return math.nan
 
 

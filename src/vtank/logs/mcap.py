@@ -5,13 +5,13 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import BinaryIO
 
 from .log import Log
-from .records import decompressed, read_up_to
+from .records import Chunks, CutOff, read_up_to
 from .ros import Messages, type_name
-from .rosbag1 import CutOff
 
 HEAD = b"\x89MCAP0\r\n"
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END = 3, 4, 5, 6, 15  # what a record is
@@ -22,52 +22,69 @@ MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, number, time of the log and of
 def read(path: Path, log: Log) -> None:
     """Read an MCAP log whose messages are encoded as cdr (ROS 2), ros1 or json. InputError without rosbags."""
     log.kind = "MCAP log"
-    taken = Messages(log, f"{path}: an MCAP log")
-    schemas: dict[int, tuple[str, str, str]] = {}
-    channels: dict[int, tuple[str, str, str]] = {}
+    found = Found(Messages(log, f"{path}: an MCAP log"), Chunks(path))
     with path.open("rb") as file:
         file.seek(len(HEAD))
         try:
-            _read(file, schemas, channels, taken)
-        except CutOff:
-            log.cut("it ends within a record")
+            for kind, data in until_end(file):
+                found.take(kind, data)
+        except CutOff as error:
+            log.cut(str(error))
 
 
-def _read(
-    file: BinaryIO, schemas: dict[int, tuple[str, str, str]], channels: dict[int, tuple[str, str, str]], taken: Messages
-) -> None:
-    for kind, data in records(file):
+class Found:
+    """What a log has told so far, and where its messages go."""
+
+    def __init__(self, taken: Messages, chunks: Chunks) -> None:
+        """Nothing yet."""
+        self.taken, self.chunks = taken, chunks
+        self.schemas: dict[int, tuple[str, str, str]] = {}
+        self.channels: dict[int, tuple[str, str, str]] = {}
+
+    def take(self, kind: int, data: bytes) -> None:
+        """A record of the file itself; one that is too short to be what it says is counted."""
+        try:
+            if kind == CHUNK:
+                self._chunk(data)
+            else:
+                self._record(kind, data)
+        except struct.error:
+            self.taken.log.lose("record", "too short")
+
+    def _chunk(self, data: bytes) -> None:
+        """The records of a chunk; of one that is cut off, as many as it holds. A chunk within a chunk is none."""
+        (method,) = _texts(data[CHUNK_HEAD.size :], 1)
+        start = CHUNK_HEAD.size + 4 + len(method) + 8
+        try:
+            inside = self.chunks.opened(data[start:], method)
+        except ValueError as error:
+            self.taken.log.lose("chunk", str(error))
+            return
+        for kind, inner in until_end(io.BytesIO(inside)):
+            if kind == CHUNK:
+                self.taken.log.lose("chunk", "within a chunk")
+            else:
+                self.take(kind, inner)
+
+    def _record(self, kind: int, data: bytes) -> None:
         if kind == SCHEMA:
             name, language, text = _texts(data[2:], 3)
-            schemas[int.from_bytes(data[:2], "little")] = type_name(name), language, text
+            self.schemas[int.from_bytes(data[:2], "little")] = type_name(name), language, text
         elif kind == CHANNEL:
             topic, encoding = _texts(data[4:], 2)
             number, schema = struct.unpack("<HH", data[:4])
-            name, language, text = schemas.get(schema, ("", "", ""))
-            channels[number] = topic, name, encoding
-            taken.define(encoding, name, text, language)
+            name, language, text = self.schemas.get(schema, ("", "", ""))
+            self.channels[number] = topic, name, encoding
+            self.taken.define(encoding, name, text, language)
         elif kind == MESSAGE:
             number, _, time_ns, _ = MESSAGE_HEAD.unpack_from(data)
-            if number in channels:
-                taken.take(*channels[number], time_ns * 1e-9, data[MESSAGE_HEAD.size :])
-        elif kind == CHUNK:
-            _chunk(data, schemas, channels, taken)
-        elif kind == DATA_END:
-            return
+            if number in self.channels:
+                self.taken.take(*self.channels[number], time_ns * 1e-9, data[MESSAGE_HEAD.size :])
 
 
-def _chunk(
-    data: bytes, schemas: dict[int, tuple[str, str, str]], channels: dict[int, tuple[str, str, str]], taken: Messages
-) -> None:
-    """The records of a chunk; of one that is cut off, as many as it holds."""
-    (method,) = _texts(data[CHUNK_HEAD.size :], 1)
-    start = CHUNK_HEAD.size + 4 + len(method) + 8
-    try:
-        inside = decompressed(data[start:], method)
-    except ValueError as error:
-        taken.log.undecoded[f"chunk ({error})"] += 1
-        return
-    _read(io.BytesIO(inside), schemas, channels, taken)
+def until_end(file: BinaryIO) -> Iterator[tuple[int, bytes]]:
+    """The records up to that which says that the data end."""
+    return takewhile(lambda record: record[0] != DATA_END, records(file))
 
 
 def records(file: BinaryIO) -> Iterator[tuple[int, bytes]]:

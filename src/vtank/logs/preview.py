@@ -55,8 +55,7 @@ def _notes(log: Log, found: Columns) -> list[str]:
     if left:
         lines.append(f"not taken: {', '.join(left)}; a mapping file tells what they are (--map)")
     if log.undecoded:
-        counts = ", ".join(f"{count} of {name}" for name, count in log.undecoded.most_common())
-        lines.append(f"{sum(log.undecoded.values())} could not be decoded: {counts}")
+        lines.append(log.lost())
     if found.armed is not None:
         lines.append("motors armed: " + ("never" if not found.armed else "at times" if found.armed < 1.0 else "yes"))
     return ["", *lines, *log.remarks, *found.remarks] if lines or log.remarks or found.remarks else []

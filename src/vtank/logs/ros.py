@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from typing import Any
 
-from .log import Log, library
+from .log import Log, library, number
 
 DOWN = ("ned", "frd")  # ends of the names of frames whose z axis points down, REP-103
 APART_S = 3600.0  # [s] between stamp and receipt above which they are different clocks; a choice
@@ -51,22 +52,28 @@ class Messages:
         if not stream.values:
             return
         if encoding not in self.decoders:
-            self.log.undecoded[f"{topic} ({encoding})"] += 1
+            self.log.lose(topic, f"encoding '{encoding}' is not known")
             return
         try:
             message = self.decoders[encoding](raw, kind)
-        except Exception:  # rosbags raises many kinds for bytes that are not what the definition says
-            self.log.undecoded[topic] += 1
+        except Exception as error:  # rosbags raises many kinds for bytes that are not what the definition says
+            self.log.lose(topic, self._why(encoding, kind, error))
             return
         if stream.sample is None:
             frame = str(getattr(getattr(message, "header", None), "frame_id", ""))
             stream.down = frame.lower().endswith(DOWN)
         stream.keep(self._time_s(message, received_s), message)
 
+    def _why(self, encoding: str, kind: str, error: Exception) -> str:
+        """Why a message could not be decoded."""
+        store = self.stores.get(encoding)
+        if store is not None and kind not in store.fielddefs:
+            return f"its type '{kind}' is not known"
+        return f"not {encoding} as expected: {error}"
+
     def _time_s(self, message: Any, received_s: float) -> float:
-        stamp = getattr(getattr(message, "header", None), "stamp", None)
-        stamped_s = stamp.sec + stamp.nanosec * 1e-9 if stamp is not None else 0.0
-        if not stamped_s:
+        stamped_s = number(message, "header.stamp.sec") + number(message, "header.stamp.nanosec") * 1e-9
+        if not stamped_s or not math.isfinite(stamped_s):
             return received_s
         if self.by_receipt is None:
             self.by_receipt = abs(stamped_s - received_s) > APART_S

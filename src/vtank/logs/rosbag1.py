@@ -9,15 +9,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .log import Log
-from .records import decompressed, read_up_to
+from .records import Chunks, CutOff, read_up_to
 from .ros import Messages, type_name
 
 HEAD = b"#ROSBAG V2.0\n"
 MESSAGE, CHUNK, CONNECTION = b"\x02", b"\x05", b"\x07"  # what a record is, in its field `op`
-
-
-class CutOff(Exception):
-    """The file ends in the middle of a record, or holds none from here on."""
 
 
 def read(path: Path, log: Log) -> None:
@@ -25,27 +21,30 @@ def read(path: Path, log: Log) -> None:
     log.kind = "ROS 1 bag"
     taken = Messages(log, f"{path}: a ROS bag")
     topics: dict[bytes, tuple[str, str]] = {}
+    chunks = Chunks(path)
     with path.open("rb") as file:
         file.seek(len(HEAD))
         try:
             for fields, data in records(file):
-                if fields.get(b"op") == CHUNK:
-                    _chunk(fields, data, topics, taken)
-                else:
-                    _record(fields, data, topics, taken)
-        except CutOff:
-            log.cut("it ends within a record")
+                for each, payload in _records_of(fields, data, chunks, log):
+                    _record(each, payload, topics, taken)
+        except CutOff as error:
+            log.cut(str(error))
 
 
-def _chunk(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[str, str]], taken: Messages) -> None:
-    """The records of a chunk; of one that is cut off, as many as it holds."""
-    try:
-        inside = decompressed(data, fields.get(b"compression", b"none").decode())
-    except ValueError as error:
-        taken.log.undecoded[f"chunk ({error})"] += 1
+def _records_of(
+    fields: dict[bytes, bytes], data: bytes, chunks: Chunks, log: Log
+) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
+    """The records of a chunk, of one that is cut off as many as it holds; a record that is none, by itself."""
+    if fields.get(b"op") != CHUNK:
+        yield fields, data
         return
-    for inner, payload in records(io.BytesIO(inside)):
-        _record(inner, payload, topics, taken)
+    try:
+        inside = chunks.opened(data, fields.get(b"compression", b"none").decode())
+    except ValueError as error:
+        log.lose("chunk", str(error))
+        return
+    yield from records(io.BytesIO(inside))
 
 
 def _record(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[str, str]], taken: Messages) -> None:
@@ -53,7 +52,7 @@ def _record(fields: dict[bytes, bytes], data: bytes, topics: dict[bytes, tuple[s
     try:
         _learn_or_take(fields, data, topics, taken)
     except (KeyError, ValueError, struct.error, CutOff):
-        taken.log.undecoded["record"] += 1
+        taken.log.lose("record", "its head is damaged")
 
 
 def _learn_or_take(

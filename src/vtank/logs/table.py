@@ -9,7 +9,7 @@ from array import array
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from itertools import islice
 from pathlib import Path
 from typing import TextIO
@@ -24,6 +24,7 @@ from .units import factor
 NAME = "table"  # of the one stream that a table is
 DELIMITERS = (";", "\t", "|", ",")
 EMPTY = {"", "nan", "null", "none", "na", "n/a", "-", "--"}
+CLOCK = re.compile(r"(\d{1,6}):(\d\d):(\d\d(?:[.,]\d+)?)", re.ASCII)  # a time of day, or hours from a start
 LONGEST = 2**18  # characters of a line; a choice
 LOOK = 50  # lines by which the dialect is found; a choice
 DAY_S = 86400.0  # [s] of a clock that tells the time of day
@@ -98,6 +99,9 @@ def read(path: Path, log: Log, mapping: Mapping) -> None:
             values.append(_number(cells[k], how, log, how.header[k]))
         for values in absent:
             values.append(math.nan)
+    if short and not stamps:
+        raise InputError(f"{path}: no row is complete and has a time in column '{how.header[how.time]}'; expected a "
+                         "number, a date or h:m:s in each")  # fmt: skip
     if short:
         log.remarks.append(f"{short} rows are incomplete or have no time: left out")
     scale = _time_scale(how, stamps, log)
@@ -125,26 +129,44 @@ def _lines(file: TextIO) -> Iterator[str]:
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
-    cells = next(csv.reader([line], delimiter=delimiter)) if '"' in line else line.split(delimiter)
+    """The cells of a line; quotes stay as they are about a cell that is too long for csv."""
+    cells = line.split(delimiter)
+    if '"' in line:
+        with suppress(csv.Error):
+            cells = next(csv.reader([line], delimiter=delimiter))
     return [cell.strip() for cell in cells]
 
 
 def _number(cell: str, how: Dialect, log: Log, name: str) -> float:
-    try:
-        return float(cell.replace(",", ".") if how.comma else cell)
-    except ValueError:
-        if cell.lower() not in EMPTY:
-            log.undecoded[f"cells of '{name}'"] += 1
+    value = _plain(cell, how.comma)
+    if math.isnan(value) and cell.lower() not in EMPTY:
+        log.lose(f"cells of '{name}'")
+    return value
+
+
+def _plain(cell: str, comma: bool) -> float:
+    """A finite number as a run may hold it, else NaN: also of 1_000 and foreign digits, which float() takes."""
+    if "_" in cell or not cell.isascii():
         return math.nan
+    try:
+        value = float(cell.replace(",", ".") if comma else cell)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
 
 
 def stamp(cell: str, comma: bool) -> float:
-    """A time as a number, a date with time of day, or a time of day, in seconds or the file's unit; NaN for others."""
+    """A time as a number, a date with time of day, or a time of day, in seconds or the file's unit; NaN for others.
+
+    A date without a zone is one of UTC, whatever the zone of the computer that reads it.
+    """
+    number = _plain(cell, comma)
+    if not math.isnan(number):
+        return number
     with suppress(ValueError):
-        return float(cell.replace(",", ".") if comma else cell)
-    with suppress(ValueError):
-        return datetime.fromisoformat(cell.replace(",", ".")).timestamp()
-    parts = re.fullmatch(r"(\d+):(\d\d):(\d\d(?:[.,]\d+)?)", cell)
+        date = datetime.fromisoformat(cell.replace(",", "."))
+        return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
+    parts = CLOCK.fullmatch(cell)
     if not parts:
         return math.nan
     return int(parts[1]) * 3600.0 + int(parts[2]) * 60.0 + float(parts[3].replace(",", "."))

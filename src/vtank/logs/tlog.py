@@ -33,10 +33,10 @@ def read(path: Path, log: Log) -> None:
     for received_s, packet in packets(path, log):
         try:
             message = decoder.decode(bytearray(packet))
-        except dialect.MAVError:
+        except dialect.MAVError as error:
             identity = packet[7:10] if packet[0] == 0xFD else packet[5:6]
             known = dialect.mavlink_map.get(int.from_bytes(identity, "little"))
-            log.undecoded[known.msgname if known else "unknown message"] += 1
+            log.lose(known.msgname if known else "unknown message", str(error))
             continue
         name, system = message.get_type(), message.get_srcSystem()
         if name in ("HEARTBEAT", "SYSTEM_TIME") or system == GROUND:
@@ -53,7 +53,7 @@ def read(path: Path, log: Log) -> None:
         if stream.values:
             stream.keep(time_s, message)
         if name == "PARAM_VALUE":
-            log.parameters[message.param_id] = float(message.param_value)
+            log.learn(message.param_id, float(message.param_value))
     clock.set_right(log)
 
 

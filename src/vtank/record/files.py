@@ -32,10 +32,10 @@ def stem(path: Path) -> str:
     return path.stem.encode(errors="backslashreplace").decode()
 
 
-def check_file(path: Path) -> None:
+def check_file(path: Path, most: float = MOST_BYTES) -> None:
     """InputError for what is no file to read: what cannot be seen, a folder, what has no end or is too long.
 
-    No end have pipes, devices and sockets; too long is a file of more than MOST_BYTES.
+    No end have pipes, devices and sockets; too long is a file of more than `most` bytes.
     """
     try:
         state = path.stat()
@@ -46,9 +46,10 @@ def check_file(path: Path) -> None:
     if not stat.S_ISREG(state.st_mode):
         found = "a folder" if stat.S_ISDIR(state.st_mode) else "a pipe, a device or a socket"
         raise InputError(f"{path}: is {found}, expected a file")
-    if state.st_size > MOST_BYTES:
-        found, most = f"{state.st_size / 2**20:,.0f} MB", f"{MOST_BYTES / 2**20:,.0f} MB"
-        raise InputError(f"{path}: holds {found}, expected {most} at most; split it, or record fewer samples a second")
+    if state.st_size > most:
+        found, expected = f"{state.st_size / 2**20:,.0f} MB", f"{most / 2**20:,.0f} MB"
+        said = f"{path}: holds {found}, expected {expected} at most"
+        raise InputError(f"{said}; split it, or record fewer samples a second")
 
 
 def unread(path: Path, error: OSError) -> InputError:
