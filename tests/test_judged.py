@@ -45,6 +45,13 @@ def shares(
         ("none", STORM, (0.0, 0.0), (0.0, 0.0), "disturbance"),
         ("effect", STORM, (0.2, 0.4), (0.0, 0.0), ""),
         ("unknown", STORM, (-0.4, -0.1), (0.2, 0.5), ""),
+        (
+            "unknown",
+            STILL,
+            (0.0, 0.0),
+            (-0.4, 0.4),
+            "unseen",
+        ),  # all that data left out hold is own parameters and noise
     ],
 )
 def test_what_the_budget_does_not_bear_out_is_undecided(

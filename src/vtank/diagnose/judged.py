@@ -18,16 +18,20 @@ from .verdict import Verdict
 
 LIKELY = 0.95  # probability from which data left out speak against a verdict
 REPEATS = 0.1  # least share of the gap that repeats without a name and yet was denied; a choice
+UNSEEN = 1e-3  # share of the gap below which nothing is missing on data left out; a choice
 
 
 def judged(verdict: Verdict, found: Budget, setting: Setting) -> Verdict:
     """The verdict, or that it is undecided, and why."""
-    doubt = "" if verdict.kind in ("unknown", "undecided") else _doubt(verdict, found, setting)
+    doubt = "" if verdict.kind == "undecided" else _doubt(verdict, found, setting)
     return replace(verdict, kind="undecided", doubt=doubt) if doubt else verdict
 
 
 def _doubt(verdict: Verdict, found: Budget, setting: Setting) -> str:
-    """What speaks against it: "worse", "repeats" or "disturbance"; nothing where all agrees."""
+    """What speaks against it: "worse", "repeats", "disturbance" or "unseen"; nothing where all agrees."""
+    if verdict.kind == "unknown":
+        missing = found.share("repeatable") + found.share("disturbance")
+        return "unseen" if missing + found.share("effect") < UNSEEN else ""
     if verdict.kind != "none" and found.verdict.interval90[1] < 0.0 and consistent(-np.array(found.gains)):
         return "worse"
     if verdict.kind not in ("none", "parameters"):

@@ -32,7 +32,7 @@ class Verdict:
         probability: of the verdict's class, or of the kind.
         fit: the explanation that goes with it.
         varying: own parameters that differ from run to run.
-        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats or disturbance.
+        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats, disturbance or unseen.
     """
 
     kind: str
