@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from drawings import SVG, cut_off
 from recorded import NOISE, NOMINAL, differing
 from test_report_words import document
 
@@ -235,6 +236,18 @@ def test_every_run_is_shown_measured_and_simulated() -> None:
     assert all(f"run_{k}" in texts for k in range(7)) and texts.count("range [m]") == 7
     curves = [e.attrib["class"] for e in root.iter("{http://www.w3.org/2000/svg}polyline")]
     assert curves.count("line nominal") == curves.count("line diagnosed") == 14  # over time, and their errors below
+    assert cut_off(svg) == []
+
+
+def test_a_simulator_that_leaves_the_recording_is_cut_off_at_its_panel() -> None:
+    """The panel shows what was measured and diagnosed: another simulator does not run across the errors below it."""
+    time = np.arange(0.0, 30.0, 0.1)
+    error = {"nominal": 0.2 * time, "diagnosed": 0.0 * time}
+    counts = dict.fromkeys(error, np.ones(time.size, bool))
+    gap = RunGap("run", 0, time, np.cos(time), error, counts, 0.01, 0.5)
+    root = ElementTree.fromstring(pictures_budget.runs_picture([gap], "nominal"))
+    clips = {e.attrib["class"]: e.get("clip-path") for e in list(root.iter(f"{SVG}polyline"))[:2]}
+    assert clips == {"line nominal": "url(#runs-1)", "line diagnosed": None}
 
 
 def test_a_verdict_that_the_budget_does_not_bear_out_says_why() -> None:
