@@ -39,6 +39,11 @@ def _size(value: float | None, unit: str) -> str:
     return length(value, unit)
 
 
+def size(value: float, name: str) -> str:
+    """An error of a column, by the column's name."""
+    return _size(value, unit_of(name))
+
+
 def unit_of(name: str) -> str:
     """The unit of a column, by its name."""
     known = column(name)
