@@ -81,8 +81,9 @@ def explore(
         say(f"flying: {plan.candidate.words}")
         runs.append(replace(fly(plan.candidate.text, len(runs) + 1), name=f"run_{len(runs) + 1}"))
         spent += plan.candidate.minutes
-        say(f"diagnosing {len(runs)} runs, {spent:.1f} min")
-        diagnosis = diagnose(runs, planner.vehicle, None, effects)
+        so_far = f"{len(runs)} runs, {spent:.1f} of at most {minutes:g} min"
+        say(f"diagnosing {so_far}")
+        diagnosis = diagnose(runs, planner.vehicle, None, effects, lambda text, so_far=so_far: say(f"{so_far}: {text}"))
         steps.append(Step(plan, spent, diagnosis))
         chance, decided = doubt.decided(diagnosis, runs)
         plans = [] if decided else doubt.plans(diagnosis)
