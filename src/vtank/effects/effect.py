@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import FunctionType
-from typing import Literal
+from typing import Any, Literal
 
 Channel = Literal["hydrodynamics", "actuator", "sensor"]
 Standing = Literal["separable", "absorbed", "tied"]
@@ -33,8 +33,9 @@ def unit_suffix(unit: str) -> str:
 
 def plain(law: Law) -> FunctionType:
     """A law as it is written, not compiled."""
-    written: FunctionType = getattr(law, "py_func", law)
-    return written
+    written: Any = law
+    plain: FunctionType = getattr(written, "py_func", written)
+    return plain
 
 
 def line_of(law: Law | None) -> int:

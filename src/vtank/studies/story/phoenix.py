@@ -84,8 +84,9 @@ def recording(runs: Sequence[vt.Run], possible: int) -> Step:
     """What was recorded, and that its cause is not told."""
     pings = sum(int(np.isfinite(run.columns["range_m"]).sum()) for run in runs)
     text = (
-        f"{len(runs)} experiments, {words.listed([run.name for run in runs])}, {sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges. Of {possible} "
-        "effects that the simulator lacks the seed drew one, and other drag, thrust and lag; all stay sealed."
+        f"{len(runs)} experiments ({words.listed([run.name for run in runs])}), "
+        f"{sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges. Of {possible} effects that the simulator "
+        "lacks the seed drew one, and other drag, thrust and lag; all stay sealed."
     )
     return Step("A recording whose cause is withheld", text)
 
@@ -96,7 +97,8 @@ def beside(folder: Path) -> Step:
     seen = vt.view(folder / "recording" / f"{name}.csv")
     svg, apart_m = overlay("before", seen, {"nominal": seen.flown})
     film = filmed(seen, folder, "film.mp4", "The simulator, and the recording as a ghost in blue")
-    text = f"Given the propeller speeds of {name}, it is up to {words.length(apart_m, 'm')} from where the vehicle was"
+    far = words.length(apart_m, "m")
+    text = f"Given the propeller speeds of the experiment {name}, it is up to {far} from where the vehicle was"
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"))
     picture = Drawing(svg, f"{name}: distance ahead, and by how much the simulator misses it.", legend)
     return Step("Its simulator beside it", f"{text}. {film.text}".strip(), (picture, *film.blocks))
@@ -127,7 +129,8 @@ def gap(document: dict[str, Any]) -> Step:
         "What it is made of, from above to below. Nine times out of ten other data would put an end within its line."
     )
     picture = Drawing(svg, caption)
-    text = f"The simulator misses the recording by {size}; sensor noise alone gives {noise}. {words_budget.shared_out(document)}"
+    shares = filter(None, (words_budget.shared_out(document), words_budget.imitated(document["budget"])))
+    text = f"The simulator misses the recording by {size}; sensor noise alone gives {noise}. {' '.join(shares)}"
     return Step("The gap and its budget", text, (picture,), ("The gap", size, f"sensor noise alone gives {noise}"))
 
 
