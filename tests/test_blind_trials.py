@@ -544,3 +544,15 @@ def test_what_is_too_faint_to_see_counts_as_not_there() -> None:
 
 def test_no_rows_make_no_score() -> None:
     assert "kind right" not in markdown(tables(grouped([])))
+
+
+def test_who_interrupts_the_making_of_cases_is_told_that_nothing_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*given: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("vtank.studies.blind.make.make", interrupted)
+    assert main(["blind", "make", "--trials", "2", "--seed", "7", "--out", str(tmp_path / "trials")]) == 130
+    told = capsys.readouterr().err
+    assert "nothing is kept, the same command begins anew" in told and "interrupted" in told

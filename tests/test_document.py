@@ -16,13 +16,20 @@ import pytest
 from browser import shot
 
 from vtank.present.blocks import Bars, Block, Details, Drawing, Film, Heading, Links, Paragraph, Picture, Table, Terms
-from vtank.present.document import csv_text, html, literal, markdown, plain
+from vtank.present.document import bound, csv_text, html, literal, markdown, plain
 from vtank.present.numbers import fixed, number, percent
 from vtank.present.svg import drawn
 from vtank.record import jsonable
 
 EVIL = ("<script>alert(1)</script>", "*a* _b_ `c` ~d~", "![x](http://y/z.png)", "[x](javascript:alert(1))", "&lt;b&gt;",
         "a|b", "\\*not\\*", "x\n# y", "<!-- z -->")  # fmt: skip
+
+
+def test_no_line_breaks_between_a_number_and_its_unit() -> None:
+    space = "\N{NO-BREAK SPACE}"
+    told = "6.77 mm of 30 % in 2 runs, 0.3 m/s at 5 minutes"
+    assert bound(told) == f"6.77{space}mm of 30{space}% in 2 runs, 0.3{space}m/s at 5 minutes"
+    assert f"<b>49{space}% of its force</b>" in html("t", [Paragraph("thruster 1", "49 % of its force")])
 
 
 def page(text: str) -> list[Block]:

@@ -85,7 +85,7 @@ def test_the_readme_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsy
         "<mujoco><worldbody><body name='hull'><freejoint/><geom size='0.2' mass='40'/></body></worldbody></mujoco>"
     )
     follow(blocks(README), ELSEWHERE)
-    assert "Thruster_1 lacks 30 % of its force" in capsys.readouterr().out
+    assert "Thruster 1 lacks 30 % of its force" in capsys.readouterr().out
     logfiles.check(read_run(tmp_path / "dive.csv"), ("thruster_1_command", "depth_m"), 2e-4)
     bag = import_log(tmp_path / "bag", mapping=tmp_path / "thrusters.toml").run
     assert np.allclose(bag.samples("port_rev_s")[1], 10.0 * logfiles.COMMAND) and "surge_m_s" in bag.columns

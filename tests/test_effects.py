@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from vtank.effects import catalogue
+from vtank.effects import effect as effect_module
 from vtank.effects.catalogue import BY_NAME, CATALOGUE
 from vtank.effects.effect import Effect, Need, Parameter, unit_suffix
 from vtank.effects.loaded import effects_in
@@ -121,10 +122,17 @@ def test_a_force_asks_for_what_the_equation_has_and_says_what_it_depends_on(name
     if said:
         with pytest.raises(ValueError, match=said):
             added([effect], SYMBOLS, {})
+        line = law.__code__.co_firstlineno
+        with pytest.raises(InputError, match=f"^own.py:{line}: effect 'linear_drag': .*{said}"):
+            catalogue.checked("own.py", effect)
     else:
         p = vector({"linear_drag.c": 0.5})
         add = added([effect], {"u_r": "u_r"}, {}).py_func
         assert add(1.0, 2.0, p) == 0.0 and add(1.0, 2.0, null_vector()) == 1.0
+
+
+def test_what_a_force_may_ask_for_is_what_the_equation_of_motion_has():
+    assert set(SYMBOLS) == set(effect_module.SYMBOLS)
 
 
 def test_tied_effects_name_each_other():

@@ -70,6 +70,8 @@ def test_a_function_is_not_hidden_by_the_package_of_its_name() -> None:
 
 
 def test_a_name_that_is_not_there_is_told() -> None:
+    with pytest.raises(AttributeError, match="'vtank' has no attribute 'lood'; did you mean 'load'?"):
+        getattr(vt, "lood")  # noqa: B009
     with pytest.raises(AttributeError, match="'vtank' has no attribute 'simulate'"):
         _ = vt.simulate
 
@@ -97,7 +99,7 @@ def test_a_model_is_identified() -> None:
     truth = vt.load_truth("paper-ii")
     assert list(fit.values) == list(fit.sd) == ["alpha", "beta", "thrust_lag.tau"]
     assert abs(fit.values["alpha"] - truth.alpha_per_m) < 4.0 * fit.sd["alpha"]
-    with pytest.raises(vt.InputError, match="'IV': expected one of I, II, III"):
+    with pytest.raises(vt.InputError, match="no model 'IV'; .*there are: I, II, III"):
         vt.identify(runs, model="IV")
 
 

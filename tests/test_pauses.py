@@ -88,7 +88,7 @@ def test_predict_takes_the_stretches(
     file: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(model_file, "read_model", lambda path: nominal_alone())
-    assert main(["predict", "model.toml", str(file)]) == 0
+    assert main(["predict", "model.toml", str(file), "--json", "-"]) == 0
     captured = capsys.readouterr()
     assert json.loads(captured.out)["rms"]["nominal"] < 0.008
     assert "taken as stretches" in captured.err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from recorded import NOISE_M, NOMINAL, record, recordings, sine
 
+import vtank as vt
 from vtank.cli import main
 from vtank.diagnose.diagnosis import Diagnosis, diagnose
 from vtank.diagnose.holdout import Model, model_of
@@ -107,13 +109,36 @@ def test_predict_prints_gaps_of_a_run_never_seen(
     model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "gaps.json"
-    assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(out)]) == 0
+    assert main(["predict", str(model), str(unseen(tmp_path)), "--json", "-"]) == 0
     gaps = json.loads(capsys.readouterr().out)
+    assert main(["predict", str(model), str(unseen(tmp_path)), "--json", str(out)]) == 0
+    header, row, note = capsys.readouterr().out.splitlines()
     assert gaps == json.loads(out.read_text())
+    assert re.split("  +", header) == ["error on unseen", "as it is", "refitted", "diagnosed", "noise"]
+    assert row.startswith("position") and row.endswith(f"{1e3 * gaps['floor']:.3g} mm") and "measured" in note
     assert set(gaps) == {"unit", "rms", "floor"} and gaps["unit"] == "m"
     assert gaps["rms"]["diagnosed"] == pytest.approx(NOISE_M, rel=0.25)
     assert gaps["floor"] == pytest.approx(NOISE_M, rel=0.25)
     assert gaps["rms"]["diagnosed"] < 0.8 * gaps["rms"]["refit"] < gaps["rms"]["nominal"]
+
+
+def test_a_whole_vehicles_model_predicts_from_the_shell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A row for each instrument's channel, in words, with its unit; angles in degrees."""
+    (tmp_path / "gap.toml").write_text(
+        'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
+        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
+    )
+    weak = ("duration_s=15", "vehicle=bluerov2", 'effects."thruster_dead@thruster_4".share=0.5')
+    vt.run("whole/zigzag", seed=1, settings=weak, out=tmp_path / "zigzag")
+    command = ["predict", str(tmp_path / "gap.toml"), str(tmp_path / "zigzag" / "zigzag.csv")]
+    assert main(command) == 0
+    table = [re.split("  +", line) for line in capsys.readouterr().out.splitlines()]
+    rows = {row[0]: row[1:] for row in table}
+    assert rows["error on zigzag"] == ["as it is", "refitted", "diagnosed", "noise"]
+    assert rows["rate of turn, imu"][0].endswith(" °/s") and rows["heading, ahrs"][0].endswith("°")
+    assert rows["speed ahead, dvl"][0].endswith("m/s")
+    assert main([*command, "--json", "-"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["columns"]) == len(rows) - 2
 
 
 def test_what_cannot_be_predicted_is_told(model: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -201,7 +226,7 @@ def test_what_cannot_be_told_is_null(
     monkeypatch.setattr(
         model_file, "predict_gaps", lambda *given: {"unit": "m", "rms": {"refit": 0.5}, "floor": np.nan}
     )
-    assert main(["predict", "model.toml", str(unseen(tmp_path))]) == 0
+    assert main(["predict", "model.toml", str(unseen(tmp_path)), "--json", "-"]) == 0
     assert json.loads(capsys.readouterr().out, parse_constant=pytest.fail) == {
         "unit": "m",
         "rms": {"refit": 0.5},
@@ -217,6 +242,8 @@ def test_a_recording_that_no_model_follows_is_told(
     speeds, ranges = random.uniform(-180.0, 180.0, 300), random.uniform(0.0, 300.0, 300)
     write_run(tmp_path / "noise.csv", Run("noise", time, {"n_rev_s": speeds, "range_m": ranges}))
     assert main(["predict", str(model), str(tmp_path / "noise.csv")]) == 0
+    assert capsys.readouterr().out.count("runs away") == 3
+    assert main(["predict", str(model), str(tmp_path / "noise.csv"), "--json", "-"]) == 0
     told = capsys.readouterr()
     assert "noise.csv: runs away from it: nominal, refit, diagnosed; is it another vehicle" in told.err
     assert json.loads(told.out, parse_constant=pytest.fail)["rms"]["refit"] == 1e6

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from browser import open_page
+from drawings import cut_off
 from matplotlib.image import imread
 from recorded import find, recordings
 
@@ -127,6 +128,7 @@ def test_every_picture_says_what_it_shows(page: str) -> None:
     )
     assert [name for name, _ in titles] == ["budget", "gap", "shrink", "runs", "time", "spectrum", "force"]
     assert all(len(text) > 40 for _, text in titles)
+    assert [text for svg in re.findall(r"<svg id.*?</svg>", page, re.DOTALL) for text in cut_off(svg)] == []
 
 
 @pytest.fixture

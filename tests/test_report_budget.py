@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from drawings import SVG, cut_off
 from recorded import NOISE, NOMINAL, differing
 from test_report_words import document
 
@@ -55,7 +56,8 @@ def test_the_shares_are_told_in_one_sentence() -> None:
     found = budgeted("effects", lines(0.39, {"tachometer_bias": 0.5, "linear_drag": 0.105}, 0.0, 0.004, 0.001))
     assert words_budget.budget(found) == [
         f"{WHOLE}own parameters account for 39 %, tachometer bias for 50 % and linear drag for 10 %; 0.4 % is "
-        "disturbance (0.3 mm/s², as still water has) and 0.1 % is sensor noise."
+        "disturbance (0.3 mm/s², as still water has) and 0.1 % is sensor noise.",
+        "Own parameters are taken off first and may imitate the causes, which alone may account for nearly all.",
     ]
     assert f"Budget      {WHOLE}own" in terminal_text(found)
 
@@ -72,7 +74,18 @@ def test_of_a_whole_vehicle_no_share_is_hidden_and_what_they_are_of_is_said() ->
     assert [row[1] for row in table.rows] == [f"{MINUS}12 %", "111 %", "0 %", "0 %", "1.0 %"]
     assert table.notes[0] == "Shares of the mean-square error of the simulator as it is; they add to 100 %."
     assert "below zero adds" in table.notes[1]
-    assert len(whole.budget(lines(0.12, {"linear_drag@yaw": 0.87}, 0.0, 0.0, 0.01)).notes) == 1
+    assert len(whole.budget(lines(0.02, {"linear_drag@yaw": 0.97}, 0.0, 0.0, 0.01)).notes) == 1
+
+
+def test_own_parameters_that_may_imitate_the_cause_are_told_by_every_outlet() -> None:
+    """A refit bends drag and thrust until they hide most of a cause, also where the simulator's own are right."""
+    told = "Own parameters are taken off first and may imitate the cause, which alone may account for up to 98 %."
+    found = budgeted("effects", lines(0.91, {"linear_drag": 0.067}, 0.0, 0.0, 0.023))
+    assert words_budget.budget(found)[1] == told
+    assert told in " ".join(terminal_text(found).split())
+    assert whole.budget(lines(0.91, {"linear_drag@yaw": 0.067}, 0.0, 0.0, 0.023)).notes[1] == told
+    none = budgeted("parameters", lines(0.91, {}, 0.0, 0.0, 0.09))
+    assert "imitate" not in " ".join(words_budget.budget(none))
 
 
 def test_without_a_simulator_the_fit_of_drag_and_thrust_has_the_line() -> None:
@@ -235,6 +248,18 @@ def test_every_run_is_shown_measured_and_simulated() -> None:
     assert all(f"run_{k}" in texts for k in range(7)) and texts.count("range [m]") == 7
     curves = [e.attrib["class"] for e in root.iter("{http://www.w3.org/2000/svg}polyline")]
     assert curves.count("line nominal") == curves.count("line diagnosed") == 14  # over time, and their errors below
+    assert cut_off(svg) == []
+
+
+def test_a_simulator_that_leaves_the_recording_is_cut_off_at_its_panel() -> None:
+    """The panel shows what was measured and diagnosed: another simulator does not run across the errors below it."""
+    time = np.arange(0.0, 30.0, 0.1)
+    error = {"nominal": 0.2 * time, "diagnosed": 0.0 * time}
+    counts = dict.fromkeys(error, np.ones(time.size, bool))
+    gap = RunGap("run", 0, time, np.cos(time), error, counts, 0.01, 0.5)
+    root = ElementTree.fromstring(pictures_budget.runs_picture([gap], "nominal"))
+    clips = {e.attrib["class"]: e.get("clip-path") for e in list(root.iter(f"{SVG}polyline"))[:2]}
+    assert clips == {"line nominal": "url(#runs-1)", "line diagnosed": None}
 
 
 def test_a_verdict_that_the_budget_does_not_bear_out_says_why() -> None:

@@ -6,6 +6,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from drawings import SVG, cut_off
 
 from vtank.present.svg import MOST_POINTS, Panel, Scale, around, picture, plain, thinned
 
@@ -48,6 +49,7 @@ def test_around_holds_all_values_with_room() -> None:
 
 def test_numbers_on_an_axis() -> None:
     assert [plain(v) for v in (0.0, -0.5, 1234.0, 1e6, 2e-5)] == ["0", "\N{MINUS SIGN}0.5", "1234", "1e6", "2e-5"]
+    assert [plain(v) for v in (10000.0, 15000.0)] == ["10000", "15000"]
 
 
 def test_a_dense_line_keeps_its_extremes_and_order() -> None:
@@ -73,3 +75,32 @@ def test_a_picture_is_well_formed_and_says_what_it_shows() -> None:
         title is not None and title.text == "what <it> shows" and title.attrib["id"] == root.attrib["aria-labelledby"]
     )
     assert "run <1>" in [element.text for element in root.iter("{http://www.w3.org/2000/svg}text")]
+
+
+def test_a_line_that_leaves_its_panel_is_cut_off_there() -> None:
+    panels = [Panel(Scale(0.0, 1.0, 60.0, 300.0), Scale(0.0, 1.0, low, low - 90.0)) for low in (100.0, 220.0)]
+    for panel, top in zip(panels, (1.0, 7.0), strict=True):
+        panel.line(np.array([0.0, 1.0]), np.array([0.0, top]), "refit")
+    root = ElementTree.fromstring(picture("one", 320.0, 240.0, panels, "two lines"))
+    inside, leaving = root.iter(f"{SVG}polyline")
+    assert "clip-path" not in inside.attrib and leaving.attrib["clip-path"] == "url(#one-2)"
+    (outline,) = root.iter(f"{SVG}clipPath")
+    assert outline.attrib["id"] == "one-2"
+    assert outline[0].attrib == {"x": "60.0", "y": "130.0", "width": "240.0", "height": "90.0"}
+
+
+def test_numbers_of_a_narrow_axis_do_not_run_into_each_other() -> None:
+    panel = Panel(Scale(-8.0, 120.0, 200.0, 350.0), Scale(0.0, 1.0, 100.0, 10.0))
+    panel.frame(x_ticks=8)
+    root = ElementTree.fromstring(picture("one", 500.0, 140.0, [panel], "a narrow axis"))
+    numbers = [text for text in root.iter(f"{SVG}text") if text.get("class") == "tick middle"]
+    places = [float(text.attrib["x"]) for text in numbers]
+    assert len(places) >= 2 and min(np.diff(places)) > 30.0
+
+
+def test_a_text_that_runs_out_of_its_picture_is_found() -> None:
+    panel = Panel(Scale(0.0, 1.0, 200.0, 300.0), Scale(0.0, 1.0, 100.0, 10.0))
+    panel.frame("share", "height")
+    assert cut_off(picture("one", 320.0, 140.0, [panel], "short")) == []
+    panel.frame("a label that is much too long for it", "and one more, upright")
+    assert len(cut_off(picture("one", 320.0, 140.0, [panel], "long"))) == 2

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import pytest
 
 from vtank.plant.parameters import unit_of
 from vtank.present import whole, words
+from vtank.present.document import plain
 from vtank.present.terminal import terminal_text
+
+MINUS = "\N{MINUS SIGN}"
 
 
 def document(kind: str = "effect", effects: tuple[str, ...] = ("linear_drag",), **changes: Any) -> dict[str, Any]:
@@ -267,15 +271,54 @@ def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: i
 @pytest.mark.parametrize(
     ("name", "share", "told"),
     [
-        ("thruster_dead", -0.49, "thruster_4 lacks 49 % of its force"),
-        ("thruster_dead", -1.0, "thruster_4 lacks 100 % of its force"),
-        ("thrust_lag", 0.3, "thrust lag at thruster_4 (why)"),
+        ("thruster_dead", -0.49, "thruster 4 lacks 49 % of its force"),
+        ("thruster_dead", -1.0, "thruster 4 lacks 100 % of its force"),
+        ("thrust_lag", 0.3, "thrust lag at thruster 4 (why)"),
     ],
 )
 def test_what_a_part_has_lost_is_told_with_its_share(name: str, share: float, told: str) -> None:
     """No thruster that has half of its thrust is called dead."""
     values = {"size": {"value": share, "sd": 0.01, "unit": "-"}}
     assert whole.found({"name": name, "place": "thruster_4", "sentence": "why", "values": values}) == told
+
+
+def test_hypotheses_of_whole_vehicles_are_told_in_words() -> None:
+    told = {
+        "thruster_dead@thruster_4": "thruster 4 lacks part of its force",
+        "linear_drag@yaw+gyro_bias@imu": "linear drag at yaw and gyro bias at imu",
+        "sensor_scale@imu:imu.accel_x_m_s2": "sensor scale at imu (acceleration ahead, imu)",
+        "unknown@sway": "an unmodelled cause at sway",
+        "none": "no gap",
+    }
+    assert {name: whole.hypothesis(name) for name in told} == told
+
+
+def test_the_report_of_a_whole_vehicle_names_its_cause_and_units() -> None:
+    """In the title the cause, its size as a share, own parameters with their units, one sign for minus."""
+    lost = {"name": "thruster_dead", "place": "thruster_1", "column": "", "sentence": "why",
+            "values": {"size": {"value": -0.3, "sd": 0.01, "unit": "-"}}}  # fmt: skip
+    verdict = {"kind": "effect", "effects": ["thruster_dead"], "places": ["thruster_1"], "class": [], "doubt": "",
+               "probability": 0.98, "unexplained": []}  # fmt: skip
+    own = [("quadratic_drag@surge", -1e-5), ("added_mass@yaw", 0.2), ("gain@thruster_1/thruster_2", 1.0)]
+    found = {
+        "nominal": "bluerov2", "runs": ["zigzag"], "axes": ["surge"], "verdict": verdict, "effects": [lost],
+        "probabilities": {"thruster_dead@thruster_1": 0.98, "none": 0.02}, "notes": [], "unexplained": {"share": 0.0},
+        "budget": [{"name": "own parameters", "kind": "parameters", "share": 0.88, "interval90": [0.86, 0.9]},
+                   {"name": "thruster_dead@thruster_1", "kind": "effect", "share": 0.12, "interval90": [-0.1, 0.14]}],
+        "parameters": [{"name": name, "nominal": 1.0, "value": value, "sd": 0.1} for name, value in own],
+        "channels": {"imu.yaw_rate_rad_s": {"rms": {"nominal": 0.1, "refit": 0.05, "diagnosed": 0.01, "noise": 0.01}}},
+        "slow_errors": {},
+    }  # fmt: skip
+    text = f"{whole.terminal_text(found, 100)}\n{plain(*whole.details(found))}"
+    lines = [re.split("  +", line.strip()) for line in text.splitlines()]
+    assert lines[0] == ["bluerov2: thruster 1 lacks 30 % of its force"]
+    assert ["thruster 1 lacks part of its force", "share", "30", "1", "%"] in lines
+    assert ["quadratic drag, surge", "N s²/m²", "1", f"{MINUS}1e{MINUS}05", "0.1"] in lines
+    assert ["added mass, yaw", "kg m²", "1", "0.2", "0.1"] in lines
+    assert ["gain, thruster 1 and thruster 2", "1", "1", "0.1"] in lines
+    assert ["rate of turn, imu", "5.73 °/s", "2.86 °/s", "0.573 °/s", "0.573 °/s"] in lines
+    assert f"{MINUS}10 to 14" in text and "thruster_1" not in text and "@" not in text
+    assert "may imitate it, are taken off first" in " ".join(text.split())
 
 
 @pytest.mark.parametrize(("kind", "told"), [("none", False), ("parameters", True)])

@@ -135,7 +135,7 @@ def test_a_wrong_file_is_told_by_file_line_and_key(case: str, tmp_path: Path) ->
 
 
 def test_an_unknown_name_lists_the_scenarios() -> None:
-    with pytest.raises(InputError, match="paper-ds1.*open-loop-sine|open-loop-sine.*paper-ds1"):
+    with pytest.raises(InputError, match="paper-ds1, paper-ds2.* and [0-9]+ more; or the path"):
         load_scenario("paper-ds9")
 
 

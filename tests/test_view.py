@@ -128,6 +128,17 @@ def test_a_folder_is_told_from_a_run_and_from_a_scenario(tmp_path: Path, monkeyp
     assert view("paper-ds1", settings=["duration_s=2"]).flown.time_s[-1] == pytest.approx(2.0)
 
 
+def test_a_name_is_asked_for_before_a_display(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("vtank.tank.film.refuse_window", None)  # would fail
+    assert main(["view", "paper-ds"]) == 2
+    assert (
+        "no scenario named 'paper-ds'; did you mean 'paper-ds4'? there are: paper-ds1, paper-ds2, "
+        in capsys.readouterr().err
+    )
+
+
 def test_what_cannot_be_filmed_is_refused_before_anything_is_simulated(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -147,6 +147,10 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
     run = flight(NOMINAL, 5)
     with pytest.raises(InputError, match="--nominal vehicle.toml"):
         vt.diagnose([run])
+    with pytest.raises(InputError, match="found bluerov; did you mean 'bluerov2'. there are: bluerov2, "):
+        vt.diagnose([run], nominal="bluerov")
+    with pytest.raises(InputError, match="no axis 'yaww'; did you mean 'yaw'. there are: surge"):
+        vt.diagnose([run], nominal=NOMINAL, axes=("surge", "yaww"))
     with pytest.raises(InputError, match="axis 'sideways'"):
         vt.diagnose([run], nominal=NOMINAL, axes=("sideways",))
     at_stop = {name: 0.0 * values if "command" in name else values for name, values in run.columns.items()}

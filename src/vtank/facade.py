@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import difflib
 import sys
 from importlib import import_module
 from pathlib import Path
@@ -16,11 +17,14 @@ class Facade(ModuleType):
     """
 
     _homes: dict[str, str]
+    __all__: list[str]
 
     def __getattr__(self, name: str) -> object:
         """The public name, loaded now; AttributeError where there is none such."""
         if name not in self._homes:
-            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+            near = difflib.get_close_matches(name, self.__all__, 1)
+            slip = f"; did you mean {near[0]!r}?" if near and not name.startswith("_") else ""
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}{slip}")
         home = self._homes[name]
         loaded = import_module(f".{home or name}", self.__name__)
         value = vars(self)[name] = getattr(loaded, name) if home else loaded

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from .blas import one_blas_thread
 from .errors import InputError
-from .record import Run, read_dataset, read_run
+from .record import Run, meant, read_dataset, read_run
 
 if TYPE_CHECKING:
     import numpy as np
@@ -113,7 +113,7 @@ def identify(
 
         return identify_whole(runs, vehicle, axes)
     if model not in MODELS:
-        raise InputError(f"model {model!r}: expected one of {', '.join(MODELS)}")
+        raise InputError(f"no model {model!r}{meant(model, MODELS)}")
     return identify([observe(run) for run in stretches(runs)], model, process_noise=process_noise)
 
 

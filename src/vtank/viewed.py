@@ -66,14 +66,25 @@ def view(
     truth: preset, or path of one or of a diagnosed model, along one axis (default: the scenario's; of a run paper-ii).
     InputError for bad input, and where a recording tells nothing of a place.
     """
-    if Path(flight).is_dir() and not (scenarios_dir() / f"{flight}.toml").is_file():
-        runs = ", ".join(sorted(path.name for path in Path(flight).glob("*.csv"))[:3]) or "a CSV file"
-        raise InputError(f"{flight}: is a folder; expected one run of it, such as {runs}")
+    refuse_strange(flight)
     recording = read_run(ghost) if isinstance(ghost, str | Path) else ghost
     if str(flight).endswith(".csv"):
         return _of_run(read_run(flight), vehicle, truth)
     seen = of_run(recording) if recording else None
     return replace(_of_scenario(flight, settings, truth), ghost=seen)
+
+
+def refuse_strange(flight: Path | str) -> None:
+    """InputError for what is neither a run nor a scenario, before anything is simulated."""
+    from .experiment.scenario import scenario_file
+
+    if str(flight).endswith(".csv"):
+        read_run(flight)
+    elif Path(flight).is_dir() and not (scenarios_dir() / f"{flight}.toml").is_file():
+        runs = ", ".join(sorted(path.name for path in Path(flight).glob("*.csv"))[:3]) or "a CSV file"
+        raise InputError(f"{flight}: is a folder; expected one run of it, such as {runs}")
+    else:
+        scenario_file(flight)
 
 
 def _of_scenario(flight: Path | str, settings: Sequence[str], truth: Path | str | None) -> View:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import InputError
@@ -22,7 +25,10 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    text = "draw cases, fly them in the MuJoCo tank and seal their truth in another folder"
+    text = (
+        "draw cases, fly them in the MuJoCo tank and seal their truth in another folder; they are written when all are "
+        "made, and of an interrupted run nothing is kept"
+    )
     parser = commands.add_parser("make", help=text, description=text)
     parser.set_defaults(work=_make)
     parser.add_argument("--trials", type=int, required=True, metavar="N", help="number of cases")
@@ -76,32 +82,49 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make(args: argparse.Namespace) -> int:
-    from ..studies.blind.case import KINDS
-    from ..studies.blind.make import Order, make
-    from .progress import progress
-
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
-    if args.vehicles:
-        return _make_vehicles(args, truth_out)
-    kinds = tuple(KINDS) if args.kinds is None else tuple(args.kinds)
-    effects = None if args.effects is None else tuple(args.effects)
-    order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
-    make(order, args.out, truth_out, progress)
+    with _all_or_nothing():
+        _made_cases(args, truth_out)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 
 
-def _make_vehicles(args: argparse.Namespace, truth_out: Path) -> int:
+@contextmanager
+def _all_or_nothing() -> Iterator[None]:
+    """Say that nothing is kept where the making of cases is interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(
+            "\nvtank: cases are written when all are made: nothing is kept, the same command begins anew",
+            file=sys.stderr,
+        )
+        raise
+
+
+def _made_cases(args: argparse.Namespace, truth_out: Path) -> None:
+    from ..studies.blind.case import KINDS
+    from ..studies.blind.make import Order, make
+    from .progress import progress
+
+    if args.vehicles:
+        _make_vehicles(args, truth_out)
+        return
+    kinds = tuple(KINDS) if args.kinds is None else tuple(args.kinds)
+    effects = None if args.effects is None else tuple(args.effects)
+    order = Order(args.trials, args.seed, kinds, effects, args.familiar, not args.no_separations, args.threads)
+    make(order, args.out, truth_out, progress)
+
+
+def _make_vehicles(args: argparse.Namespace, truth_out: Path) -> None:
     from ..studies.blind.whole.make import make_whole
     from .progress import progress
 
     if args.kinds or args.effects or args.familiar or args.no_separations:
         raise InputError("--kinds, --effects, --familiar and --no-separations do not go with --vehicles; expected none")
     make_whole(args.trials, args.seed, args.out, truth_out, args.threads, progress)
-    print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
-    return 0
 
 
 def _answer(args: argparse.Namespace) -> int:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..effects import Effect
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -23,39 +27,52 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Print the effects asked for."""
-    from ..effects.catalogue import BY_NAME, CATALOGUE
-    from ..errors import InputError
-    from ..present.catalogue import as_data, catalogue_table, described
-    from ..record import json_text, meant
+    from ..effects.catalogue import CATALOGUE
+    from ..present.catalogue import as_data, catalogue_table
+    from ..record import json_text
 
     if args.places:
         from ..tank.places.catalogue import table
 
         print(table(), end="")
-        return 0
-    if args.draft:
+    elif args.draft:
         return _draft(args.names, args.draft)
-    if strange := [name for name in args.names if name not in BY_NAME]:
-        from ..tank.places.catalogue import CATALOGUE as PLACED
-        from ..tank.places.catalogue import table
-
-        placed = [effect for effect in PLACED if effect.name in strange]
-        known = dict.fromkeys([*BY_NAME, *(effect.name for effect in PLACED)])
-        for name in strange:
-            if name not in known:
-                raise InputError(f"no effect '{name}'{meant(name, known)}")
-        if strange != args.names:
-            raise InputError(f"'{strange[0]}' is an effect at places: expected such alone, or none of them")
-        print(table(placed), end="")
-        return 0
-    effects = [BY_NAME[name] for name in args.names] or list(CATALOGUE)
-    if args.json:
-        print(json_text([as_data(effect) for effect in effects]), end="")
+    elif args.json:
+        print(json_text([as_data(effect) for effect in _of_surge(args.names) or CATALOGUE]), end="")
     elif args.markdown:
-        print(catalogue_table(effects), end="")
+        print(catalogue_table(_of_surge(args.names) or CATALOGUE), end="")
     else:
-        print("\n\n".join(described(effect) for effect in effects))
+        print("\n\n".join(_described(args.names or [effect.name for effect in CATALOGUE])))
+        if not args.names:
+            print("\nWhole vehicles have effects of their own, at places: vtank effects --places lists them.")
     return 0
+
+
+def _of_surge(names: list[str]) -> list[Effect]:
+    """The effects of surge experiments by these names; InputError for any other."""
+    from ..effects.catalogue import BY_NAME
+    from ..errors import InputError
+    from ..record import meant
+
+    for name in names:
+        if name not in BY_NAME:
+            raise InputError(f"no effect '{name}' of surge{meant(name, BY_NAME)}")
+    return [BY_NAME[name] for name in names]
+
+
+def _described(names: list[str]) -> list[str]:
+    """Each effect as text, of surge experiments or, where these have none such, at places of whole vehicles."""
+    from ..effects.catalogue import BY_NAME
+    from ..errors import InputError
+    from ..present.catalogue import described, described_at
+    from ..record import meant
+    from ..tank.places.catalogue import CATALOGUE as PLACED
+
+    placed = {effect.name: effect for effect in PLACED}
+    for name in names:
+        if name not in BY_NAME and name not in placed:
+            raise InputError(f"no effect '{name}'{meant(name, dict.fromkeys([*BY_NAME, *placed]))}")
+    return [described(BY_NAME[name]) if name in BY_NAME else described_at(placed[name]) for name in names]
 
 
 def _draft(names: list[str], path: Path) -> int:

@@ -89,7 +89,7 @@ def _plan(args: argparse.Namespace) -> int:
     vehicle, runs = load_vehicle(args.nominal), load(args.runs)
     with progress() as say:
         say("diagnosing")
-        diagnosis = diagnose(runs, vehicle)
+        diagnosis = diagnose(runs, vehicle, progress=say)
         say("what every run would tell")
         doubt = Doubt(Planner(vehicle, _candidates(args, vehicle)), None)
         chance, decided = doubt.decided(diagnosis, runs)

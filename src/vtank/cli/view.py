@@ -27,10 +27,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Simulate, then show or film."""
     from ..tank.film import refuse_film, refuse_window
-    from ..viewed import view
+    from ..viewed import refuse_strange, view
     from .checks import refuse_unwritable
     from .progress import progress
 
+    refuse_strange(args.flight)
     refuse_unwritable(args.film)
     refuse_film(args.film) if args.film else refuse_window()
     with progress() as say:

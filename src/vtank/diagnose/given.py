@@ -18,6 +18,7 @@ from ..record import Run
 from ..record.columns import column
 from ..record.run import INPUTS
 from ..record.table import open_table
+from ..record.toml import meant
 from ..resources import models_dir
 
 FOREIGN = "none"  # in place of a nominal: the recordings' own refit
@@ -81,9 +82,18 @@ def vehicle_of(
         telling(runs)
         raise InputError(
             "recordings of a whole vehicle need its file as the simulator: --nominal vehicle.toml, in Python "
-            f'nominal="vehicle.toml"; {"found " + str(nominal) if nominal is not None else "none was given"}'
+            f'nominal="vehicle.toml"; {_named(nominal)}'
         )
     return None
+
+
+def _named(nominal: object) -> str:
+    """What was given where a vehicle is expected, and which there are."""
+    if nominal is None:
+        return "none was given"
+    name = str(nominal)
+    vehicles = sorted(path.stem for path in models_dir().glob("*.toml"))
+    return f"found {name}{'' if name.endswith('.toml') else meant(name, vehicles)}"
 
 
 def known_vehicle(vehicle: Vehicle) -> Vehicle:

@@ -6,20 +6,29 @@ from typing import get_args
 
 from ..errors import InputError
 from . import __path__ as folder
-from .effect import Channel, Effect, Parameter
+from .effect import Channel, Effect, Parameter, line_of
 from .loaded import effects_in
 
-_found: dict[str, Effect] = dict(effects_in(str(__package__), folder))  # file -> what it holds
-for _file, _effect in _found.items():
-    if _effect.channel not in get_args(Channel):
-        raise InputError(f"{_file}: channel: expected one of {', '.join(get_args(Channel))}; found '{_effect.channel}'")
-    if not _effect.does:
+
+def checked(file: str, effect: Effect) -> Effect:
+    """The effect of a file; InputError for one whose channel is not known, that does nothing, or whose force is off."""
+    if effect.channel not in get_args(Channel):
+        raise InputError(f"{file}: channel: expected one of {', '.join(get_args(Channel))}; found '{effect.channel}'")
+    if not effect.does:
         raise InputError(
-            f"{_file}: '{_effect.name}' does nothing: expected a law as its force, reads, instant, acts or true_input, "
+            f"{file}: '{effect.name}' does nothing: expected a law as its force, reads, instant, acts or true_input, "
             "or its term in plant/surge.py and in_equation=True"
         )
+    try:
+        effect.asked()
+    except ValueError as error:
+        raise InputError(f"{file}:{line_of(effect.force)}: {error}") from error
+    return effect
+
+
+_found = [checked(file, effect) for file, effect in effects_in(str(__package__), folder)]
 CATALOGUE: tuple[Effect, ...] = tuple(
-    sorted(_found.values(), key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name))
+    sorted(_found, key=lambda effect: (get_args(Channel).index(effect.channel), effect.order, effect.name))
 )
 BY_NAME: dict[str, Effect] = {effect.name: effect for effect in CATALOGUE}
 

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal
+from types import FunctionType
+from typing import Any, Literal
 
 Channel = Literal["hydrodynamics", "actuator", "sensor"]
 Standing = Literal["separable", "absorbed", "tied"]
 Need = Literal["sonar", "position", "propeller"]
 Dependence = Literal["place", "time"]
 Law = Callable[..., float]
+
+SYMBOLS = ("t", "x", "u", "u_r", "z", "n", "n_e", "gap")  # of the equation of motion, that a force may ask for
+DEPENDS_ON: dict[Dependence, set[str]] = {"place": {"x", "gap"}, "time": {"t"}}  # what is not the same everywhere
 
 POWER = r"(m|s|kg|N|V|A|K|Pa|rad|rev)\d?"  # a unit of SI, or a turn, and its power
 UNIT = re.compile(rf"-|(1|{POWER})/{POWER}|{POWER}")
@@ -24,6 +29,18 @@ def unit_suffix(unit: str) -> str:
     if not UNIT.fullmatch(unit):
         raise ValueError(f"unit '{unit}' is not known; expected '-' or such as 'm', 'm/s2', '1/s', 'rev/s'")
     return {"-": ""}.get(unit, "_" + unit.replace("1/", "per_").replace("/", "_"))
+
+
+def plain(law: Law) -> FunctionType:
+    """A law as it is written, not compiled."""
+    written: Any = law
+    plain: FunctionType = getattr(written, "py_func", written)
+    return plain
+
+
+def line_of(law: Law | None) -> int:
+    """The line of its file at which a law is written; 0 where there is none."""
+    return plain(law).__code__.co_firstlineno if law else 0
 
 
 @dataclass(frozen=True)
@@ -130,6 +147,26 @@ class Effect:
     def slots(self) -> tuple[str, ...]:
         """Names of its entries in the parameter vector, `effect.parameter`."""
         return tuple(f"{self.name}.{parameter.name}" for parameter in self.parameters)
+
+    def asked(self) -> tuple[str, ...]:
+        """The symbols that its force depends on: the first arguments of the law, before its parameters.
+
+        ValueError for a law that asks for anything else, or depends on place or time where the effect does not say so.
+        """
+        if self.force is None:
+            return ()
+        names = list(inspect.signature(plain(self.force)).parameters)
+        count = len(names) - len(self.parameters)
+        asked = tuple(names[: max(count, 0)])
+        if count < 0 or not set(asked) <= set(SYMBOLS):
+            raise ValueError(
+                f"effect '{self.name}': its force asks for {', '.join(names)}; expected any of {', '.join(SYMBOLS)}, "
+                f"then its {len(self.parameters)} parameters"
+            )
+        for what, those in DEPENDS_ON.items():
+            if those & set(asked) and what not in self.depends_on:
+                raise ValueError(f"effect '{self.name}': its force depends on {what}; expected depends_on=('{what}',)")
+        return asked
 
     @property
     def does(self) -> bool:

@@ -6,17 +6,14 @@ input that acts, and to the input behind a recorded one; being there is enough.
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ..compiled import term
 from ..effects.catalogue import CATALOGUE
-from ..effects.effect import Dependence, Effect, Parameter
+from ..effects.effect import Effect, Parameter
 from .parameters import indices
-
-DEPENDS_ON: dict[Dependence, set[str]] = {"place": {"x", "gap"}, "time": {"t"}}  # what is not the same everywhere
 
 
 @term
@@ -52,7 +49,7 @@ def added(effects: Sequence[Effect], symbols: Mapping[str, str], laws: Mapping[s
         if effect.force is not None:
             space[effect.name] = effect.force
             sizes = [f"p[{k}] != {q.null!r}" for k, q in _numbered(effect) if not q.shape]
-            asked = [symbols[name] for name in _asked(effect, symbols)] + [f"p[{k}]" for k, _ in _numbered(effect)]
+            asked = [symbols[name] for name in effect.asked()] + [f"p[{k}]" for k, _ in _numbered(effect)]
             lines.append(f"    if {' or '.join(sizes)}:\n        force = force + {effect.name}({', '.join(asked)})\n")
     given = ", ".join(name for name, written in symbols.items() if name == written)
     exec(f"def add(force, {given}, p):\n{''.join(lines)}    return force\n", space)
@@ -61,22 +58,6 @@ def added(effects: Sequence[Effect], symbols: Mapping[str, str], laws: Mapping[s
 
 def _numbered(effect: Effect) -> list[tuple[int, Parameter]]:
     return list(zip(indices(effect), effect.parameters, strict=True))
-
-
-def _asked(effect: Effect, symbols: Mapping[str, str]) -> list[str]:
-    """The symbols that an effect's force depends on: the first arguments of its law, before its parameters."""
-    plain: Any = getattr(effect.force, "py_func", effect.force)
-    names = list(inspect.signature(plain).parameters)
-    count = len(names) - len(effect.parameters)
-    if count < 0 or not set(names[:count]) <= symbols.keys():
-        raise ValueError(
-            f"effect '{effect.name}': its force asks for {', '.join(names)}; expected any of {', '.join(symbols)}, "
-            f"then its {len(effect.parameters)} parameters"
-        )
-    for what, those in DEPENDS_ON.items():
-        if those & set(names[:count]) and what not in effect.depends_on:
-            raise ValueError(f"effect '{effect.name}': its force depends on {what}; expected depends_on=('{what}',)")
-    return names[:count]
 
 
 def shifting() -> tuple[str, ...]:

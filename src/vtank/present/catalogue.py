@@ -5,10 +5,18 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Effect, Parameter
+from ..plant.vehicle import AXES
+
+if TYPE_CHECKING:
+    from ..tank.places.effect import Number, PlacedEffect
+
+ANY = 1e6  # a bound of an effect at a place that holds nothing back
+KIND_TEXT = {"axis": f"an axis: {', '.join(AXES)}", "vehicle": "vehicle"}
+TEXTS = {"channel": "the one that is meant; all where it is not given", "other": "the thruster that is exchanged with"}
 
 STANDINGS = {
     "separable": "",
@@ -39,11 +47,37 @@ def described(effect: Effect) -> str:
         rows.append(("confused with", ", ".join(effect.confused_with)))
     if STANDINGS[effect.standing]:
         rows.append(("standing", STANDINGS[effect.standing]))
-    lines = [effect.name, *textwrap.wrap(effect.sentence, 100, initial_indent="  ", subsequent_indent="  ")]
-    width = max(len(name) for name, _ in rows) + 2
-    for name, text in rows:
+    return _paragraph(effect.name, effect.sentence, rows)
+
+
+def described_at(effect: PlacedEffect) -> str:
+    """An effect at places of a whole vehicle as a paragraph of lines."""
+    axes = effect.kind == "axis" and len(effect.places) < len(AXES)
+    where = " ".join(effect.places) if axes else KIND_TEXT.get(effect.kind, f"a {effect.kind}, by its name")
+    rows = [("place", where), ("law", effect.law)]
+    rows += [_told(number) for number in effect.numbers]
+    if effect.text:
+        rows.append((effect.text, TEXTS[effect.text]))
+    rows.append(("in a scenario", f'effects."{effect.name}@PLACE"'))
+    return _paragraph(effect.name, "", rows)
+
+
+def _told(number: Number) -> tuple[str, str]:
+    """The key of a number, and what is said of it; of several keys, by the unit of the place, the name alone."""
+    low, high = (f"{end:g}" if abs(end) < ANY else "any" for end in (number.low, number.high))
+    span = "" if low == high == "any" else f", {low} to {high}"
+    text = f"{number.meaning}{span}{'' if number.default is None else f', {number.default:g} where it is not given'}"
+    keys = [number.name + ending for ending in number.endings]
+    return (keys[0], text) if len(keys) == 1 else (number.name, f"{text}; by its unit {' or '.join(keys)}")
+
+
+def _paragraph(name: str, sentence: str, rows: Sequence[tuple[str, str]]) -> str:
+    """A name, a sentence, and beneath it terms with what is said of each."""
+    lines = [name, *textwrap.wrap(sentence, 100, initial_indent="  ", subsequent_indent="  ")]
+    width = max(len(term) for term, _ in rows) + 2
+    for term, text in rows:
         indent = "  " + " " * width
-        lines += textwrap.wrap(text, 100, initial_indent="  " + name.ljust(width), subsequent_indent=indent)
+        lines += textwrap.wrap(text, 100, initial_indent="  " + term.ljust(width), subsequent_indent=indent)
     return "\n".join(lines)
 
 

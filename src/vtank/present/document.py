@@ -24,6 +24,7 @@ WIDTH = 110  # columns of text on a terminal
 # What Markdown would take for markup: emphasis, code, links, tags, entities, cells of tables
 MARKUP = re.compile(r"[\\`*~|]|(?<![^\W_])_|_(?![^\W_])|](?=[(\[])|<(?=[A-Za-z/!?])|&(?=#?\w+;)")
 ENTITIES = {"<": "&lt;", "&": "&amp;"}
+MEASURE = re.compile(r"(?<=\d) (?=[%°]|(?:mm?|s|N|kg|V|A|Hz|rad|rev|min)\b)")  # between a number and its unit
 OPENING = re.compile(r"^(\d*)(?=[-+#>=.)\[])")  # of a line that Markdown may take for a heading, a list or a quotation
 
 
@@ -124,8 +125,13 @@ def templates() -> Environment:
 
     found = Environment(loader=PackageLoader("vtank.present", ""), autoescape=True, undefined=StrictUndefined)
     found.trim_blocks = found.lstrip_blocks = True
-    found.filters |= {"address": address, "percent": percent}
+    found.filters |= {"address": address, "bound": bound, "percent": percent}
     return found
+
+
+def bound(text: str) -> str:
+    """Text in which no line breaks between a number and its unit."""
+    return MEASURE.sub("\N{NO-BREAK SPACE}", text)
 
 
 # --- CSV -----------------------------------------------------------------------------------------------------------

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from ..effects.effect import DEPENDS_ON, SYMBOLS
 from ..plant.formula import Factor, Formula
-from ..plant.hooks import DEPENDS_ON
-from ..plant.surge import SYMBOLS
 
 TEMPLATE = '''"""{title}: found in recordings by vtank diagnose; to be finished by hand.
 
@@ -47,7 +46,7 @@ def draft(name: str, formula: Formula, sentence: str) -> str:
     used = [v for v in ("t", "x", "u", "z", "n", "gap", "a", "w", "fresh") if v in _variables(formula)]
     code = " * ".join([names[0], *(_code(f, f"{i}") for i, f in enumerate(formula.factors, start=1))])
     force, asked = formula.acts == "force", _variables(formula)
-    whole = force and asked <= SYMBOLS.keys()
+    whole = force and asked <= set(SYMBOLS)
     place = "its term in plant/surge.py, and in_equation=True" if force else "its term in the reading of the range"
     more = ['needs=("sonar",)'] if asked & {"x", "gap"} else []
     if whole:

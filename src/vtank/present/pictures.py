@@ -77,7 +77,7 @@ def closed_panel(shrink: dict[str, Any]) -> Panel:
     share = 100.0 * float(shrink["fraction_closed"])
     low, high = (100.0 * float(v) for v in shrink.get("interval90") or (share / 100.0, share / 100.0))
     panel = Panel(Scale(min(0.0, low, share), max(100.0, high, share), 610.0, WIDTH - 30.0), BARS)
-    panel.frame("closed of what refitting leaves beyond noise [%], 90 % interval", y_ticks=0)
+    panel.frame("gap closed [%], 90 % interval", y_ticks=0)
     panel.line(np.array([low, high]), np.array([1.5, 1.5]), "diagnosed thick")
     panel.dot(share, 1.5, "diagnosed", f"{share:.0f} %", 7.0)
     panel.text(panel.x(share), panel.y(1.5) - 16.0, f"{share:.0f} %", "title middle")

@@ -10,6 +10,8 @@ from html import escape
 import numpy as np
 
 NARROWEST, WIDEST = 0.7, 1.3  # of a picture's own width, between which its letters can be read; choices
+TICK = 44.0  # [px] between the numbers of an axis at least, so that none runs into the next; a choice
+CLIP = "panel-that-clips"  # stands in a mark for the id of its panel's outline, which the picture gives
 MOST_POINTS = 500  # points of a line; denser ones are drawn as the envelope of their extremes
 
 
@@ -30,6 +32,12 @@ class Scale:
             a, b, v = math.log10(a), math.log10(b), math.log10(max(value, 1e-300))
         share = min(max((v - a) / (b - a), -1.0), 2.0)
         return self.start + share * (self.end - self.start)
+
+    def holds(self, values: np.ndarray) -> bool:
+        """Whether all values lie between the ends, but for rounding."""
+        low, high = sorted((self.low, self.high))
+        room = 1e-9 * (high - low)
+        return bool(np.all((values >= low - room) & (values <= high + room)))
 
     def ticks(self, count: int = 5) -> list[float]:
         """Round values from low to high: 1, 2 or 5 times a power of ten, or powers of ten; 0 asks for none."""
@@ -62,7 +70,7 @@ def plain(value: float) -> str:
     if value != 0.0 and not 1e-3 <= abs(value) < 1e5:
         mantissa, power = f"{value:.0e}".split("e")
         return f"{mantissa}e{int(power)}"
-    return f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+    return f"{value:.5g}".replace("-", "\N{MINUS SIGN}")
 
 
 @dataclass
@@ -81,7 +89,7 @@ class Panel:
     def frame(self, x_label: str = "", y_label: str = "", title: str = "", x_ticks: int = 6, y_ticks: int = 4) -> None:
         """Grid, tick labels, axis labels and title."""
         left, right, bottom, top = self.x.start, self.x.end, self.y.start, self.y.end
-        for value in self.x.ticks(x_ticks):
+        for value in self.x.ticks(min(x_ticks, max(1, int(abs(right - left) / TICK)))):
             p = self.x(value)
             self.marks.append(f'<path class="grid" d="M{p:.1f} {bottom:.1f}V{top:.1f}"/>')
             self.text(p, bottom + 16.0, plain(value), "tick middle")
@@ -103,11 +111,24 @@ class Panel:
             self.marks.append(f'<text class="{style}" x="{px:.1f}" y="{py:.1f}">{escape(text)}</text>')
 
     def line(self, x: np.ndarray, y: np.ndarray, style: str) -> None:
-        """A line through points, thinned where it is too dense to be seen."""
+        """A line through points, thinned where it is too dense to be seen, and cut off where it leaves the panel."""
         x, y = thinned(np.asarray(x, float), np.asarray(y, float))
         if x.size:
             points = " ".join(f"{self.x(a):.1f},{self.y(b):.1f}" for a, b in zip(x, y, strict=True))
-            self.marks.append(f'<polyline class="line {style}" points="{points}"/>')
+            inside = self.x.holds(x) and self.y.holds(y)
+            clip = "" if inside else f' clip-path="url(#{CLIP})"'
+            self.marks.append(f'<polyline class="line {style}"{clip} points="{points}"/>')
+
+    def outline(self, name: str) -> str:
+        """The panel's rectangle under this id, to clip marks to."""
+        left, right, top, bottom = self.x.start, self.x.end, self.y.end, self.y.start
+        size = f'x="{left:.1f}" y="{top:.1f}" width="{right - left:.1f}" height="{bottom - top:.1f}"'
+        return f'<clipPath id="{name}"><rect {size}/></clipPath>'
+
+    def drawn(self, name: str) -> str:
+        """All marks; `name` is the panel's unique id in the page."""
+        marks = "\n".join(self.marks)
+        return f"{self.outline(name)}\n{marks.replace(CLIP, name)}" if CLIP in marks else marks
 
     def horizontal(self, value: float, style: str) -> None:
         """A line across the panel."""
@@ -143,7 +164,8 @@ def thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def picture(name: str, width: float, height: float, panels: Sequence[Panel], alt: str) -> str:
     """An SVG element with an alternative text; `name` is its unique id in the page."""
-    return drawn(name, width, height, "\n".join(mark for panel in panels for mark in panel.marks), alt)
+    marks = "\n".join(panel.drawn(f"{name}-{number}") for number, panel in enumerate(panels, 1))
+    return drawn(name, width, height, marks, alt)
 
 
 def drawn(name: str, width: float, height: float, marks: str, alt: str) -> str:

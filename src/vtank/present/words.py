@@ -296,7 +296,7 @@ def shrinkage(document: Document) -> str:
         before = f"{length(s['refit'], unit)} with drag and thrust alone"
     text = (
         f"On {left_out(document)}, of which only the start is used, the error is {before}, "
-        f"{length(s['diagnosed'], unit)} with the diagnosis; noise alone makes {length(s['floor'], unit)}."
+        f"{length(s['diagnosed'], unit)} with the diagnosis; noise alone gives {length(s['floor'], unit)}."
     )
     if s.get("fraction_closed") is None:
         return f"{text} Refitting leaves next to nothing to close."

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..diagnose.freeform.pursuit import OWN
@@ -10,7 +10,7 @@ from .numbers import percent
 from .words import MINOR, WORDS, Document, effect_name, foreign, left_out, length, listed, number
 
 TOLD = 0.0005  # share below which a line of the budget is not worth its words; a choice
-NOTABLE = 0.05  # share without an explanation from which it is told what it goes with, whatever the verdict; a choice
+NOTABLE = 0.05  # share without an explanation, or of own parameters, from which more is told of it; a choice
 MOST_TOLD = 4  # places of things without a name that are told; a choice
 
 
@@ -25,20 +25,32 @@ def share(value: float) -> str:
 
 def budget(document: Document) -> list[str]:
     """What the gap is made of, what of it has no name, what got worse, and an odd disturbance: a sentence each."""
-    told = (shared_out(document), unexplained(document), *places(document), *by_run(document))
-    return [*filter(None, (*told, worse(document), disturbance(document)))]
+    lines = document.get("budget") or []
+    told = (shared_out(document), imitated(lines), unexplained(document), *places(document))
+    return [*filter(None, (*told, *by_run(document), worse(document), disturbance(document)))]
 
 
 def shared_out(document: Document) -> str:
     """The shares, in one sentence; empty where they were not worked out."""
     lines = document.get("budget") or []
-    named = [line for line in lines if line["kind"] in ("parameters", "effect")]
-    taken = [(line_name(line, document), share(line["share"])) for line in named if line["share"] >= TOLD]
-    causes = [f"{agreeing(name, 'account')} for {size}" for name, size in taken[:1]]
-    causes += [f"{name} for {size}" for name, size in taken[1:]]
-    rest = [rest_of(line, document) for line in lines if line not in named and line["share"] >= TOLD]
-    said = "; ".join(listed(part) for part in (causes, rest, [*added(document)]) if part)
+    known = [line for line in lines if line["kind"] in ("parameters", "effect")]
+    taken = [(line_name(line, document), share(line["share"])) for line in known if line["share"] >= TOLD]
+    named = [f"{agreeing(name, 'account')} for {size}" for name, size in taken[:1]]
+    named += [f"{name} for {size}" for name, size in taken[1:]]
+    rest = [rest_of(line, document) for line in lines if line not in known and line["share"] >= TOLD]
+    said = "; ".join(listed(part) for part in (named, rest, [*added(document)]) if part)
     return f"Of {whole_of(document)}, {said}." if said else ""
+
+
+def imitated(lines: Sequence[Document]) -> str:
+    """Why the share of a cause may be small; empty where own parameters take little off before it."""
+    own = sum(line["share"] for line in lines if line["kind"] == "parameters")
+    effects = [line["share"] for line in lines if line["kind"] == "effect"]
+    if own < NOTABLE or sum(effects) < TOLD:
+        return ""
+    cause, most = "cause" if len(effects) == 1 else "causes", own + sum(effects)
+    size = "nearly all" if most >= 0.995 else f"up to {share(most)}"
+    return f"Own parameters are taken off first and may imitate the {cause}, which alone may account for {size}."
 
 
 def whole_of(document: Document) -> str:

@@ -16,6 +16,7 @@ from .files import is_file
 
 INDEX = re.compile(r"\[(\d+)\]")  # of a part of an array: excite[0].axis is excite.0.axis
 LONGEST = 80  # characters of a name or value as it stands in a message; a choice
+MANY, FEW = 20, 5  # names beyond which only the nearest are listed in a message, and how many; choices
 NEAR = 0.6  # likeness, 0 to 1, from which a name may be meant by another word; a choice
 
 
@@ -87,10 +88,14 @@ def line_of(path: Path, table: str, key: str) -> int:
 
 
 def meant(word: str, known: Iterable[str]) -> str:
-    """What may have been meant by a word, and all the words that are known, to end a message."""
+    """What may have been meant by a word, and the words that are known, of many the nearest, to end a message."""
     known = tuple(known)
-    near = nearest(word, known)
-    return (f"; did you mean '{near}'?" if near else ";") + f" there are: {', '.join(known)}"
+    near, shown = nearest(word, known), known
+    if len(known) > MANY:
+        close = difflib.get_close_matches(word, known, FEW, 0.0)
+        shown = tuple(name for name in known if name in close)
+    more = f" and {len(known) - len(shown)} more" if len(shown) < len(known) else ""
+    return (f"; did you mean '{near}'?" if near else ";") + f" there are: {', '.join(shown)}{more}"
 
 
 def nearest(word: str, known: Iterable[str]) -> str:

@@ -292,7 +292,7 @@ def record(
     asked = np.zeros(6, dtype=bool)
     for axis in axes or ():
         if axis not in AXES:
-            raise InputError(f"axis '{axis}': expected some of {', '.join(AXES)}")
+            raise InputError(f"no axis '{axis}'{meant(axis, AXES)}")
         if AXES.index(axis) not in told_of:
             raise InputError(f"axis {axis}: nothing that was recorded tells its motion")
         asked[AXES.index(axis)] = True

@@ -157,9 +157,10 @@ def _wider(
     begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
     ranked, where = _from_all([*begins, *even(best)], layout, candidates)
     fitted: list[Model] = []
-    for promise in _near(ranked):
+    near = _near(ranked)
+    for number, promise in enumerate(near, 1):
         if not _hopeless(promise, fitted, best):
-            say(f"fitting {promise.placed.name}")
+            say(f"fitting {promise.placed.name}, {number} of {len(near)}")
             fitted.append(extended(*where[promise.placed.name], layout, promise.placed, promise.begin))
     return fitted, {promise.placed.name for promise in ranked[:STRONGEST]}
 

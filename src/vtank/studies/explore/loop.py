@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import partial, reduce
 from operator import add
 
 import numpy as np
@@ -81,8 +81,9 @@ def explore(
         say(f"flying: {plan.candidate.words}")
         runs.append(replace(fly(plan.candidate.text, len(runs) + 1), name=f"run_{len(runs) + 1}"))
         spent += plan.candidate.minutes
-        say(f"diagnosing {len(runs)} runs, {spent:.1f} min")
-        diagnosis = diagnose(runs, planner.vehicle, None, effects)
+        so_far = f"{len(runs)} runs, {spent:.1f} of at most {minutes:g} min"
+        say(f"diagnosing {so_far}")
+        diagnosis = diagnose(runs, planner.vehicle, None, effects, partial(_beside, say, so_far))
         steps.append(Step(plan, spent, diagnosis))
         chance, decided = doubt.decided(diagnosis, runs)
         plans = [] if decided else doubt.plans(diagnosis)
@@ -93,6 +94,10 @@ def explore(
         raise InputError(f"{minutes:g} min: expected room for one run of {planner.flown[0].minutes:g} min at least")
     sensor = doubt.sensor(plans) if ended == "tied" else None
     return Explored(tuple(steps), ended or "minutes", chance, plans[0] if plans else None, sensor, tuple(runs))
+
+
+def _beside(say: Say, so_far: str, text: str) -> None:
+    say(f"{so_far}: {text}")
 
 
 def _next(plans: Sequence[Plan], left: Sequence[Candidate], fixed: bool, minutes: float) -> Plan | None:

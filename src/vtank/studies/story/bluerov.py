@@ -84,7 +84,7 @@ def place(found: Any) -> Step:
     )
     named = "+".join(sorted(f"{e['name']}@{e['place']}" for e in document["effects"]))
     chances = [(name, p, name == named) for name, p in document["probabilities"].items()][:LIKELIEST]
-    shown = tuple((name.replace("_", " ").replace("@", ", "), p, mark) for name, p, mark in chances)
+    shown = tuple((whole.hypothesis(name), p, mark) for name, p, mark in chances)
     verdict = document["verdict"]
     causes = words.listed([whole.found(e, explained=False) for e in document["effects"]]) or verdict["kind"]
     card = (

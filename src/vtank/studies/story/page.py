@@ -18,7 +18,7 @@ FILES = (
     ("gap.html", "the whole diagnosis of the Phoenix: where, which, how far"),
     ("bluerov2/gap.html", "the whole diagnosis of the BlueROV2"),
     ("recording/manifest.json", "the recording as a data set, one CSV file for each experiment; second/ likewise"),
-    ("gap.toml", "the corrected simulator: fly it with vtank run --truth, foretell a recording with vtank predict"),
+    ("gap.toml", "the corrected simulator: fly it with vtank run --truth, predict a recording with vtank predict"),
     ("withheld/phoenix.toml", "what the diagnosis was not told"),
 )
 COMMANDS = (

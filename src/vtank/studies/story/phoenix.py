@@ -84,8 +84,9 @@ def recording(runs: Sequence[vt.Run], possible: int) -> Step:
     """What was recorded, and that its cause is not told."""
     pings = sum(int(np.isfinite(run.columns["range_m"]).sum()) for run in runs)
     text = (
-        f"{len(runs)} experiments, {sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges. Of {possible} "
-        "effects that the simulator lacks the seed drew one, and other drag, thrust and lag; all stay sealed."
+        f"{len(runs)} experiments ({words.listed([run.name for run in runs])}), "
+        f"{sum(run.duration_s for run in runs):.0f} s, {pings} sonar ranges. Of {possible} effects that the simulator "
+        "lacks the seed drew one, and other drag, thrust and lag; all stay sealed."
     )
     return Step("A recording whose cause is withheld", text)
 
@@ -96,9 +97,10 @@ def beside(folder: Path) -> Step:
     seen = vt.view(folder / "recording" / f"{name}.csv")
     svg, apart_m = overlay("before", seen, {"nominal": seen.flown})
     film = filmed(seen, folder, "film.mp4", "The simulator, and the recording as a ghost in blue")
-    text = f"Given the propeller speeds of {name}, it is up to {words.length(apart_m, 'm')} from where the vehicle was"
+    far = words.length(apart_m, "m")
+    text = f"Given the propeller speeds of the experiment {name}, it is up to {far} from where the vehicle was"
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"))
-    picture = Drawing(svg, f"{name}: way ahead, and by how much the simulator misses it.", legend)
+    picture = Drawing(svg, f"{name}: distance ahead, and by how much the simulator misses it.", legend)
     return Step("Its simulator beside it", f"{text}. {film.text}".strip(), (picture, *film.blocks))
 
 
@@ -127,8 +129,9 @@ def gap(document: dict[str, Any]) -> Step:
         "What it is made of, from above to below. Nine times out of ten other data would put an end within its line."
     )
     picture = Drawing(svg, caption)
-    text = f"The simulator misses the recording by {size}, noise makes {noise}. {words_budget.shared_out(document)}"
-    return Step("The gap and its budget", text, (picture,), ("The gap", size, f"sensor noise makes {noise}"))
+    shares = filter(None, (words_budget.shared_out(document), words_budget.imitated(document["budget"])))
+    text = f"The simulator misses the recording by {size}; sensor noise alone gives {noise}. {' '.join(shares)}"
+    return Step("The gap and its budget", text, (picture,), ("The gap", size, f"sensor noise alone gives {noise}"))
 
 
 def cause(document: dict[str, Any]) -> Step:
@@ -148,12 +151,14 @@ def corrected(folder: Path, errors: dict[str, Any]) -> Step:
     old, new = vt.view(path), vt.view(path, truth=folder / "gap.toml")
     svg, _ = overlay("after", old, {"nominal": old.flown, "diagnosed": new.flown})
     legend = (("dot ink", "measured by sonar"), ("nominal", "simulator as it is"), ("diagnosed", "corrected simulator"))
-    picture = Drawing(svg, f"{UNSEEN}, which no simulator has seen: way ahead, and what each misses of it.", legend)
-    text = (
-        f"gap.toml, the simulator with its cause, foretells {UNSEEN}, which it has never seen, to {after}. As it was "
-        f"it missed it by {before}, refitted alone by {refit}; noise makes {noise}."
+    picture = Drawing(
+        svg, f"{UNSEEN}, which no simulator has seen: distance ahead, and what each misses of it.", legend
     )
-    card = ("A second recording", f"{before} to {after}", f"error before and after; sensor noise makes {noise}")
+    text = (
+        f"gap.toml, the simulator with its cause, predicts {UNSEEN}, which it has never seen, to {after}. As it was "
+        f"it missed it by {before}, refitted alone by {refit}; sensor noise alone gives {noise}."
+    )
+    card = ("A second recording", f"{before} to {after}", f"error before and after; sensor noise alone gives {noise}")
     return Step("The corrected simulator and a second recording", text, (picture,), card)
 
 

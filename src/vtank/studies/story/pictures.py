@@ -21,7 +21,7 @@ SIZE, LONGEST_S = (720, 480), 4.0  # [px], [s] of a film: rendered in a few seco
 
 
 def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, float]:
-    """A recording's way ahead as dots, each simulator's as a line of its style, the errors below; the largest [m].
+    """A recording's distance ahead as dots, each simulator's as a line of its style, the errors below; the largest [m].
 
     seen: a view with the recording as its ghost. simulators: style -> poses.
     """
@@ -30,7 +30,7 @@ def overlay(name: str, seen: Any, simulators: Mapping[str, Any]) -> tuple[str, f
     errors = {style: measured - way for style, way in ways.items()}
     x, below = Scale(time_s[0], time_s[-1], LEFT, RIGHT), TOP + TRACE + BETWEEN
     trace = Panel(x, Scale(*around(np.concatenate([measured, *ways.values()])), TOP + TRACE, TOP))
-    trace.frame("", "way ahead [m]", "", 0, 4)
+    trace.frame("", "distance ahead [m]", "", 0, 4)
     error = Panel(x, Scale(*around(np.concatenate([*errors.values()])), below + ERROR, below))
     error.frame("time [s]", "error [m]", "", 6, 3)
     error.horizontal(0.0, "zero")
