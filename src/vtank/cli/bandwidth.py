@@ -44,10 +44,11 @@ def run(args: argparse.Namespace) -> int:
     from ..present.document import plain
     from ..record import refuse_loss
     from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping, write_parts
-    from .checks import at_least
+    from .checks import at_least, check_outputs
     from .progress import percent
 
     at_least(1, threads=args.threads)
+    check_outputs(args, "out")
     if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
         raise InputError("--amplitude: expected a number of metres above 0")
     scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)

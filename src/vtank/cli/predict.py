@@ -22,9 +22,10 @@ def run(args: argparse.Namespace) -> int:
     from ..diagnose.holdout import DIVERGED
     from ..library import predict
     from ..record import json_text, write_text
-    from .checks import refuse_unwritable
+    from .checks import check_outputs, refuse_unwritable
 
     refuse_unwritable(args.json)
+    check_outputs(args, "json")
     found = predict(args.model, args.run)
     if lost := [name for name, gap in found["rms"].items() if gap >= DIVERGED]:
         why = "is it another vehicle, or are its input and measurements of different runs?"
