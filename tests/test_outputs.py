@@ -5,9 +5,13 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vtank.cli import main
+from vtank.errors import InputError
+from vtank.record import Manifest, Run, write_dataset
+from vtank.resources import scenarios_dir
 
 COMMANDS = (
     "diagnose data --json data/run_1.csv",
@@ -39,7 +43,8 @@ COMMANDS = (
     "identifiability s.toml --json s.toml",
 )
 FILES = ("data/run_1.csv", "data/manifest.json", "other/run_1.csv", "other/log.csv", "v.toml", "hull.xml", "curve.csv",
-         "m.toml", "t.json", "log.csv", "cases/cases.json", "cases/case_0001/run_1.csv", "s.toml", "set/s.toml")  # fmt: skip
+         "m.toml", "t.json", "log.csv", "cases/cases.json", "cases/case_0001/run_1.csv", "s.toml",
+         "set/s.toml")  # fmt: skip
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -69,3 +74,19 @@ def test_what_was_written_before_is_replaced(tmp_path: Path, capsys: pytest.Capt
         assert main(["identify", str(tmp_path), "--model", "I", "--method", "ml", "--json", str(out)]) == 0
     capsys.readouterr()
     assert out.is_file()
+
+
+@pytest.mark.parametrize(
+    "command", ["run .hid.toml --out out", "run .whole.toml --out out", "import .log.csv log.csv --out out"]
+)
+def test_no_run_is_written_that_would_be_hidden(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, scenario in ((".hid.toml", "paper-ds1.toml"), (".whole.toml", "whole/zigzag.toml")):
+        Path(name).write_bytes((scenarios_dir() / scenario).read_bytes())
+    assert main(command.split()) == 2
+    assert "expected a name without a dot first" in capsys.readouterr().err
+    assert not Path("out").exists()
+    with pytest.raises(InputError, match="hidden file"):
+        write_dataset("out", [Run(".hid", np.arange(2.0), {"n_rev_s": np.ones(2)})], Manifest.__new__(Manifest))

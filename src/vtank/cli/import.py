@@ -31,11 +31,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Import, write, and print the preview."""
     from ..logs import import_log
-    from ..record.files import stem
+    from ..record.files import run_name
     from .checks import check_outputs, refuse_unwritable
 
     if args.out and not args.out.suffix:
-        parts, outs = [[log] for log in args.logs], [args.out / f"{stem(log)}.csv" for log in args.logs]
+        parts, outs = [[log] for log in args.logs], [args.out / f"{run_name(log)}.csv" for log in args.logs]
     else:
         parts, outs = [args.logs], [args.out]
     refuse_unwritable(*outs)

@@ -32,6 +32,13 @@ def stem(path: Path) -> str:
     return path.stem.encode(errors="backslashreplace").decode()
 
 
+def run_name(path: Path) -> str:
+    """The file's stem as the name of a run; InputError where the run's file would be hidden: no command reads it."""
+    if path.name.startswith("."):
+        raise InputError(f"{path}: makes a hidden file, which no command reads; expected a name without a dot first")
+    return stem(path)
+
+
 def check_file(path: Path) -> None:
     """InputError for what is no file to read: what cannot be seen, a folder, what has no end or is too long.
 
