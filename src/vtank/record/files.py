@@ -14,9 +14,12 @@ MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take 
 def resolved(path: Path | str) -> Path:
     """Where a path leads, links followed; InputError where these go round in a circle."""
     try:
-        return Path(path).resolve()
+        found = Path(path).resolve()
+        if not any(place.is_symlink() for place in (found, *found.parents)):  # as Python 3.13 leaves such a circle
+            return found
     except (OSError, RuntimeError):
-        raise InputError(f"{path}: its links go round in a circle; expected a path that leads somewhere") from None
+        pass
+    raise InputError(f"{path}: its links go round in a circle; expected a path that leads somewhere")
 
 
 def is_file(path: Path) -> bool:
