@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 PARTS = ("response", "seas")
+LARGEST_M = 100.0  # [m] amplitude of a command, which no tank holds; a choice
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -49,8 +50,8 @@ def run(args: argparse.Namespace) -> int:
 
     at_least(1, threads=args.threads)
     check_outputs(args, "out")
-    if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
-        raise InputError("--amplitude: expected a number of metres above 0")
+    if any(not 0.0 < amplitude <= LARGEST_M for amplitude in args.amplitude or ()):
+        raise InputError(f"--amplitude: expected a number of metres above 0 and up to {LARGEST_M:g}")
     scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
     if args.out is not None:
         refuse_loss(args.out, RESULTS)

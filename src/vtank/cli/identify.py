@@ -62,6 +62,8 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args, "json", "out")
     if args.nominal:
         return identify_whole(args)
+    if args.axes:
+        raise InputError("--axes: goes with --nominal vehicle.toml and recordings of a whole vehicle; expected neither")
     return try_seeds(args) if args.dataset is None else identify(args)
 
 
