@@ -128,3 +128,26 @@ def test_an_optimum_that_is_no_number_gives_no_estimates(monkeypatch: pytest.Mon
     monkeypatch.setattr(Problem, "log_likelihood", lambda problem, filtered: np.nan)
     with pytest.raises(InputError, match="the model runs away on these recordings, and its likelihood is no number"):
         identify([Run("run", T, {"n_rev_s": DRIVE, "range_m": RANGE})], "II")
+
+
+def bursts(steps_s: np.ndarray) -> str:
+    """A recording of 300 rows at these stamps."""
+    rng = np.random.default_rng(0)
+    rows = [(t, 10.0 * np.cos(t), 3.0 - 0.4 * np.sin(t) + 0.004 * rng.standard_normal()) for t in steps_s]
+    return "time_s,n_rev_s,range_m\n" + "".join(f"{t:.12g},{n:.4f},{r:.4f}\n" for t, n, r in rows)
+
+
+@pytest.mark.parametrize("apart_s", [1e-6, 1e-4])
+@pytest.mark.parametrize("many", [2, 5])
+def test_rows_in_bursts_are_diagnosed(many: int, apart_s: float, tmp_path: Path) -> None:
+    """The usual step is then that within a burst, by which the rest was thinned to nothing."""
+    times = np.sort(np.concatenate([0.1 * many * np.arange(300 // many) + apart_s * k for k in range(many)]))
+    (tmp_path / "run.csv").write_text(bursts(times))
+    assert main(["diagnose", str(tmp_path / "run.csv")]) == 0
+
+
+@pytest.mark.parametrize("step_s", [1e-10, 1e-7, 1e-5, 1e-4])
+def test_times_in_another_unit_are_told(step_s: float, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "run.csv").write_text(bursts(step_s * np.arange(300)))
+    assert main(["diagnose", str(tmp_path / "run.csv")]) == 2
+    assert "is time_s in another unit?" in capsys.readouterr().err

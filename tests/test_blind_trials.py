@@ -344,6 +344,14 @@ def test_answers_go_on_where_they_stopped(trials: Path, tmp_path: Path) -> None:
     assert out.read_bytes() == (trials / "answers.json").read_bytes()
     assert total in out.with_suffix(".sha256").read_text() and not out.with_name("answers.json.part").exists()
     asked.clear()
+    answer(trials / "cases", out, count=1, answer_case=stand_in)  # the same once more
+    with pytest.raises(InputError, match="of another seed, .* remove it and answers.sha256 to answer anew"):
+        answer(trials / "cases", out, seed=1, count=1, answer_case=stand_in)
+    assert out.read_bytes() == (trials / "answers.json").read_bytes()
+    (tmp_path / "mine.json").write_text("{}")
+    with pytest.raises(InputError, match="mine.json: is there already"):
+        answer(trials / "cases", tmp_path / "mine.json", count=1, answer_case=stand_in)
+    out.unlink()
     answer(trials / "cases", out, seed=1, count=1, answer_case=stand_in)
     assert out.read_bytes() != (trials / "answers.json").read_bytes()
 

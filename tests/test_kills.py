@@ -124,6 +124,7 @@ def test_kills_of_blind_make(place: Path, tmp_path: Path, monkeypatch: pytest.Mo
         assert truths.exists() or not cases.exists()  # never cases that nobody can open
 
     def whole() -> None:
+        (tmp_path / "answers.json").unlink(missing_ok=True)
         answer(cases, tmp_path / "answers.json", count=1, answer_case=lambda *given: {"document": said})
         assert len(open_all(cases, truths, tmp_path / "answers.json").truths) == 2
 

@@ -15,6 +15,7 @@ import pytest
 from recorded import NOMINAL, record, sine
 
 import vtank as vt
+from vtank.cli import main
 from vtank.effects.catalogue import BY_NAME
 from vtank.plant.parameters import vector
 
@@ -177,3 +178,36 @@ def test_runs_may_be_given_by_where_they_lie_and_nothing_else_is_taken_for_one(t
     for wrong in ([0.0, 1.0], [None], ["data"]):
         with pytest.raises(vt.InputError, match="expected runs, as vt.load gives them"):
             vt.diagnose(wrong)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({"simulator": "foo"}, "simulator 'foo': expected tank or surge"),
+        ({"seed": -1}, "seed -1: expected a whole number of at least 0"),
+        ({"seed": 0.5}, "seed 0.5: expected a whole number"),
+        ({"threads": 0}, "threads 0: expected a whole number of at least 1"),
+        ({"settings": "duration_s=4"}, "settings 'duration_s=4': found a text, expected a list"),
+    ],
+)
+def test_what_a_simulation_cannot_be_told_is_refused(arguments: dict, said: str) -> None:
+    with pytest.raises(vt.InputError, match=said):
+        vt.run("paper-ds1", **arguments)
+
+
+@pytest.mark.parametrize("times", [(0.0, 2.0, 1.0), (0.0, 1.0, 1.0), (0.0, 1.0, np.nan)])
+def test_runs_whose_times_do_not_rise_are_refused(times: tuple[float, ...]) -> None:
+    run = vt.Run("bent", np.array(times), {"n_rev_s": np.ones(3), "range_m": np.ones(3)})
+    for command in (vt.identify, vt.diagnose, lambda run: vt.predict("model.toml", run)):
+        with pytest.raises(vt.InputError, match="run bent: time_s: expected finite times, each later"):
+            command(run)
+    with pytest.raises(vt.InputError, match="seed -1"):
+        vt.diagnose(run, seed=-1)
+
+
+def test_axes_are_not_passed_over(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a run along one axis there is nothing that they could choose."""
+    path = tmp_path / "run.csv"
+    path.write_text("time_s,n_rev_s,range_m\n" + "".join(f"{0.1 * k:g},{k % 7},3\n" for k in range(99)))
+    assert main(["identify", str(path), "--axes", "surge"]) == 2
+    assert "--axes: goes with --nominal" in capsys.readouterr().err

@@ -37,7 +37,7 @@ def test_the_log_itself_is_never_overwritten(tmp_path: Path, capsys: pytest.Capt
     log.write_text("t;depth_m\n" + "".join(f"{k};{k}\n" for k in range(20)))
     before = log.read_bytes()
     assert main(["import", str(log), "--out", str(log)]) == 2
-    assert "is the log itself" in capsys.readouterr().err and log.read_bytes() == before
+    assert "dive.csv: is or holds the input" in capsys.readouterr().err and log.read_bytes() == before
 
 
 def test_logs_are_runs_of_their_own_in_a_folder(

@@ -122,3 +122,13 @@ def test_a_run_without_samples_never_reaches_a_kernel(missing: str) -> None:
     run = record("run", sine(0.5, 12.0, TICK_S), NOMINAL, 0.004, 0)
     with pytest.raises(InputError, match="run 'run': no (measurement|value of n_rev_s)"):
         replace(run, **{missing: np.empty(0)})
+
+
+@pytest.mark.parametrize("begin_s", [0.0, 1000.0, -1000.0, 1.7e9])
+def test_a_run_has_a_clock_of_its_own_that_begins_with_it(begin_s: float) -> None:
+    """Of one axis or a whole vehicle alike: what estimates and diagnoses sees no other."""
+    time_s = 0.5 * np.arange(200)
+    run = Run("run", begin_s + time_s, {"thruster_1_command": np.ones(200), "depth.depth_m": np.sin(time_s)})
+    (own,) = stretches([run])
+    np.testing.assert_allclose(own.time_s, time_s, atol=1e-6)
+    assert (own is run) == (begin_s == 0.0) and own.columns.keys() == run.columns.keys()

@@ -247,3 +247,16 @@ def test_a_recording_that_no_model_follows_is_told(
     told = capsys.readouterr()
     assert "noise.csv: runs away from it: nominal, refit, diagnosed; is it another vehicle" in told.err
     assert json.loads(told.out, parse_constant=pytest.fail)["rms"]["refit"] == 1e6
+
+
+@pytest.mark.parametrize("effect", [{"clock_skew.s": 0.02}, {"seiche.amplitude": 0.02, "seiche.frequency": 0.6}])
+def test_where_a_recorders_clock_begins_tells_nothing(effect: dict[str, float], model: Path) -> None:
+    """Laws and effects in time count from a run's first row, be it 0, a minute to the hour or an epoch."""
+    read, seen = read_model(model), record("unseen", sine(0.3, 10.0, 60.0), vector(effect, NOMINAL), NOISE_M, 77)
+    read = replace(read, diagnosed=Model(vector(effect, NOMINAL)))
+    columns = {"n_rev_s": seen.input, "range_m": seen.value}
+    gaps = []
+    for begin_s in (0.0, 1000.0, -1000.0, 1.7e9):
+        seen_then = observe(Run("unseen", seen.time_s + begin_s, columns))
+        gaps.append(predict_gaps(read, seen_then)["rms"]["diagnosed"])
+    assert gaps[1:] == pytest.approx(3 * gaps[:1], rel=1e-4)

@@ -291,3 +291,27 @@ def test_the_command_line_refuses_a_bad_vehicle_file(tmp_path: Path, capsys: pyt
     settings = ["--set", f"vehicle={path}", "--out", str(tmp_path / "out")]
     assert main(["run", "sway", *settings]) == 2
     assert "thruster[0].lagg_s: unknown key" in capsys.readouterr().err
+
+
+def test_sensors_and_actuators_of_a_users_own_change_nothing(tmp_path: Path) -> None:
+    """Instruments are read by their names, and controls are the vehicle's: not by the order in the MJCF."""
+    drive, basin = (
+        {"time_s": [0.0], "main_command": [0.3], "rudder_rad": [0.05]},
+        (models_dir() / "basin.xml").read_text(),
+    )
+    flown = []
+    for own, others in (
+        ("", ""),
+        ("<sensor><clock/><framepos objtype='body' objname='block'/></sensor>", "<sensor><clock/></sensor>"),
+        ("<sensor><clock/></sensor>", "<actuator><adhesion body='post' ctrlrange='0 1'/></actuator>"),
+    ):
+        walls, post = (
+            tmp_path / "walls.xml",
+            "<worldbody><body name='post'><geom size='0.01' pos='0 2 -2'/></body></worldbody>",
+        )
+        walls.write_text(basin.replace("</mujoco>", f"{post}{others}</mujoco>"), encoding="utf-8")
+        path = written(tmp_path, xml=XML.replace("</mujoco>", f"{own}</mujoco>"))
+        flown.append(fly_vehicle(path, drive, 2.0, walls=walls, depth_m=1.0))
+    for run in flown[1:]:
+        for name, values in flown[0].columns.items():
+            assert np.array_equal(run.columns[name], values, equal_nan=True), name

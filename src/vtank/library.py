@@ -7,13 +7,13 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+
 from .blas import one_blas_thread
 from .errors import InputError
 from .record import Run, meant, read_dataset, read_run
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from .diagnose.whole.identified import WholeEstimate
     from .diagnosed import Diagnosis, WholeDiagnosis
     from .effects.effect import Effect
@@ -42,7 +42,15 @@ def _loaded(runs: Given) -> tuple[Run, ...]:
     for run in given:
         if not isinstance(run, Run):
             raise InputError(f"runs: found {type(run).__name__}, expected runs, as vt.load gives them, or their folder")
+        if not np.all(np.diff(run.time_s) > 0.0) or not np.all(np.isfinite(run.time_s)):
+            raise InputError(f"run {run.name}: time_s: expected finite times, each later than the one before")
     return given
+
+
+def _whole(name: str, value: int | None, least: int) -> None:
+    """InputError for an argument that is no whole number of at least so much; None is one that was not given."""
+    if value is not None and (not isinstance(value, int | np.integer) or value < least):
+        raise InputError(f"{name} {value!r}: expected a whole number of at least {least}")
 
 
 def run(
@@ -67,6 +75,12 @@ def run(
     from .experiment.whole_scenario import fly_scenarios, is_whole, write_flights
     from .record.dataset import refuse_strangers
 
+    if simulator not in ("tank", "surge"):
+        raise InputError(f"simulator {simulator!r}: expected tank or surge")
+    if isinstance(settings, str):
+        raise InputError(f"settings {settings!r}: found a text, expected a list of KEY=VALUE")
+    _whole("seed", seed, 0)
+    _whole("threads", threads, 1)
     if not scenarios:
         raise InputError("no scenario: nothing can be simulated")
     if out is not None:
@@ -146,6 +160,7 @@ def diagnose(
     from .diagnose.given import nominal_of, observed, vehicle_of
     from .diagnosed import Diagnosis, WholeDiagnosis
 
+    _whole("seed", seed, 0)
     runs, folder = _loaded(runs), str(against) if isinstance(against, str | Path) else "the runs given"
     simulated = None if against is None else _loaded(against)
     if simulated == ():
@@ -182,10 +197,10 @@ def predict(model: Path | str, run: Run | Path | str) -> dict[str, Any]:
     from .estimate.observed import observe, stretches
     from .record.table import open_table
 
+    (given,) = _loaded(run) if isinstance(run, Run) else (read_run(run),)
     if whole_file.is_whole(Path(model)):
-        return whole_file.predict(open_table(Path(model)), run if isinstance(run, Run) else read_run(run))
-    parts = stretches([run if isinstance(run, Run) else read_run(run)])
-    return predict_gaps(read_model(model), *map(observe, parts))
+        return whole_file.predict(open_table(Path(model)), given)
+    return predict_gaps(read_model(model), *map(observe, stretches([given])))
 
 
 def effects() -> tuple[Effect, ...]:

@@ -154,7 +154,7 @@ def _simulated(run: Run, truth: Path | str) -> Poses:
     seen = observe(run)
     kinds = replace(seen, kind=np.full(seen.kind.shape, POSITION), value=np.zeros(seen.value.shape))
     ahead = recorded(kinds, load_truth(truth).vector()).value
-    return _straight(seen.time_s, ahead)
+    return _straight(seen.time_s + run.time_s[0], ahead)
 
 
 def of_run(run: Run) -> Poses:

@@ -21,13 +21,15 @@ import signal
 import sys
 import warnings
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import redirect_stdout, suppress
 from traceback import extract_tb
 from types import ModuleType
 from typing import NoReturn
 
 from vtank import __version__
 from vtank.errors import InputError
+
+from .shown import Shown, one_line
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # sums of several threads are rounded otherwise, by 1e-12
 COMMANDS = (  # in the order of `vtank --help`
@@ -38,17 +40,18 @@ COMMANDS = (  # in the order of `vtank --help`
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one sub-command and return the exit code; `argv` defaults to the command line's arguments."""
-    modules = _modules()
-    args = _parse(modules, argv)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # names of files need not be text
     previous = signal.signal(signal.SIGTERM, _terminate)
     try:
-        with warnings.catch_warnings():
+        modules = _modules()
+        args = _parse(modules, argv)
+        with warnings.catch_warnings(), redirect_stdout(sys.stdout and Shown(sys.stdout)):
             warnings.showwarning = _show_warning
             code: int = modules[args.command].run(args)
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
         return code
     except InputError as error:
         return _refuse(str(error))
@@ -90,7 +93,7 @@ class Parser(argparse.ArgumentParser):
             message = message[: choice.start()] + _slip(choice[1], re.findall(r"[\w-]+", choice[2]))
         elif strange:
             message = _slip(strange[1], sorted(set(re.findall(r"--[\w-]+", self.format_help()))))
-        super().error(message)
+        super().error(one_line(message))
 
 
 def _slip(word: str, known: Sequence[str]) -> str:
@@ -121,7 +124,7 @@ def _parser(modules: dict[str, ModuleType]) -> tuple[Parser, dict[str, Parser]]:
 
 
 def _refuse(message: str) -> int:
-    print(f"vtank: error: {message}", file=sys.stderr)
+    print(f"vtank: error: {one_line(message)}", file=sys.stderr)
     return 2
 
 
@@ -154,7 +157,7 @@ def _show_warning(
     line: object = None,
 ) -> None:
     where = "" if issubclass(category, UserWarning) else f"{filename}:{lineno}: {category.__name__}: "
-    print(f"vtank: warning: {where}{message}", file=sys.stderr)
+    print(f"vtank: warning: {where}{one_line(str(message))}", file=sys.stderr)
 
 
 def _terminate(signum: int, frame: object) -> NoReturn:

@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 
 PARTS = ("response", "seas")
+LARGEST_M = 100.0  # [m] amplitude of a command, which no tank holds; a choice
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -44,12 +45,13 @@ def run(args: argparse.Namespace) -> int:
     from ..present.document import plain
     from ..record import refuse_loss
     from ..studies.bandwidth import AMPLITUDES_M, RESULTS, frequency_response, station_keeping, write_parts
-    from .checks import at_least
+    from .checks import at_least, check_outputs
     from .progress import percent
 
     at_least(1, threads=args.threads)
-    if any(not amplitude > 0.0 for amplitude in args.amplitude or ()):
-        raise InputError("--amplitude: expected a number of metres above 0")
+    check_outputs(args, "out")
+    if any(not 0.0 < amplitude <= LARGEST_M for amplitude in args.amplitude or ()):
+        raise InputError(f"--amplitude: expected a number of metres above 0 and up to {LARGEST_M:g}")
     scenario, how = load_scenario(args.scenario, args.set), (args.threads, args.out is not None, percent)
     if args.out is not None:
         refuse_loss(args.out, RESULTS)

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import InputError
-from .checks import at_least, refuse_unwritable
+from .checks import at_least, check_outputs, refuse_unwritable
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -135,6 +135,7 @@ def _answer(args: argparse.Namespace) -> int:
     at_least(0, seed=args.seed)
     out = args.out or args.folder / "answers.json"
     refuse_unwritable(out)
+    check_outputs(argparse.Namespace(folder=args.folder, out=out), "out")
     total = answer(args.folder, out, args.seed, args.processes, progress)
     print(f"wrote {out}\nsha256 {total}: publish it before the truth is opened")
     return 0
@@ -153,6 +154,8 @@ def _score(args: argparse.Namespace) -> int:
         raise InputError(f"--published {args.published}: expected the 64 hexadecimal digits of a SHA-256")
     out = args.out or _beside(args.folder, "-score")
     refuse_loss(out, RESULTS)
+    read = {"folder": args.folder, "truth": args.truth, "answers": answers}
+    check_outputs(argparse.Namespace(**read, out=out), "out")
     scored = score(args.folder, args.truth, answers, args.processes, progress, args.published)
     write_score(out, scored)
     for sentence in scored["checked"]:

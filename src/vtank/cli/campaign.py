@@ -35,8 +35,10 @@ def run(args: argparse.Namespace) -> int:
     """Fly, and say what became of it."""
     from ..errors import InputError
     from ..studies.campaign import fly_campaign, load_campaign
+    from .checks import check_outputs
     from .progress import progress
 
+    check_outputs(args, "out")
     campaign = load_campaign(args.campaign)
     with executor(args) as where, progress(f"flying {campaign.name}, run", len(campaign)) as advance:
         try:

@@ -43,11 +43,12 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Diagnose, print, and write what was asked for."""
     from ..library import diagnose, load
-    from .checks import at_least, refuse_unwritable
+    from .checks import at_least, check_outputs, refuse_unwritable
     from .progress import progress
 
     at_least(0, seed=args.seed, law=args.law)
     refuse_unwritable(args.json, args.report, args.model)
+    check_outputs(args, "json", "report", "model")
     runs = load(args.dataset)
     with progress() as say:
         found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)

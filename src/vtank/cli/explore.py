@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import InputError
-from .checks import refuse_unwritable
+from .checks import check_outputs, refuse_unwritable
 
 if TYPE_CHECKING:
     from ..plant import Vehicle
@@ -38,6 +38,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Plan, or fly and diagnose, and print."""
     refuse_unwritable(args.json, args.write_plan)
+    check_outputs(args, "json", "write_plan")
     if (args.runs is None) == (args.tank is None):
         raise InputError("expected recordings, with --nominal, or --tank, and not both")
     if args.depth is not None and not 0.0 <= args.depth <= 1e4:

@@ -112,7 +112,7 @@ def _check(args: argparse.Namespace) -> None:
     from ..errors import InputError
     from ..record import refuse_loss
     from ..studies.design import PLAN, RESULTS
-    from .checks import at_least, refuse_unwritable
+    from .checks import at_least, check_outputs, refuse_unwritable
 
     at_least(0, seeds=args.seeds, seed=args.seed)
     at_least(1, processes=args.processes)
@@ -121,6 +121,7 @@ def _check(args: argparse.Namespace) -> None:
     if args.write_plan and not args.design:
         raise InputError("--write-plan needs --design, which finds the plan")
     refuse_unwritable(args.json)
+    check_outputs(args, "json", "out", "write_plan")
     for folder, kind in ((args.out, RESULTS), (args.write_plan, PLAN)):
         if folder:
             refuse_loss(folder, kind)

@@ -55,11 +55,15 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 def run(args: argparse.Namespace) -> int:
     """Identify, print the tables, write what was asked for."""
     from ..errors import InputError
+    from .checks import check_outputs
 
     if (args.dataset is None) == (args.monte_carlo is None):
         raise InputError("expected a data set, or --monte-carlo N in its place")
+    check_outputs(args, "json", "out")
     if args.nominal:
         return identify_whole(args)
+    if args.axes:
+        raise InputError("--axes: goes with --nominal vehicle.toml and recordings of a whole vehicle; expected neither")
     return try_seeds(args) if args.dataset is None else identify(args)
 
 

@@ -30,21 +30,18 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def run(args: argparse.Namespace) -> int:
     """Import, write, and print the preview."""
-    from ..errors import InputError
     from ..logs import import_log
     from ..record.atomic import write_files
-    from ..record.files import resolved, stem
+    from ..record.files import run_name
     from ..record.writer import run_bytes
-    from .checks import refuse_unwritable
+    from .checks import check_outputs, refuse_unwritable
 
     if args.out and not args.out.suffix:
-        parts, outs = [[log] for log in args.logs], [args.out / f"{stem(log)}.csv" for log in args.logs]
+        parts, outs = [[log] for log in args.logs], [args.out / f"{run_name(log)}.csv" for log in args.logs]
     else:
         parts, outs = [args.logs], [args.out]
     refuse_unwritable(*outs)
-    for out in filter(None, outs):
-        if any(resolved(out) == resolved(log) for log in args.logs):
-            raise InputError(f"{out}: is the log itself, which would be overwritten; choose another file")
+    check_outputs(argparse.Namespace(**vars(args) | {"out": outs}), "out")
     found = [import_log(*logs, mapping=args.map, vehicle=args.vehicle) for logs in parts]
     write_files({out: run_bytes(each.run) for each, out in zip(found, outs, strict=True) if out})
     print("\n".join(str(each) for each in found), end="")

@@ -23,10 +23,12 @@ def run(args: argparse.Namespace) -> int:
     from ..present.document import plain
     from ..present.predicted import predicted
     from ..record import json_text, write_text
-    from .checks import refuse_unwritable
+    from .checks import check_outputs, refuse_unwritable
 
     printed = args.json == Path("-")
-    refuse_unwritable(None if printed else args.json)
+    if not printed:
+        refuse_unwritable(args.json)
+        check_outputs(args, "json")
     found = predict(args.model, args.run)
     _warn(found, args.run)
     text = json_text(found)

@@ -10,6 +10,8 @@ from shutil import get_terminal_size
 from threading import RLock
 from typing import Any, Self, TextIO
 
+from .shown import one_line
+
 INTERVAL_S = 10.0  # [s] between lines where stderr is not a terminal; a choice
 COUNTED = "{desc} {n_fmt}/{total_fmt} |{bar:20}| {elapsed}, {remaining} left{postfix}"
 NAMED = "{desc} ... {elapsed}"
@@ -44,7 +46,7 @@ class progress:
 
     def __call__(self, note: str = "", count: int = 1) -> None:
         """Count, several at once where they were done together, and show the note."""
-        self.done += count
+        self.done, note = self.done + count, one_line(note)
         if self.bar.disable:
             self._line(note)
         elif self.total is None:

@@ -35,10 +35,11 @@ def run(args: argparse.Namespace) -> int:
     from ..studies.paper.findings import summary
     from ..studies.paper.overview import overview
     from ..studies.paper.run import FULL, QUICK, REPRODUCTION, fly, reproduce, write_flights
-    from .checks import at_least
+    from .checks import at_least, check_outputs
     from .progress import percent, progress
 
     at_least(0, seed=args.seed)
+    check_outputs(args, "out")
     truths = TRUTHS if args.truth == "all" else (args.truth,)
     about = {"seed": args.seed, "truths": list(truths), "quick": args.quick, "versions": current_versions()}
     with results_folder(args.out, REPRODUCTION, about) as folder:

@@ -34,12 +34,13 @@ def run(args: argparse.Namespace) -> int:
     from ..experiment.fly import fly, plan_all, write_results
     from ..experiment.whole_scenario import is_whole
     from ..record.dataset import refuse_strangers
-    from .checks import at_least
+    from .checks import at_least, check_outputs
     from .progress import percent
 
     at_least(1, threads=args.threads)
     at_least(0, seed=args.seed)
     refuse_strangers(args.out)
+    check_outputs(args, "out")
     if any(map(is_whole, args.scenarios)):
         return _run_whole(args)
     plans = plan_all(args.scenarios, args.set, args.seed, args.truth)

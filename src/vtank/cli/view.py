@@ -28,11 +28,12 @@ def run(args: argparse.Namespace) -> int:
     """Simulate, then show or film."""
     from ..tank.film import refuse_film, refuse_window
     from ..viewed import refuse_strange, view
-    from .checks import refuse_unwritable
+    from .checks import check_outputs, refuse_unwritable
     from .progress import progress
 
     refuse_strange(args.flight)
     refuse_unwritable(args.film)
+    check_outputs(args, "film")
     refuse_film(args.film) if args.film else refuse_window()
     with progress() as say:
         say(f"simulating {args.flight}")

@@ -20,7 +20,9 @@ from ..record.run import INPUTS
 from ..record.table import open_table
 from ..record.toml import meant
 from ..resources import models_dir
+from .thinning import SHORTEST_S
 
+SHORTEST_SPAN_S = FEWEST * SHORTEST_S  # [s] of a run, below which too little is left of it once it is thinned
 FOREIGN = "none"  # in place of a nominal: the recordings' own refit
 
 
@@ -38,6 +40,11 @@ def observed(runs: Iterable[Run]) -> list[Observed]:
             )
         if run.time_s.size < FEWEST:
             raise InputError(f"run {run.name}: {run.time_s.size} measurements, expected at least {FEWEST} to diagnose")
+        if (span := float(run.time_s[-1] - run.time_s[0])) < SHORTEST_SPAN_S:
+            raise InputError(
+                f"run {run.name}: spans {span:.3g} s, expected at least {SHORTEST_SPAN_S:g} s to diagnose; "
+                "is time_s in another unit?"
+            )
         if run.input.size < 2:
             raise InputError(f"run {run.name}: one value of {run.input_name}, expected one for every change of it")
     if all(float(abs(run.input).max()) == 0.0 for run in found):

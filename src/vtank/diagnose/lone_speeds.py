@@ -164,6 +164,7 @@ class _Pilot:
             weight = free * np.minimum(1.0, HUBER * spread / np.maximum(np.abs(rest), 1e-300))
         return spread, rest
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # of inputs that are next to nothing
     def slope(self, n: np.ndarray, blunt: float) -> np.ndarray:
         """Change of the demand with the input, kept off zero, shape (I,)."""
         step = 1e-4 * self.top

@@ -15,6 +15,7 @@ from ..estimate.observed import Observed
 SHORTEST_S = 0.02  # [s] period below which recordings are thinned: vehicles and drives answer more slowly; a choice
 FOREIGN_SAMPLES = 3000  # of all runs together, where hypotheses grow one effect at a time; for the time it takes
 MOST_SAMPLES = 12_000  # of all runs together, where a nominal is given; for the time it takes
+BURST = 0.5  # of the mean step, below which the usual one is that within bursts; a choice
 ROUNDING = 1e-6  # share of a sample by which stamps may be off
 
 
@@ -30,9 +31,9 @@ def thin(run: Observed, period: float) -> Observed:
     A step holds the mean of what was held within it, of thrust (n|n|) where the input is no force, so that the impulse
     up to each stamp kept is exact; measurements are those at these stamps, or the first ones after.
     """
-    tick = float(np.median(np.diff(run.input_time_s)))
+    tick = _tick(run.input_time_s)
     every = int(np.ceil(period / tick - ROUNDING))
-    faster = [np.median(np.diff(run.time_s[run.kind == kind])) < period * (1.0 - ROUNDING) for kind in run.first]
+    faster = [_tick(run.time_s[run.kind == kind]) < period * (1.0 - ROUNDING) for kind in run.first]
     if every < 2 and not any(faster):
         return run
     first = np.arange(0, run.input.size, every)
@@ -55,6 +56,13 @@ def thin(run: Observed, period: float) -> Observed:
         value=run.value[keep],
         kind=run.kind[keep],
     )
+
+
+def _tick(time_s: np.ndarray) -> float:
+    """The usual step between stamps [s]; where they come in bursts, the mean one. Infinite for one stamp."""
+    steps = np.diff(time_s)
+    usual, mean = (float(of(steps)) if steps.size else np.inf for of in (np.median, np.mean))
+    return mean if usual < BURST * mean else usual
 
 
 def straightened(run: Observed) -> Observed:

@@ -25,6 +25,7 @@ def standardised(problem: Problem, filtered: Sequence[Filtered]) -> np.ndarray:
     return np.concatenate([(f.innovation / np.sqrt(problem.unweighted(k, f)))[problem.used(k)] for k, f in parts])
 
 
+@np.errstate(over="ignore", invalid="ignore")  # beyond all numbers no tails are told
 def heavy(residual: np.ndarray) -> bool:
     """Whether residuals, shape (N,), have more outliers than normal ones: by their fourth moment."""
     square = residual**2
@@ -49,6 +50,7 @@ def likeliest_freedom(residual: np.ndarray) -> tuple[float, float]:
     return best, scale(best)
 
 
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")
 def information(residual: np.ndarray, freedom: float) -> float:
     """Information that residuals over their scales, shape (N,), hold of their centre, over that of the weights' sum.
 

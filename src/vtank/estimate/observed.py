@@ -147,8 +147,8 @@ class Observed:
 def stretches(runs: Sequence[Run]) -> tuple[Run, ...]:
     """The runs, cut where recording paused: what the vehicle did meanwhile, nobody knows, and its state is new after.
 
-    A stretch is a run with a clock of its own, named after the run and its span; short ones are left out. A
-    DataSetWarning says so.
+    Each has a clock of its own, which begins with its first row. A stretch is named after the run and its span; short
+    ones are left out. A DataSetWarning says so.
     """
     return tuple(part for run in runs for part in _stretches(run))
 
@@ -158,7 +158,7 @@ def _stretches(run: Run) -> list[Run]:
     ends = np.flatnonzero(step > PAUSE_S) + 1
     ends = ends[step[ends - 1] > PAUSE_SAMPLES * np.median(step)] if ends.size else ends
     if ends.size == 0:
-        return [run]
+        return [run.from_start()]
     rows = np.split(np.arange(run.time_s.size), ends)
     none = np.zeros(run.time_s.size, dtype=bool)
     driven, seen = (np.any([none, *(~np.isnan(run.columns[name]) for name in names)], axis=0) for names in _both(run))
@@ -173,7 +173,7 @@ def _stretches(run: Run) -> list[Run]:
     found = []
     for part, span in zip(kept, spans, strict=True):
         columns = {name: values[part] for name, values in run.columns.items()}
-        found.append(Run(f"{run.name}_{span}", run.time_s[part] - run.time_s[part[0]], columns))
+        found.append(Run(f"{run.name}_{span}", run.time_s[part], columns).from_start())
     return found
 
 
@@ -186,7 +186,11 @@ def _both(run: Run) -> tuple[list[str], list[str]]:
 
 
 def observe(run: Run) -> Observed:
-    """Collect a run's input and measurements; InputError where it has nothing to fit."""
+    """Collect a run's input and measurements; InputError where it has nothing to fit.
+
+    Time counts from the run's first row, wherever the recorder's clock began: laws and effects may depend on it.
+    """
+    run = run.from_start()
     input_time, values = run.samples(run.input)
     parts = [(CHANNELS[name], *run.samples(name)) for name in CHANNELS if name in run.columns]
     if not parts:

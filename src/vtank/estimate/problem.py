@@ -199,6 +199,7 @@ class Problem:
         added = self.noise_variance(run) - np.array(self.noise.variance)[self.runs[run].kind]
         return np.asarray(filtered.variance - added)
 
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what is no number is no likelihood
     def log_likelihood(self, filtered: Sequence[Filtered]) -> float:
         """Log-likelihood of the innovations that count: normal, or of Student's t where the noise is."""
         total = 0.0

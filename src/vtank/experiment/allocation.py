@@ -119,6 +119,8 @@ class Allocation:
     def _solved(self, speed: float) -> Array:
         unit = self._wrenches(speed) / self.inertia[:, None]  # as accelerations, so that axes can be compared
         others = np.setdiff1d(np.arange(6), self._ordered)
+        if not unit[self._ordered].size:  # which LAPACK does not take
+            return np.zeros((len(self.parts), 6))
         least, free = np.linalg.pinv(unit[self._ordered], RANK), null_space(unit[self._ordered], RANK)
         if free.size:
             least = least - free @ np.linalg.pinv(unit[others] @ free, RANK) @ unit[others] @ least

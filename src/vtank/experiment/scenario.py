@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..plant.truth import read_effects
-from ..record.files import stem
+from ..record.files import run_name
 from ..record.table import GREATEST, Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir, scenarios_dir
@@ -183,7 +183,7 @@ def read_scenario(table: Table) -> Scenario:
     """The scenario in a whole file that is open already; InputError as `load_scenario`."""
     period_s, tachometer = _period(table), table.table("tachometer")
     scenario = Scenario(
-        name=stem(table.path),
+        name=run_name(table.path),
         path=table.path,
         description=table.text("description", ""),
         truth=table.file("truth", "paper-ii", presets=(models_dir() / "truths", "truth preset")),

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.sensor import changed_sensors
 from ..plant.vehicle import AXES, Vehicle, load_vehicle
-from ..record import Manifest, Run, open_table, read_text, stem, write_dataset
+from ..record import Manifest, Run, open_table, read_text, run_name, write_dataset
 from ..record.columns import channel_of
 from ..record.table import Table, table_of
 from ..resources import models_dir
@@ -113,7 +113,7 @@ def _read(table: Table, seed: int | None) -> WholeScenario:
         raise table.error("walls", missing)
     depth_m = table.number("depth_m", None, 0.0, 1e4) if table.has("depth_m") else None
     scenario = WholeScenario(
-        name=stem(table.path),
+        name=run_name(table.path),
         path=table.path,
         vehicle=vehicle,
         duration_s=table.positive("duration_s", 120.0, 86400.0),

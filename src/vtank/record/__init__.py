@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from .columns import FIXED, MOTION, NAMED, Column, column
     from .dataset import CAMPAIGN, CAMPAIGN_RUNS, JOURNAL, DataSet, read_dataset, read_truth, write_dataset
     from .documents import json_text, jsonable, parse_json, read_json
-    from .files import read_bytes, read_text, stem
+    from .files import read_bytes, read_text, run_name, stem
     from .folder import Kind, new_folder, refuse_loss, results_folder
     from .lock import Held, locked
     from .manifest import FILE, DataSetWarning, Manifest, current_versions, manifest_text, sha256

@@ -10,7 +10,7 @@ from typing import Any
 
 from ..errors import InputError
 from .documents import json_text, read_json
-from .files import unread
+from .files import run_name, unread
 from .folder import Kind, new_folder, refuse_loss
 from .manifest import FILE, SCHEMA, Entry, Manifest, manifest_text, read_manifest, sha256, warn_of_changes
 from .reader import read_run
@@ -83,6 +83,8 @@ def write_dataset(
     """
     path = Path(path)
     names = [run.name for run in runs]
+    for name in names:
+        run_name(Path(f"{name}.csv"))
     if not names or len(set(names)) != len(names):
         raise InputError(f"{path}: expected runs with different names, found {', '.join(names) or 'none'}")
     with new_folder(path, DATA_SET) as folder:

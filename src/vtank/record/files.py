@@ -14,9 +14,12 @@ MOST_BYTES = 2**28  # of a file, 256 MB: five million rows of a run, which take 
 def resolved(path: Path | str) -> Path:
     """Where a path leads, links followed; InputError where these go round in a circle."""
     try:
-        return Path(path).resolve()
+        found = Path(path).resolve()
+        if not any(place.is_symlink() for place in (found, *found.parents)):  # as Python 3.13 leaves such a circle
+            return found
     except (OSError, RuntimeError):
-        raise InputError(f"{path}: its links go round in a circle; expected a path that leads somewhere") from None
+        pass
+    raise InputError(f"{path}: its links go round in a circle; expected a path that leads somewhere")
 
 
 def is_file(path: Path) -> bool:
@@ -30,6 +33,13 @@ def is_file(path: Path) -> bool:
 def stem(path: Path) -> str:
     """The file's name without its ending; what is no text in it is spelled, as \\udcff."""
     return path.stem.encode(errors="backslashreplace").decode()
+
+
+def run_name(path: Path) -> str:
+    """The file's stem as the name of a run; InputError where the run's file would be hidden: no command reads it."""
+    if path.name.startswith("."):
+        raise InputError(f"{path}: makes a hidden file, which no command reads; expected a name without a dot first")
+    return stem(path)
 
 
 def check_file(path: Path, most: float = MOST_BYTES) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
 
 import numpy as np
@@ -86,6 +86,12 @@ class Run:
     def duration_s(self) -> float:
         """Time from the first row to the last [s]."""
         return float(self.time_s[-1] - self.time_s[0])
+
+    def from_start(self) -> Run:
+        """The run by a clock that begins with its first row, by which effects and laws in time count."""
+        if self.time_s.size == 0 or self.time_s[0] == 0.0:
+            return self
+        return replace(self, time_s=self.time_s - self.time_s[0])
 
     def samples(self, name: str) -> tuple[FloatArray, FloatArray]:
         """The samples of a channel: time [s] and values, shape (K,) each, K <= T; InputError for an unknown name."""

@@ -6,7 +6,7 @@ the accelerations in it, added mass included.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import mujoco
 import numpy as np
@@ -26,18 +26,22 @@ NATIVE = {  # sensor of MuJoCo -> numbers of it
     KINDS.mjSENS_FRAMEPOS: 3,
     KINDS.mjSENS_FRAMEQUAT: 4,
 }
-WIDTH = sum(NATIVE.values())
 TO_EARTH = np.array([1.0, -1.0, -1.0])  # from the world, north, west, up, to north, east, down
 
 
 def add_sensors(spec: mujoco.MjSpec, body: mujoco.MjsBody, sensors: tuple[Sensor, ...]) -> None:
-    """Give every instrument a site, and all of MuJoCo's sensors there, in the order of NATIVE."""
+    """Give every instrument a site, and all of MuJoCo's sensors there, of NATIVE."""
     for sensor in sensors:
         quaternion, name = np.zeros(4), SITE.format(sensor.name)
         mujoco.mju_mat2Quat(quaternion, sensor.rotation.ravel())
         body.add_site(name=name, pos=sensor.position_m, quat=quaternion)
         for kind in NATIVE:
-            spec.add_sensor(type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
+            spec.add_sensor(name=_native(sensor, kind), type=kind, objtype=mujoco.mjtObj.mjOBJ_SITE, objname=name)
+
+
+def _native(sensor: Sensor, kind: mujoco.mjtSensor) -> str:
+    """Name of one of MuJoCo's sensors at an instrument's site."""
+    return f"{SITE.format(sensor.name)} {kind.name}"
 
 
 def measured(
@@ -48,15 +52,17 @@ def measured(
     only: name of the one that is meant (default: all).
     """
     found = {}
-    for number, sensor in enumerate(sensors):
+    for sensor in sensors:
         if only in ("", sensor.name):
-            start = model.sensor_adr[number * len(NATIVE)]
-            found[sensor.name] = _channels(model, sensor, sensordata[:, start : start + WIDTH])
+            starts = [int(model.sensor(_native(sensor, kind)).adr[0]) for kind in NATIVE]
+            numbers = [sensordata[:, at : at + width] for at, width in zip(starts, NATIVE.values(), strict=True)]
+            found[sensor.name] = _channels(model, sensor, numbers)
     return found
 
 
-def _channels(model: mujoco.MjModel, sensor: Sensor, numbers: Array) -> Mapping[str, Array]:
-    accel, gyro, velocity, place, quaternion = np.split(numbers, np.cumsum(list(NATIVE.values()))[:-1], axis=1)
+def _channels(model: mujoco.MjModel, sensor: Sensor, numbers: Sequence[Array]) -> Mapping[str, Array]:
+    """numbers: of each of NATIVE, (T, width)."""
+    accel, gyro, velocity, place, quaternion = numbers
     w, x, y, z = quaternion.T
     ahead = np.array([1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)]).T  # x axis, world
     starboard_z, down_z = 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)

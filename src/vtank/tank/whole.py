@@ -139,6 +139,8 @@ def load_whole(
         _add_fin(world, fin, place(vehicle, bare, f"fin[{number}]", fin.site))
     if vehicle.heave_N_per_m:
         _add_waterline(world, body, vehicle.heave_N_per_m)
+    for sensor in list(world.sensors):
+        world.delete(sensor)  # the files' own, which nothing here reads
     add_sensors(world, body, vehicle.sensors)
     with named(vehicle.mjcf), mujoco_says("cannot compile it"):
         model = water.add(

@@ -95,6 +95,8 @@ def set_afloat(hull: mujoco.MjSpec, walls: mujoco.MjSpec | None = None) -> mujoc
     up. InputError where something but the water would act on the body.
     """
     world = walls or mujoco.MjSpec()
+    for actuator in list(world.actuators):
+        world.delete(actuator)  # walls stand still, and the controls are the vehicle's alone
     for actuator in list(hull.actuators):
         if not (np.any(actuator.gainprm) or np.any(actuator.biasprm)):
             hull.delete(actuator)  # it pushes nothing

@@ -100,7 +100,7 @@ def residual_spectra(selection: Selection) -> tuple[Spectrum, ...]:
 def frequencies(time_s: np.ndarray) -> np.ndarray:
     """Fourier frequencies of a run [rad/s], up to half its sample rate or MOST_ORDINATES, shape (F,)."""
     step = float(np.median(np.diff(np.unique(time_s))))
-    count = min(int((time_s[-1] - time_s[0]) / step) // 2, MOST_ORDINATES)
+    count = max(min(int((time_s[-1] - time_s[0]) / step) // 2, MOST_ORDINATES), 1)
     return 2.0 * np.pi * np.arange(1, count + 1) / (time_s[-1] - time_s[0] + step)
 
 

@@ -83,9 +83,9 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     vehicle = _vehicle(table)
     axes = table.texts("axes")
     if table.has("plant"):
-        layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run])
+        layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run.from_start()])
     else:
-        layout, runs, _ = record([run], vehicle, axes)
+        layout, runs, _ = record([run.from_start()], vehicle, axes)
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)))
     found: dict[str, dict[str, float]] = {}
     vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}

@@ -80,7 +80,7 @@ def answer(
 
     answer_case: by default a diagnosis of one axis, or of a whole vehicle, as the index says.
 
-    InputError where a recording is not the one that the index lists.
+    InputError where a recording is not the one that the index lists, and where `out` holds other answers.
     """
     index = read_index(folder)
     for entry in index.entries:
@@ -88,6 +88,7 @@ def answer(
     if answer_case is None:
         answer_case = diagnose_vehicle if index.vehicles else diagnose_case
     program = sources()
+    _refuse_other(out, {"schema": SCHEMA, "index": index.sha256, "seed": seed, "sources": program})
     mark = digest({"index": index.sha256, "seed": seed, "sources": program})
     one = partial(_one, folder, seed, answer_case, refuse_vehicle if index.vehicles else refusal)
     with _taken(out) as part:
@@ -105,6 +106,21 @@ def answer(
     for case in (entry.case for entry in index.entries if done[entry.case].get("fault")):
         warnings.warn(f"{case}: answered by a refusal, for vtank failed: {done[case]['refused']}", stacklevel=2)
     return total
+
+
+def _refuse_other(out: Path, about: dict[str, Any]) -> None:
+    """InputError where a file is in the place of the answers that is not the same ones: answers are committed to."""
+    if not out.exists():
+        return
+    try:
+        there = json.loads(read_bytes(out))
+        same = {key: there[key] for key in about} == about
+    except (ValueError, KeyError, TypeError, RecursionError):
+        raise InputError(f"{out}: is there already, and holds no answers; expected another --out") from None
+    if not same:
+        told = "holds answers of another seed, program or trials, which are committed to"
+        hashes = out.with_suffix(".sha256").name
+        raise InputError(f"{out}: {told}; expected another --out, or remove it and {hashes} to answer anew")
 
 
 @contextmanager
