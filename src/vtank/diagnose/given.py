@@ -20,7 +20,7 @@ from ..record.run import INPUTS
 from ..record.table import open_table
 from ..record.toml import meant
 from ..resources import models_dir
-from .thinning import SHORTEST_S
+from .thinning import SHORTEST_S, told_once
 
 SHORTEST_SPAN_S = FEWEST * SHORTEST_S  # [s] of a run, below which too little is left of it once it is thinned
 FOREIGN = "none"  # in place of a nominal: the recordings' own refit
@@ -28,7 +28,7 @@ FOREIGN = "none"  # in place of a nominal: the recordings' own refit
 
 def observed(runs: Iterable[Run]) -> list[Observed]:
     """The runs as the diagnosis sees them; InputError where they do not go together or hold too little."""
-    found = [observe(run) for run in stretches(tuple(runs))]
+    found = [told_once(observe(run)) for run in stretches(tuple(runs))]
     if not found:
         raise InputError("no runs: nothing can be diagnosed")
     first = found[0]

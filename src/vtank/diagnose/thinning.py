@@ -16,6 +16,7 @@ SHORTEST_S = 0.02  # [s] period below which recordings are thinned: vehicles and
 FOREIGN_SAMPLES = 3000  # of all runs together, where hypotheses grow one effect at a time; for the time it takes
 MOST_SAMPLES = 12_000  # of all runs together, where a nominal is given; for the time it takes
 BURST = 0.5  # of the mean step, below which the usual one is that within bursts; a choice
+NEARLY = 1e-4  # of the mean step, within which two rows are one; a choice
 ROUNDING = 1e-6  # share of a sample by which stamps may be off
 
 
@@ -63,6 +64,30 @@ def _tick(time_s: np.ndarray) -> float:
     steps = np.diff(time_s)
     usual, mean = (float(of(steps)) if steps.size else np.inf for of in (np.median, np.mean))
     return mean if usual < BURST * mean else usual
+
+
+def told_once(run: Observed) -> Observed:
+    """The run without rows that all but repeat the one before, as loggers write them that flush twice."""
+    fed, keep = _apart(run.input_time_s), np.ones(run.time_s.size, dtype=bool)
+    for kind in run.first:
+        keep[run.kind == kind] = _apart(run.time_s[run.kind == kind])
+    if fed.all() and keep.all():
+        return run
+    return replace(
+        run,
+        input_time_s=run.input_time_s[fed],
+        input=run.input[fed],
+        lone=run.lone[fed],
+        time_s=run.time_s[keep],
+        value=run.value[keep],
+        kind=run.kind[keep],
+    )
+
+
+def _apart(time_s: np.ndarray) -> np.ndarray:
+    """Which stamps come a while after the one before, by the mean step; the first always does."""
+    steps = np.diff(time_s, prepend=-np.inf)
+    return np.asarray(steps > NEARLY * np.mean(steps[1:]) if time_s.size > 1 else steps > 0.0)
 
 
 def straightened(run: Observed) -> Observed:

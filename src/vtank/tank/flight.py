@@ -20,6 +20,7 @@ from .places.effect import Moving, Placed
 from .places.laws import water_velocity
 
 Array = NDArray[np.float64]
+SMALLEST_M = 1e-6  # [m] from the origin of a corner that tells a direction; a choice
 FARTHEST = 1e6  # [SI] of any measurement, beyond which a flight has diverged; a choice
 
 
@@ -181,7 +182,10 @@ class Flight:
 
 
 def corners(model: mujoco.MjModel, body: int) -> Array:
-    """Corners of the box around all shapes and sites of the vehicle, and the middles of its faces, (14, 3) [m]."""
+    """Corners of the box around all shapes and sites of the vehicle, and the middles of its faces, (K, 3) [m].
+
+    Those at its origin are left out: MuJoCo ends the process over a ray without a direction.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     place, turn = data.xpos[body], data.xmat[body].reshape(3, 3)
@@ -189,9 +193,10 @@ def corners(model: mujoco.MjModel, body: int) -> Array:
     points = list((data.site_xpos[sites] - place) @ turn)
     signs = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
     for i in np.flatnonzero(model.body_rootid[model.geom_bodyid] == body):
-        box = data.geom_xmat[i].reshape(3, 3) @ (model.geom_aabb[i, :3] + signs * model.geom_aabb[i, 3:]).T
-        points += list((turn.T @ (data.geom_xpos[i][:, None] + box - place[:, None])).T)
+        shape = data.geom_xmat[i].reshape(3, 3) @ (model.geom_aabb[i, :3] + signs * model.geom_aabb[i, 3:]).T
+        points += list((turn.T @ (data.geom_xpos[i][:, None] + shape - place[:, None])).T)
     low, high = np.min(points, axis=0), np.max(points, axis=0)
     middle, half = 0.5 * (high + low), 0.5 * (high - low)
     faces = np.concatenate([np.eye(3), -np.eye(3)])
-    return middle + np.concatenate([signs, faces]) * half
+    box = middle + np.concatenate([signs, faces]) * half
+    return np.asarray(box[np.linalg.norm(box, axis=1) > SMALLEST_M])
