@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 import textwrap
 from pathlib import Path
 
@@ -23,8 +24,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     text = "draw cases, fly them in the MuJoCo tank and seal their truth in another folder"
-    parser = commands.add_parser("make", help=text, description=text)
-    parser.set_defaults(work=_make)
+    more = "an interrupted go is taken up when the same command is given again"
+    parser = commands.add_parser("make", help=text, description=f"{text}; {more}")
+    parser.set_defaults(work=_begin)
     parser.add_argument("--trials", type=int, required=True, metavar="N", help="number of cases")
     parser.add_argument("--seed", type=int, required=True, metavar="S", help="seed of everything that is drawn")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the cases")
@@ -73,6 +75,14 @@ def run(args: argparse.Namespace) -> int:
     """Do what the sub-command asks."""
     code: int = args.work(args)
     return code
+
+
+def _begin(args: argparse.Namespace) -> int:
+    try:
+        return _make(args)
+    except KeyboardInterrupt:
+        print(f"\n{args.out}: unfinished; the same command goes on from here", file=sys.stderr)
+        raise
 
 
 def _make(args: argparse.Namespace) -> int:
