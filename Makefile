@@ -40,7 +40,7 @@ test: check  # without the tests that are marked slow
 test-all: check  # what CI runs
 	$(BIN)/pytest -n 2 --dist loadfile
 
-fuzz: $(STAMP)  # ten times the cases of make test-all: more than 20,000 spoilt files and 200 kills
+fuzz: $(STAMP)  # ten times the cases of make test-all: more than 20,000 spoilt files and 250 kills
 	VTANK_FUZZ=10 $(BIN)/pytest -n 2 tests/test_fuzz.py tests/test_kills.py
 
 soak: $(STAMP)  # twenty times the length of make test-all: a million seconds on the surge model, 50,000 in the tank
