@@ -554,7 +554,7 @@ def test_no_rows_make_no_score() -> None:
     assert "kind right" not in markdown(tables(grouped([])))
 
 
-def test_who_interrupts_the_making_of_cases_is_told_that_nothing_is_kept(
+def test_who_interrupts_the_making_of_cases_is_told_that_it_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def interrupted(*given: object) -> None:
@@ -563,4 +563,4 @@ def test_who_interrupts_the_making_of_cases_is_told_that_nothing_is_kept(
     monkeypatch.setattr("vtank.studies.blind.make.make", interrupted)
     assert main(["blind", "make", "--trials", "2", "--seed", "7", "--out", str(tmp_path / "trials")]) == 130
     told = capsys.readouterr().err
-    assert "nothing is kept, the same command begins anew" in told and "interrupted" in told
+    assert "the same command goes on from here" in told and "interrupted" in told

@@ -1,6 +1,8 @@
 """Commands killed at any moment leave the old files or the new ones, and the same command then ends as if nothing was.
 
-`make fuzz` kills two hundred times and more; each test takes a few of the moments, drawn with a fixed seed.
+Each of run, campaign, diagnose, blind make, blind answer, import of several logs and of one has six goes, and sixty in
+`make fuzz`: four (forty), or as many as there are, end at a change of the disk, the others after some time, unless they
+were done before. That makes more than 30 kills, and more than 250.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import logfiles
 import numpy as np
 import pytest
 from campaigns import SURGE, write_campaign
@@ -18,6 +21,7 @@ from fuzz import surge_run
 from kills import begun, child, ended, hidden, seen
 
 import vtank.library
+import vtank.studies.blind.answer as answering
 import vtank.studies.blind.make as making
 from vtank.cli import main
 from vtank.diagnose import selection
@@ -108,24 +112,31 @@ def test_kills_of_campaign(place: Path, tmp_path: Path) -> None:
     kill_again_and_again(command, place, kept, check, whole, seed=2)
 
 
-def test_kills_of_blind_make(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is flown: what a case holds does not matter here."""
+SAID = {"verdict": {"kind": "none", "probability": 1.0}, "probabilities": {"none": 1.0}}
+
+
+def seal_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let `blind make` fly nothing: every case is the same."""
     run = surge_run(rows=20)
     sealed = Run("run", run.time_s, run.columns)
     truth = {"schema": "vtank.blind-truth/2", "kind": "none", "label": "none", "causes": []}
     monkeypatch.setattr(making, "_made", lambda *order: Made([run, run], [sealed], truth, "paper-ii", ()))
+
+
+def test_kills_of_blind_make(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is flown: what a case holds does not matter here."""
+    seal_nothing(monkeypatch)
     cases, truths, kept = place / "cases", place / "truths", tmp_path / "kept"
     command = ["blind", "make", "--trials", "2", "--seed", "1", "--threads", "1"]
     command += ["--out", str(cases), "--truth-out", str(truths)]
     shutil.copytree(place, kept)
-    said = {"verdict": {"kind": "none", "probability": 1.0}, "probabilities": {"none": 1.0}}
 
     def check() -> None:
         assert truths.exists() or not cases.exists()  # never cases that nobody can open
 
     def whole() -> None:
         (tmp_path / "answers.json").unlink(missing_ok=True)
-        answer(cases, tmp_path / "answers.json", count=1, answer_case=lambda *given: {"document": said})
+        answer(cases, tmp_path / "answers.json", count=1, answer_case=lambda *given: {"document": SAID})
         assert len(open_all(cases, truths, tmp_path / "answers.json").truths) == 2
 
     # a go that was whole before it was killed is not made again: the command says so, with exit code 2
@@ -161,22 +172,56 @@ def test_kills_of_diagnose(
     monkeypatch.setattr(vtank.library, "diagnose", lambda runs, nominal, seed, **_: diagnoses[seed])
     monkeypatch.setattr(vtank.library, "load", lambda path: ())
     command = ["diagnose", "data", "--json", f"{place}/d.json", "--model", f"{place}/d.toml"]
-    command += ["--report", f"{place}/d.html"]
-    assert main([*command, "--seed", "1"]) == 0
+    command += ["--report", f"{place}/d.html", "--seed"]
+    kill_writers([*command, "1"], [*command, "2"], place, tmp_path, seed=4)
+
+
+def kill_writers(first: list[str], second: list[str], place: Path, tmp_path: Path, seed: int, part: str = "") -> None:
+    """Kill the second of two commands that write the same files: each of these is the first's or the second's.
+
+    part: file of a work that goes on, which may be there besides.
+    """
+    assert main(first) == 0
     old, kept = seen(place), tmp_path / "kept"
     shutil.copytree(place, kept)
-    command += ["--seed", "2"]
-    assert main(command) == 0
+    assert main(second) == 0
     new = seen(place)
+    assert old.keys() == new.keys() and old != new
 
     def check() -> None:
-        assert all(digest in (old[name], new[name]) for name, digest in seen(place).items())
-        assert seen(place).keys() == old.keys()
+        found = {name: digest for name, digest in seen(place).items() if name != part}
+        assert found.keys() == old.keys()
+        assert all(digest in (old[name], new[name]) for name, digest in found.items())
 
     def whole() -> None:
         assert seen(place) == new
 
-    kill_again_and_again(command, place, kept, check, whole, seed=4)
+    kill_again_and_again(second, place, kept, check, whole, seed)
+
+
+@pytest.mark.parametrize("out", ["dives", "dives/one.csv"])
+def test_kills_of_import(out: str, place: Path, tmp_path: Path) -> None:
+    """Of tables and a log into a folder, and of a table into a file, over those of an earlier import."""
+    commands = []
+    for day, off in enumerate((0, 5)):
+        (tmp_path / str(day)).mkdir()
+        lines = ["ms;Propeller (rpm);Distance to wall (cm)", *(f"{100 * k};{60 * k};{300 + off}" for k in range(40))]
+        tables = [tmp_path / str(day) / f"{name}.csv" for name in ("one", "two")]
+        for table in tables:
+            table.write_text("\n".join(lines))
+        log = logfiles.tlog(tmp_path / str(day) / "dive.tlog")
+        logs = tables[:1] if Path(out).suffix else [*tables, log]
+        commands.append(["import", *map(str, logs), "--out", str(place / out)])
+    kill_writers(*commands, place, tmp_path, seed=5)
+
+
+def test_kills_of_blind_answer(place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over earlier answers, of another seed. Nothing is diagnosed: what is answered does not matter here."""
+    seal_nothing(monkeypatch)
+    assert main(["blind", "make", "--trials", "3", "--seed", "1", "--threads", "1", "--out", f"{tmp_path}/cases"]) == 0
+    monkeypatch.setattr(answering, "diagnose_case", lambda folder, seed, *_: {"document": SAID, "seed": seed})
+    command = ["blind", "answer", f"{tmp_path}/cases", "--processes", "1", "--out", f"{place}/answers.json", "--seed"]
+    kill_writers([*command, "1"], [*command, "2"], place, tmp_path, seed=6, part="answers.json.part")
 
 
 @pytest.mark.parametrize("command", ["run", "campaign", "diagnose"])

@@ -10,23 +10,39 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 from fuzz import taken
 
+import vtank.studies.blind.make as making
 from vtank.cli import main
 
 TRIALS = "blind make --trials 2 --seed 11 --familiar --no-separations --kinds none single --effects linear_drag"
+FLY = making._made
 
 
 @pytest.mark.slow
-def test_sealed_trials_are_the_same_on_one_and_two_threads(tmp_path: Path) -> None:
-    for threads in ("1", "2"):
-        assert main([*TRIALS.split(), "--threads", threads, "--out", str(tmp_path / threads)]) == 0
+def test_sealed_trials_are_the_same_on_one_and_two_threads_interrupted_or_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    command = [*TRIALS.split(), "--threads"]
+    assert main([*command, "1", "--out", str(tmp_path / "1")]) == 0
+    with monkeypatch.context() as patch:
+        patch.setattr(making, "_made", first_only)
+        assert main([*command, "1", "--out", str(tmp_path / "2")]) == 130
+    assert main([*command, "2", "--out", str(tmp_path / "2")]) == 0
     one, two = (taken(tmp_path / threads) | taken(tmp_path / f"{threads}-truth") for threads in ("1", "2"))
     assert one.keys() == two.keys() and sum(name.endswith(".csv") for name in one) > 3
     for name in one:  # salts are secret, and new every time; what depends on them differs
         assert unsalted(one[name]) == unsalted(two[name]), name
+
+
+def first_only(order: making.Order, frequencies: Any, number: int) -> making.Made:
+    """The first case; the second is interrupted."""
+    if number:
+        raise KeyboardInterrupt
+    return FLY(order, frequencies, number)
 
 
 def unsalted(text: str) -> str:

@@ -25,11 +25,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
 
 
 def _make_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    text = (
-        "draw cases, fly them in the MuJoCo tank and seal their truth in another folder; they are written when all are "
-        "made, and of an interrupted run nothing is kept"
-    )
-    parser = commands.add_parser("make", help=text, description=text)
+    text = "draw cases, fly them in the MuJoCo tank and seal their truth in another folder"
+    more = "an interrupted go is taken up when the same command is given again"
+    parser = commands.add_parser("make", help=text, description=f"{text}; {more}")
     parser.set_defaults(work=_make)
     parser.add_argument("--trials", type=int, required=True, metavar="N", help="number of cases")
     parser.add_argument("--seed", type=int, required=True, metavar="S", help="seed of everything that is drawn")
@@ -85,22 +83,19 @@ def _make(args: argparse.Namespace) -> int:
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
-    with _all_or_nothing():
+    with _taken_up_later(args.out):
         _made_cases(args, truth_out)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
 
 
 @contextmanager
-def _all_or_nothing() -> Iterator[None]:
-    """Say that nothing is kept where the making of cases is interrupted."""
+def _taken_up_later(out: Path) -> Iterator[None]:
+    """Say that the same command goes on where the making of cases is interrupted."""
     try:
         yield
     except KeyboardInterrupt:
-        print(
-            "\nvtank: cases are written when all are made: nothing is kept, the same command begins anew",
-            file=sys.stderr,
-        )
+        print(f"\n{out}: unfinished; the same command goes on from here", file=sys.stderr)
         raise
 
 
