@@ -31,9 +31,9 @@ def run(args: argparse.Namespace) -> int:
     from .checks import check_outputs, refuse_unwritable
     from .progress import progress
 
+    check_outputs(args, "film")
     refuse_strange(args.flight)
     refuse_unwritable(args.film)
-    check_outputs(args, "film")
     refuse_film(args.film) if args.film else refuse_window()
     with progress() as say:
         say(f"simulating {args.flight}")
