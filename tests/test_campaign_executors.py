@@ -187,7 +187,10 @@ def test_workers_end_with_their_parent(parent_does: str, tmp_path: Path) -> None
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="sends the signal of Ctrl-C")
 def test_an_interruption_does_not_wait_for_the_cases_under_way(tmp_path: Path) -> None:
     """Of the parent alone, as by kill -INT; each case would take a minute."""
-    code = "import sys, campaigns as c, vtank.studies.processes as p\n"
+    code = "import signal, sys, campaigns as c, vtank.studies.processes as p\n"
+    code += (
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"  # which whoever runs the tests may have ignored
+    )
     code += "with p.processes(2) as work: list(work(c.note_and_sleep, sys.argv[1:]))"
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     note = tmp_path / "pid"

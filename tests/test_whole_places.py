@@ -212,6 +212,16 @@ def test_a_fin_at_an_angle_and_a_fin_that_is_smaller(block: Vehicle) -> None:
     own, none = wrench(block), wrench(replace(block, fins=()))
     weak = wrench(block, placed(block, fin_weak__rudder={"share": 0.4}))
     assert weak - none == pytest.approx(0.6 * (own - none), rel=1e-9)
+    (drag,) = placed(block, fin_drag__rudder={"k_N_s2_per_m2": 5.0})
+    flown = load_whole(block).vehicle
+    seat, turning = np.array(flown.sites[flown.fins[0].site]), np.array([0.0, 0.0, 0.2])
+    s = SimpleNamespace(
+        vehicle=flown, through=np.array([1.5, 0.2, 0.1, *turning]), nu=np.array([0.0, 0.0, 0.0, *turning]),
+        asked={"rudder": -0.3},
+    )  # fmt: skip
+    ahead = 1.5 + np.cross(turning, seat)[0]
+    pull = np.array([-5.0 * (ahead * np.sin(0.3)) ** 2, 0.0, 0.0])
+    assert drag.effect.wrench(s, "rudder", drag.values) == pytest.approx([*pull, *np.cross(seat, pull)])
     whole = load_whole(block, effects=placed(block, fin_offset__rudder={"angle_rad": 0.05}))
     assert whole.control({"rudder_rad": np.array([0.1])})[0, 3:5] == pytest.approx([0.15, 0.15])
 

@@ -13,7 +13,7 @@ from ..estimate.observed import FEWEST, Observed, observe, stretches
 from ..logs import decidable
 from ..plant.parameters import SIZE
 from ..plant.truth import Truth, load_truth
-from ..plant.vehicle import Vehicle, load_vehicle
+from ..plant.vehicle import CORRECTED, Vehicle, load_vehicle
 from ..record import Run
 from ..record.columns import column
 from ..record.run import INPUTS
@@ -74,8 +74,8 @@ def vehicle_of(
 ) -> Vehicle | None:
     """The vehicle that is the nominal of whole-vehicle recordings; None where one input and one axis are meant.
 
-    A vehicle file is told by its [body]; a name that is a truth's as well by the columns of the runs. InputError where
-    runs are of a whole vehicle, or axes are asked about, and no vehicle is named.
+    A vehicle file is told by its [body], a diagnosed model by its schema; a name that is a truth's as well by the
+    columns of the runs. InputError where runs are of a whole vehicle, or axes are asked about, and no vehicle is named.
     """
     if isinstance(nominal, Vehicle):
         return known_vehicle(nominal)
@@ -83,7 +83,8 @@ def vehicle_of(
     if isinstance(nominal, str | Path) and nominal != FOREIGN:
         path = Path(nominal)
         named = (models_dir() / f"{nominal}.toml").is_file() and (bool(axes) or not single)
-        if named or path.suffix == ".toml" and path.is_file() and "body" in open_table(path).entries:
+        entries = open_table(path).entries if path.suffix == ".toml" and path.is_file() else {}
+        if named or "body" in entries or entries.get("schema") == CORRECTED:
             return known_vehicle(load_vehicle(nominal))
     if axes or (runs and not single and any(column(name) for run in runs for name in run.columns)):
         telling(runs)

@@ -22,7 +22,18 @@ INPUTS = ("rev_s", "command", "N")  # propeller speed [rev/s], normalised comman
 GAIN = {"rev_s": "gain_N_s2_per_rev2", "command": "gain_N"}  # of n|n|, and of the command
 DEAD_BAND = {"rev_s": "dead_band_rev_s", "command": "dead_band", "N": "dead_band_N"}
 THRUSTER = ("name", "site", "direction", "input", *GAIN.values(), "curve", "lag_s", "limit_N", *DEAD_BAND.values())
-FIN = ("name", "site", "axis", "area_m2", "lift_per_rad", "stall_rad", "drag", "limit_rad", "density_kg_per_m3")
+FIN = (
+    "name",
+    "site",
+    "axis",
+    "area_m2",
+    "lift_per_rad",
+    "stall_rad",
+    "drag",
+    "suction",
+    "limit_rad",
+    "density_kg_per_m3",
+)
 FINE = 2001  # points at which a thruster's law is inverted; a choice
 MOST_N = 1e8  # [N] of a thruster that is believed: as of a column; a choice
 FRESH_KG_PER_M3 = 1000.0  # fresh water; a choice
@@ -110,6 +121,7 @@ class Fin:
         lift_per_rad: slope of the lift coefficient [1/rad].
         stall_rad: angle of attack from which lift falls off [rad].
         drag: drag coefficient at no angle of attack.
+        suction: share of the drag of its lift that suction at the leading edge takes off, 0 of a plate to 1.
         limit_rad: largest angle either way [rad].
         density_kg_per_m3: of the water [kg/m3].
     """
@@ -123,6 +135,7 @@ class Fin:
     drag: float = 0.0
     limit_rad: float = np.inf
     density_kg_per_m3: float = FRESH_KG_PER_M3
+    suction: float = 0.0
 
     @property
     def column(self) -> str:
@@ -204,6 +217,7 @@ def read_fin(table: Table) -> Fin:
         lift_per_rad=table.positive("lift_per_rad"),
         stall_rad=table.positive("stall_rad", None, 0.5 * np.pi - 1e-6),
         drag=table.number("drag", 0.0, 0.0),
+        suction=table.number("suction", 0.0, 0.0, 1.0),
         limit_rad=table.number("limit_rad", np.pi, 0.0, np.pi),
         density_kg_per_m3=table.positive("density_kg_per_m3", FRESH_KG_PER_M3),
     )

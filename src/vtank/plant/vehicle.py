@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..units import G_M_S2
 from .actuators import Fin, Thruster, read_fin, read_thruster
 from .sensor import Sensor, read_sensors
 
+CORRECTED = "vtank.whole/1"  # schema of the file of a vehicle that a diagnosis corrected
 KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "fin", "sensor",
         "sites", "hull")  # fmt: skip
 BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N", "heave_N_per_m")
@@ -60,6 +61,8 @@ class Vehicle:
         path: of the file it was read from.
         centre_m: centre of gravity, body axes [m], where the file gives it; `tank.described` reads it from the MJCF.
         inertia: of the body about its centre of gravity, roll, pitch and yaw [kg m2], in the same way.
+        corrections: what a diagnosis found otherwise: numbers that take the place of the file's, by the names of
+            `rigid.layout`; `tank.corrected` makes a flight of them.
     """
 
     name: str
@@ -80,6 +83,7 @@ class Vehicle:
     path: Path = Path()
     centre_m: tuple[float, float, float] | None = None
     inertia: tuple[float, float, float] | None = None
+    corrections: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def steering(self) -> tuple[Thruster, ...]:
@@ -119,9 +123,16 @@ class Vehicle:
 
 
 def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
-    """The vehicle of that name in models/, or of that TOML file; InputError names file and key."""
-    path = find_file(name_or_path, models_dir(), "vehicle")
-    file = open_table(path).check_keys(KEYS)
+    """The vehicle of that name in models/, of a TOML file, or of a diagnosed model; InputError names file and key."""
+    return _load(find_file(name_or_path, models_dir(), "vehicle"), ())
+
+
+def _load(path: Path, through: tuple[Path, ...]) -> Vehicle:
+    """through: diagnosed models on the way to this file."""
+    file = open_table(path)
+    if file.entries.get("schema") == CORRECTED:
+        return _corrected(file, through)
+    file.check_keys(KEYS)
     body, propeller = file.table("body").check_keys(BODY), file.table("propeller").check_keys(("sites", "diameter_m"))
     places, thrusters = file.table("sites"), tuple(read_thruster(table) for table in file.tables("thruster"))
     return Vehicle(
@@ -144,6 +155,21 @@ def load_vehicle(name_or_path: str | Path = "phoenix") -> Vehicle:
         inertia=body.vector("inertia_kg_m2") if body.has("inertia_kg_m2") else None,
         sites={key.removesuffix("_m"): places.vector(key) for key in places.entries},
     )
+
+
+def _corrected(file: Table, through: tuple[Path, ...]) -> Vehicle:
+    """The vehicle of a diagnosed model: its file's, with what the diagnosis found otherwise."""
+    if file.has("plant"):
+        told = (
+            "stands for a simulator that it was fitted to, which flies itself; expected a diagnosis of a vehicle file"
+        )
+        raise file.error("plant", told)
+    path = find_file(file.file("vehicle", presets=(models_dir(), "vehicle")), models_dir(), "vehicle")
+    if path.resolve() in (*through, file.path.resolve()):
+        raise file.error("vehicle", "a diagnosed model of itself; expected the vehicle file that was diagnosed")
+    known, found = _load(path, (*through, file.path.resolve())), file.table("diagnosed")
+    corrections = {**known.corrections, **{name: found.number(name) for name in found.entries}}
+    return replace(known, name=f"{known.name}, corrected", path=file.path, corrections=corrections)
 
 
 def _ahead(thrusters: tuple[Thruster, ...]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from ..plant.vehicle import AXES, Vehicle
 from ..plant.vehicle import COUPLING as COUPLING_OF
+from ..record.columns import channel_of
 from ..units import G_M_S2
 from .flow import STILL, Flow
 from .push import Push
@@ -179,16 +180,26 @@ class Layout:
             own = p[fins + FIN * k :][:FIN]
             own[AXIS : AXIS + 3], own[SEAT : SEAT + 3] = fin.axis, vehicle.sites[fin.site]
             own[PRESSURE], own[LIFT] = 0.5 * fin.density_kg_per_m3 * fin.area_m2, fin.lift_per_rad
-            own[STALL], own[DRAG], own[LEFT] = fin.stall_rad, fin.drag, 1.0
+            own[STALL], own[DRAG], own[LEFT], own[SUCTION] = fin.stall_rad, fin.drag, 1.0, fin.suction
         known = {sensor.name: sensor for sensor in vehicle.sensors}
         for k, name in enumerate(self.sensors):
             own = p[sensors + SENSOR * k :][:SENSOR]
             if name in known:
-                own[LATENCY], own[ROTATED : ROTATED + 3] = known[name].latency_s, np.radians(known[name].rotation_deg)
+                late_s = known[name].latency_s + known[name].clock_offset_s
+                own[LATENCY], own[SKEW], own[ROTATED : ROTATED + 3] = (
+                    late_s,
+                    known[name].clock_skew,
+                    np.radians(known[name].rotation_deg),
+                )
                 own[SITE : SITE + 3] = known[name].position_m
         p[columns + SCALE :: COLUMN] = 1.0
-        for name in self.fitted.keys() & self.slots.keys():
-            p[self.slots[name]] = self.fitted[name]
+        for k, column in enumerate(self.columns):
+            sensor, channel = known.get(vehicle.instrument(column)), channel_of(column)
+            if sensor and channel in sensor.channels:
+                p[columns + COLUMN * k + BIAS] = sensor.each("bias")[sensor.channels.index(channel)]
+        for name, value in (*vehicle.corrections.items(), *self.fitted.items()):
+            if name in self.slots:
+                p[self.slots[name]] = value
         return p
 
     def vector(self, values: dict[str, float]) -> Array:

@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 
 from ..plant.vehicle import Vehicle
+from .agreeing import check_files, seated
 from .mjcf import mujoco_says, named, read_hull
 from .model import centre_of_gravity, moments, vehicle_body
-from .whole import check_files, place
 from .world import set_afloat
 
 SLANT = 0.05  # product of inertia over the least moment above which axes that are taken for principal are not; a choice
@@ -23,8 +23,6 @@ def described(vehicle: Vehicle) -> Vehicle:
     InputError where a thruster or fin sits at no site, or the two files differ, complete or not. Warns of products of
     inertia, which are left out where the file states no moments.
     """
-    seats = {t.site: f"thruster[{number}]" for number, t in enumerate(vehicle.thrusters)}
-    seats |= {fin.site: f"fin[{number}]" for number, fin in enumerate(vehicle.fins)}
     hull = read_hull(vehicle)
     with named(vehicle.mjcf):
         world = set_afloat(hull)
@@ -34,14 +32,8 @@ def described(vehicle: Vehicle) -> Vehicle:
     if vehicle.complete:
         return vehicle
     x, y, z = centre_of_gravity(model, vehicle_body(model))
-    sites = dict(vehicle.sites)
-    for name, key in seats.items():
-        if name not in sites:
-            along, across, down = place(vehicle, model, key, name)
-            sites[name] = float(along), float(across), float(down)
     return replace(
-        vehicle,
-        sites=sites,
+        seated(vehicle, model),
         centre_m=vehicle.centre_m or (float(x), float(y), float(z)),
         inertia=vehicle.inertia or _principal(vehicle, model),
     )

@@ -1,11 +1,11 @@
 """The force of a fin, compiled: lift and drag in the flow that the fin meets, in every Runge-Kutta stage.
 
-    L = rho/2 A U2 CL(alpha),  D = rho/2 A U2 (CD0 + CL tan alpha)
+    L = rho/2 A U2 CL(alpha),  D = rho/2 A U2 (CD0 + (1 - s) CL tan alpha)
 
 U is the speed of the fin through the water across its axis, alpha the angle from that motion to the chord. CL grows
 with the slope up to the stall and from there falls as sin 2 alpha, nothing at right angles. What lift costs in drag is
-that of a force at right angles to the chord: no suction at the leading edge, a choice on the side of drag. The
-propeller's wash is left out.
+that of a force at right angles to the chord, up to the stall less the suction s at the leading edge: 0 of a plate, the
+default, a choice on the side of drag; 1 of a wing of great span. The propeller's wash is left out.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ def lift_coefficient(alpha: float, slope: float, stall: float) -> float:
 
 
 @term
-def cost(alpha: float, lift: float, slope: float, stall: float) -> float:
-    """CL tan alpha, the drag that comes with lift; written so that it is finite at right angles."""
+def cost(alpha: float, lift: float, slope: float, stall: float, suction: float) -> float:
+    """(1 - s) CL tan alpha, the drag that comes with lift; written so that it is finite at right angles."""
     if abs(alpha) <= stall:
-        return lift * math.tan(alpha)
+        return (1.0 - suction) * lift * math.tan(alpha)
     return 2.0 * slope * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
 
 
@@ -58,7 +58,8 @@ def fin_at(velocity: Vector, user: np.ndarray, angle: float) -> float:
     beyond = angle - math.atan2(across, along)
     alpha = math.atan2(math.sin(beyond), math.cos(beyond))
     lift = lift_coefficient(alpha, user[FIN_AT.lift_per_rad], user[FIN_AT.stall_rad])
-    back = user[FIN_AT.drag] + cost(alpha, lift, user[FIN_AT.lift_per_rad], user[FIN_AT.stall_rad])
+    slope, stall = user[FIN_AT.lift_per_rad], user[FIN_AT.stall_rad]
+    back = user[FIN_AT.drag] + cost(alpha, lift, slope, stall, user[FIN_AT.suction])
     direction = triple(user, FIN_AT.along)
     forward, sideward = inner(direction, ahead), inner(direction, side)
     # lift is square to the motion, towards the side; drag against the motion

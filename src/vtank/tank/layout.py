@@ -36,6 +36,7 @@ FINS: dict[str, tuple[int, ...]] = {  # of an actuator that makes a fin's force 
     "lift_per_rad": (),
     "stall_rad": (),
     "drag": (),
+    "suction": (),
 }
 AT, FIN_AT = starts(FIELDS), starts(FINS)
 SIZE: int = AT.end

@@ -17,22 +17,23 @@ from ..plant.actuators import Fin, Thruster
 from ..plant.vehicle import Vehicle
 from ..units import G_M_S2
 from ..waves import Waves
+from .agreeing import check_files, place, seated
+from .corrected import corrected
+from .described import described
 from .flight import Flight
 from .instruments import add_sensors
 from .layout import FINNING, FINS, SIZE, field
 from .mjcf import mujoco_says, named, read, read_hull
-from .model import centre_of_gravity, mass_kg, moments, site, vehicle_body
+from .model import vehicle_body
 from .places.acting import acting, thrust
+from .places.catalogue import ordered
 from .places.effect import Placed
 from .prepare import forces
 from .world import LAW, add_actuator, free_body, mark_walls, set_afloat
 
 Array = NDArray[np.float64]
-NEAR = 0.02  # of the largest moment of inertia within which the two files of a vehicle may differ; a choice
-NEAR_M = 1e-3  # [m] within which the two files of a vehicle may differ about a place; a choice
 QUICKEST = 0.4  # [time steps] of a lag that classical Runge-Kutta follows: it is stable from 1/2.785 on
 WATERLINE = "vtank/waterline"
-TURNED = np.array([1.0, -1.0, -1.0])  # from axes z up to axes z down, x ahead in both
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,8 @@ def load_whole(
     """The vehicle in open water or within walls, with all its thrusters, fins and instruments.
 
     Water as of `vtank.water.add`. depth_m: of its origin at the start (default: as in the MJCF). effects: of
-    `tank.places`. InputError names the file and key where the vehicle's two files do not fit together.
+    `tank.places`, beside those of a corrected vehicle. InputError names the file and key where the vehicle's two files
+    do not fit together, and an effect that remembers and is there twice.
     """
     hull, around = read_hull(vehicle), read(walls) if walls else None
     with named(vehicle.mjcf):
@@ -124,11 +126,15 @@ def load_whole(
         with mujoco_says("cannot compile it"):
             bare = world.copy().compile()
     check_files(vehicle, bare)
+    vehicle = seated(vehicle, bare)
     # as for all who estimate: MuJoCo's own, of an MJCF that says nothing, pulls a vehicle of 9 kg down by 0.03 N more
     world.option.gravity = (0.0, 0.0, -G_M_S2)
     body = free_body(world)
     if depth_m is not None:
         body.pos[2] = -depth_m
+    if vehicle.corrections:
+        vehicle, own = corrected(described(vehicle), QUICKEST * world.option.timestep)
+        effects = ordered([*own, *effects])
     vehicle = changed(vehicle, effects)
     for placed in effects:
         if placed.effect.rigid:
@@ -170,55 +176,6 @@ def drift(effects: Sequence[Placed]) -> Array:
     return current
 
 
-def place(vehicle: Vehicle, model: mujoco.MjModel, key: str, name: str) -> Array:
-    """Where a site is, body axes [m]; InputError names the vehicle file's key."""
-    try:
-        return site(model, name)
-    except InputError as reason:
-        raise InputError(f"{vehicle.path}: {key}.site: {reason} ({vehicle.mjcf})") from None
-
-
-def check_files(vehicle: Vehicle, model: mujoco.MjModel) -> None:
-    """Raise InputError where a name is given twice, or the MJCF differs about mass, places or which way is down."""
-    taken: dict[str, str] = {}
-    for kind, parts in (("thruster", vehicle.thrusters), ("fin", vehicle.fins)):
-        for number, name in enumerate(part.name for part in parts):
-            key = f"{kind}[{number}]"
-            if name in taken:  # inputs and effects are found by it
-                told = f"'{name}' is taken, by {taken[name]}; expected a name of its own"
-                raise InputError(f"{vehicle.path}: {key}.name: {told}")
-            taken[name] = key
-    mass, centre = mass_kg(model), centre_of_gravity(model, vehicle_body(model))
-    if abs(mass - vehicle.mass_kg) > 1e-6 * mass:
-        told = f"found {vehicle.mass_kg:g}, but {vehicle.mjcf} has {mass:g} kg"
-        raise InputError(f"{vehicle.path}: body.mass_kg: {told}; is one of them without payload or ballast?")
-    about = np.diag(moments(model, vehicle_body(model)))
-    told_twice = (
-        ("centre_of_gravity_m", vehicle.centre_m, centre, NEAR_M),
-        ("inertia_kg_m2", vehicle.inertia, about, NEAR * np.abs(about).max()),
-    )
-    for key, written, found, near in told_twice:
-        if written is not None and np.abs(found - written).max() > near:
-            told = f"found {_shown(written)}, but {vehicle.mjcf} has {_shown(found)}"
-            raise InputError(f"{vehicle.path}: body.{key}: {told}; one of the two files was changed alone")
-    sites = {model.site(i).name for i in range(model.nsite)}
-    for name, written in vehicle.sites.items():
-        if name in sites and np.abs((found := site(model, name)) - written).max() > NEAR_M:
-            turned = np.abs(found * TURNED - written).max() <= NEAR_M
-            cause = ": the z axis of one of them points up; it must point down, y to starboard" if turned else ""
-            told = f"found {_shown(written)} m, but {vehicle.mjcf} has {_shown(found)}, seen from x forward, z down"
-            raise InputError(f"{vehicle.path}: sites.{name}_m: {told}{cause}")
-    if vehicle.centre_of_buoyancy_m[2] > centre[2] + 1e-9:
-        raise InputError(
-            f"{vehicle.path}: body.centre_of_buoyancy_m: z = {vehicle.centre_of_buoyancy_m[2]:g} m is below the centre "
-            f"of gravity, z = {centre[2]:g} m: it would capsize; does the z axis point up? expected z down"
-        )
-
-
-def _shown(vector: Sequence[float] | Array) -> str:
-    return "[" + ", ".join(f"{value:g}" for value in vector) + "]"
-
-
 def _add_thruster(world: mujoco.MjSpec, thruster: Thruster, at_m: Array) -> None:
     """A force with a first-order lag; "filterexact" would be inexact under RK4."""
     lag = {"dyntype": mujoco.mjtDyn.mjDYN_FILTER, "dynprm": [thruster.lag_s] + 9 * [0.0]} if thruster.lag_s else {}
@@ -239,6 +196,7 @@ def _add_fin(world: mujoco.MjSpec, fin: Fin, at_m: Array) -> None:
             "lift_per_rad": fin.lift_per_rad,
             "stall_rad": fin.stall_rad,
             "drag": fin.drag,
+            "suction": fin.suction,
         }
         for name, value in values.items():
             field(row, name, FINS)[...] = value

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError
-from ...plant.vehicle import Vehicle, load_vehicle
+from ...plant.vehicle import CORRECTED, Vehicle, load_vehicle
 from ...record.run import Run
 from ...record.table import Table, open_table
+from ...resources import models_dir
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
@@ -25,8 +26,6 @@ from .plant_file import plant_lines, read_plant
 
 if TYPE_CHECKING:
     from .diagnosis import WholeDiagnosis
-
-SCHEMA = "vtank.whole/1"
 
 
 def model_text(diagnosis: WholeDiagnosis) -> str:
@@ -40,8 +39,8 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
     noise, verdict, document = selection.best.fit.noise, diagnosis.verdict, diagnosis.document
     lines = [
         "# A whole vehicle's simulator, found by vtank diagnose: what differs from the vehicle file.",
-        f"schema = {_word(SCHEMA)}",
-        f"vehicle = {_word(str(diagnosis.vehicle.path))}",
+        f"schema = {_word(CORRECTED)}",
+        f"vehicle = {_word(_called(diagnosis.vehicle.path))}",
         f"axes = {_words(document['axes'])}",
         "",
         "[verdict]",
@@ -61,6 +60,11 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _called(path: Path) -> str:
+    """A vehicle file as another file names it: one that comes with vtank by its name."""
+    return path.stem if path.parent == models_dir() else str(path.resolve())
+
+
 def _word(text: str) -> str:
     """Text as TOML has it."""
     return json.dumps(text, ensure_ascii=False)
@@ -72,7 +76,7 @@ def _words(texts: Sequence[str]) -> str:
 
 def is_whole(path: Path) -> bool:
     """Whether a model file is that of a whole vehicle, by its schema."""
-    return path.is_file() and open_table(path).entries.get("schema") == SCHEMA
+    return path.is_file() and open_table(path).entries.get("schema") == CORRECTED
 
 
 def predict(table: Table, run: Run) -> dict[str, Any]:
@@ -110,7 +114,7 @@ def slots_of(table: Table, part: str) -> dict[str, float]:
 
 
 def _vehicle(table: Table) -> Vehicle:
-    return known_vehicle(load_vehicle(table.text("vehicle")))
+    return known_vehicle(load_vehicle(table.file("vehicle", presets=(models_dir(), "vehicle"))))
 
 
 def _vector(layout: Layout, table: Table) -> np.ndarray:

@@ -6,7 +6,8 @@ from collections.abc import Iterator, Sequence
 from importlib import import_module
 
 from ...effects.loaded import effects_in
-from .effect import KINDS, PlacedEffect
+from ...errors import InputError
+from .effect import KINDS, Placed, PlacedEffect
 
 
 def _found(kind: str) -> Iterator[PlacedEffect]:
@@ -19,6 +20,14 @@ def _found(kind: str) -> Iterator[PlacedEffect]:
 CATALOGUE: tuple[PlacedEffect, ...] = tuple(
     effect for kind in KINDS for effect in sorted(_found(kind), key=lambda effect: (effect.order, effect.name))
 )
+
+
+def ordered(effects: Sequence[Placed]) -> tuple[Placed, ...]:
+    """In the order of the catalogue, in which they act; InputError for one with a memory that is there twice."""
+    remembering = [placed.name for placed in effects if placed.effect.keep]
+    if twice := {name for name in remembering if remembering.count(name) > 1}:
+        raise InputError(f"effects: {', '.join(sorted(twice))}: the vehicle has it already; expected it once")
+    return tuple(sorted(effects, key=lambda placed: CATALOGUE.index(placed.effect)))
 
 
 def keys(effect: PlacedEffect) -> str:

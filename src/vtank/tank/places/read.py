@@ -7,7 +7,7 @@ from typing import Any
 from ...plant.vehicle import AXES, Vehicle
 from ...record.table import Table
 from ...record.toml import meant
-from .catalogue import CATALOGUE
+from .catalogue import CATALOGUE, ordered
 from .effect import VEHICLE, Number, Placed, PlacedEffect, part
 
 INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of `effect.INPUT`
@@ -20,7 +20,7 @@ def read_placed(table: Table, vehicle: Vehicle) -> tuple[Placed, ...]:
     """
     placed = [one for key in table.entries for one in _read(table, key, vehicle)]
     table.close()
-    return tuple(sorted(placed, key=lambda one: CATALOGUE.index(one.effect)))
+    return ordered(placed)
 
 
 def places(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
