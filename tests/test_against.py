@@ -74,8 +74,8 @@ def test_the_place_on_a_vehicle_is_named_with_its_size(whole):
         ("thruster_dead",),
         ("port",),
     )
-    size, sd = whole.selection.best.values(whole.selection.best.effects[0])["size"]
-    assert size == pytest.approx(-0.35, abs=max(3.0 * sd, 0.03))
+    size, sd = whole.selection.best.values(whole.selection.best.effects[0])["share"]
+    assert size == pytest.approx(0.35, abs=max(3.0 * sd, 0.03))
 
 
 @pytest.mark.slow

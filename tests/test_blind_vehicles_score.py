@@ -73,7 +73,7 @@ def opinion(folder: Path, seed: int, withheld: tuple[str, ...], nominal: str) ->
     assert nominal == "bluerov2" and len(read_dataset(folder).runs) == 1
     name = "linear_drag@yaw"
     verdict = {"kind": "effect", "effects": ["linear_drag"], "places": ["yaw"], "class": [name], "probability": 0.97}
-    model = f'schema = "vtank.whole/1"\n[diagnosed]\n"{name}" = {BLUEROV.linear_drag[5] + 0.6}\n'
+    model = f'schema = "vtank.whole/2"\n[diagnosed]\n"{name}" = {BLUEROV.linear_drag[5] + 0.6}\n'
     return {"document": {"verdict": verdict, "probabilities": {name: 0.97, "none": 0.03}}, "model": model}
 
 

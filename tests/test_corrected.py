@@ -56,35 +56,35 @@ def slots(layout: Layout, placed: Placed, values: Mapping[str, float]) -> dict[s
 # What a diagnosis finds -> the effect of the tank that it is; by vehicle
 SAME = {
     "bluerov2": [
-        ("linear_drag@yaw", {"size": 0.3}, {"c_N_m_s_per_rad": 0.3}),
-        ("coulomb_friction@surge", {"size": 2.0}, {"f_N": 2.0}),
-        ("drag_asymmetry@sway", {"size": 0.3}, {"e": 0.3}),
-        ("ambient_current@surge", {"size": 0.2}, {"U_m_s": 0.2}),
-        ("tether@heave", {"size": 3.0}, {"k_N_per_m": 3.0}),
-        ("constant_force@pitch", {"size": 0.5}, {"F_N_m": 0.5}),
+        ("linear_drag@yaw", {"c": 0.3}, {"c_N_m_s_per_rad": 0.3}),
+        ("coulomb_friction@surge", {"f": 2.0}, {"f_N": 2.0}),
+        ("drag_asymmetry@sway", {"e": 0.3}, {"e": 0.3}),
+        ("ambient_current@surge", {"U": 0.2}, {"U_m_s": 0.2}),
+        ("tether@heave", {"k": 3.0}, {"k_N_per_m": 3.0}),
+        ("constant_force@pitch", {"F": 0.5}, {"F_N_m": 0.5}),
         ("wake_memory@surge", {"k": 0.4, "T": -2.0}, {"k": 0.4, "T_s": 3.0}),
-        ("coriolis@surge", {"size": 4.0}, {"c_kg": 4.0}),
-        ("coriolis@sway", {"size": 4.0}, {"c_kg": 4.0}),
-        ("coriolis@heave", {"size": 4.0}, {"c_kg": 4.0}),
-        ("munk_moment@yaw", {"size": 4.0}, {"c_kg": 4.0}),
-        ("munk_moment@pitch", {"size": 4.0}, {"c_kg": 4.0}),
-        ("thruster_dead@thruster_1", {"size": -0.4}, {"share": 0.4}),
+        ("coriolis@surge", {"c": 4.0}, {"c_kg": 4.0}),
+        ("coriolis@sway", {"c": 4.0}, {"c_kg": 4.0}),
+        ("coriolis@heave", {"c": 4.0}, {"c_kg": 4.0}),
+        ("munk_moment@yaw", {"c": 4.0}, {"c_kg": 4.0}),
+        ("munk_moment@pitch", {"c": 4.0}, {"c_kg": 4.0}),
+        ("thruster_dead@thruster_1", {"share": 0.4}, {"share": 0.4}),
         ("thruster_reversed@thruster_2", {}, {}),
         ("wrong_allocation@thruster_1:thruster_4", {}, {"other": "thruster_4"}),
-        ("thrust_deadband@thruster_3", {"size": 0.1}, {"n0": 0.1}),
-        ("thrust_saturation@thruster_3", {"size": 0.15}, {"n_max": 0.15}),
-        ("thrust_asymmetry@thruster_3", {"size": 0.3}, {"e": 0.3}),
-        ("thrust_lag@thruster_3", {"size": 0.5}, {"tau_s": 0.5}),
-        ("command_delay@thruster_3", {"size": 0.35}, {"d_s": 0.35}),
-        ("thrust_loss@thruster_3", {"size": 8.0}, {"gamma_N_s_per_m": 8.0}),
-        ("supply_sag@thruster_3", {"size": 0.05}, {"r_per_s": 0.05}),
-        ("tachometer_bias@thruster_3", {"size": 0.1}, {"b": 0.1}),
+        ("thrust_deadband@thruster_3", {"n0": 0.1}, {"n0": 0.1}),
+        ("thrust_saturation@thruster_3", {"n_max": 0.15}, {"n_max": 0.15}),
+        ("thrust_asymmetry@thruster_3", {"e": 0.3}, {"e": 0.3}),
+        ("thrust_lag@thruster_3", {"tau": 0.5}, {"tau_s": 0.5}),
+        ("command_delay@thruster_3", {"d": 0.35}, {"d_s": 0.35}),
+        ("thrust_loss@thruster_3", {"gamma": 8.0}, {"gamma_N_s_per_m": 8.0}),
+        ("supply_sag@thruster_3", {"r": 0.05}, {"r_per_s": 0.05}),
+        ("tachometer_bias@thruster_3", {"b": 0.1}, {"b": 0.1}),
         ("thruster_turned@thruster_3", {"yaw": 0.3, "pitch": 0.2}, {"yaw_rad": 0.3, "pitch_rad": 0.2}),
         ("centre_of_gravity@vehicle", {"x": 0.02, "z": -0.01}, {"x_m": 0.02, "z_m": -0.01}),
         ("centre_of_buoyancy@vehicle", {"y": 0.01}, {"y_m": 0.01}),
         ("buoyancy@vehicle", {"B": 2.0}, {"B_N": 2.0}),
         ("trim_weight@vehicle", {"m": 0.3, "x": 0.1}, {"m_kg": 0.3, "x_m": 0.1}),
-        ("coriolis_left_out@vehicle", {"share": -0.8}, {"share": 0.8}),
+        ("coriolis_left_out@vehicle", {"share": 0.8}, {"share": 0.8}),
         ("current@vehicle", {"north": 0.1, "east": 0.2}, {"north_m_s": 0.1, "east_m_s": 0.2}),
         ("tether@vehicle", {"east": 3.0, "k": 2.0, "z": 0.1}, {"east_N": 3.0, "k_N_per_m": 2.0, "z_m": 0.1}),
         ("sensor_latency@dvl", {"d": 0.2}, {"d_s": 0.2}),
@@ -99,10 +99,10 @@ SAME = {
         ("gyro_bias@imu", {"yaw_rate_rad_s": 0.03}, {"yaw_rad_s": 0.03}),
     ],
     "remus100": [
-        ("fin_offset@rudder", {"size": 0.05}, {"angle_rad": 0.05}),
-        ("fin_weak@rudder", {"size": -0.4}, {"share": 0.4}),
-        ("fin_delay@rudder", {"size": 0.4}, {"d_s": 0.4}),
-        ("fin_drag@rudder", {"size": 300.0}, {"k_N_s2_per_m2": 300.0}),
+        ("fin_offset@rudder", {"angle": 0.05}, {"angle_rad": 0.05}),
+        ("fin_weak@rudder", {"share": 0.4}, {"share": 0.4}),
+        ("fin_delay@rudder", {"d": 0.4}, {"d_s": 0.4}),
+        ("fin_drag@rudder", {"k": 300.0}, {"k_N_s2_per_m2": 300.0}),
         ("cross_flow_drag@vehicle", {"sway": 3000.0}, {"sway_N_s2_per_m3": 3000.0}),
     ],
 }  # fmt: skip
@@ -176,14 +176,14 @@ def test_own_parameters_are_those_of_another_file() -> None:
 
 
 def model(tmp_path: Path, **diagnosed: float) -> Path:
-    lines = ['schema = "vtank.whole/1"', 'vehicle = "bluerov2"', "[diagnosed]"]
+    lines = ['schema = "vtank.whole/2"', 'vehicle = "bluerov2"', "[diagnosed]"]
     path = tmp_path / "gap.toml"
     path.write_text("\n".join(lines + [f'"{name}" = {value}' for name, value in diagnosed.items()]))
     return path
 
 
 def test_a_diagnosed_model_is_a_vehicle_to_every_command(tmp_path: Path) -> None:
-    path = model(tmp_path, **{"share@thruster_1": 0.7, "linear_drag@yaw": 0.4})
+    path = model(tmp_path, **{"lost@thruster_1": 0.3, "linear_drag@yaw": 0.4})
     settings = (f"vehicle={path}", "duration_s=5")
     vt.run("whole/zigzag", settings=settings, out=tmp_path / "corrected")
     own = ("vehicle=bluerov2", "duration_s=5", 'effects."thruster_dead@thruster_1".share=0.3',
@@ -198,8 +198,8 @@ def test_a_diagnosed_model_is_a_vehicle_to_every_command(tmp_path: Path) -> None
 
 
 def test_what_is_flown_is_the_nominal_of_a_diagnosis_too(tmp_path: Path) -> None:
-    layout, _ = placed_in(load_vehicle(model(tmp_path, **{"share@thruster_1": 0.7, "bias@imu.yaw_rate_rad_s": 0.01})))
-    assert layout.null[layout.slot("share@thruster_1")] == 0.7
+    layout, _ = placed_in(load_vehicle(model(tmp_path, **{"lost@thruster_1": 0.3, "bias@imu.yaw_rate_rad_s": 0.01})))
+    assert layout.null[layout.slot("lost@thruster_1")] == 0.3
     assert layout.null[layout.slot("bias@imu.yaw_rate_rad_s")] == 0.01
 
 
@@ -210,9 +210,9 @@ def test_an_effect_that_remembers_is_there_once(tmp_path: Path) -> None:
 
 
 def test_a_model_of_itself_and_a_plant_of_a_simulator_are_refused(tmp_path: Path) -> None:
-    (tmp_path / "gap.toml").write_text('schema = "vtank.whole/1"\nvehicle = "gap.toml"\n')
+    (tmp_path / "gap.toml").write_text('schema = "vtank.whole/2"\nvehicle = "gap.toml"\n')
     with pytest.raises(InputError, match=r"gap.toml.*vehicle: a diagnosed model of itself"):
         load_vehicle(tmp_path / "gap.toml")
-    (tmp_path / "gap.toml").write_text('schema = "vtank.whole/1"\nvehicle = "bluerov2"\n[plant]\nsigma = [0.0]\n')
+    (tmp_path / "gap.toml").write_text('schema = "vtank.whole/2"\nvehicle = "bluerov2"\n[plant]\nsigma = [0.0]\n')
     with pytest.raises(InputError, match=r"plant: stands for a simulator that it was fitted to"):
         load_vehicle(tmp_path / "gap.toml")

@@ -125,8 +125,8 @@ def test_predict_prints_gaps_of_a_run_never_seen(
 def test_a_whole_vehicles_model_predicts_from_the_shell(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """A row for each instrument's channel, in words, with its unit; angles in degrees."""
     (tmp_path / "gap.toml").write_text(
-        'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
-        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
+        'schema = "vtank.whole/2"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
+        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"lost@thruster_4" = 0.5\n'
     )
     weak = ("duration_s=15", "vehicle=bluerov2", 'effects."thruster_dead@thruster_4".share=0.5')
     vt.run("whole/zigzag", seed=1, settings=weak, out=tmp_path / "zigzag")

@@ -271,14 +271,14 @@ def test_the_terminal_text_has_all_answers_in_order_and_keeps_its_width(width: i
 @pytest.mark.parametrize(
     ("name", "share", "told"),
     [
-        ("thruster_dead", -0.49, "thruster 4 lacks 49 % of its force"),
-        ("thruster_dead", -1.0, "thruster 4 lacks 100 % of its force"),
+        ("thruster_dead", 0.49, "thruster 4 lacks 49 % of its force"),
+        ("thruster_dead", 1.0, "thruster 4 lacks 100 % of its force"),
         ("thrust_lag", 0.3, "thrust lag at thruster 4 (why)"),
     ],
 )
 def test_what_a_part_has_lost_is_told_with_its_share(name: str, share: float, told: str) -> None:
     """No thruster that has half of its thrust is called dead."""
-    values = {"size": {"value": share, "sd": 0.01, "unit": "-"}}
+    values = {"share": {"value": share, "sd": 0.01, "unit": "-"}}
     assert whole.found({"name": name, "place": "thruster_4", "sentence": "why", "values": values}) == told
 
 
@@ -296,7 +296,7 @@ def test_hypotheses_of_whole_vehicles_are_told_in_words() -> None:
 def test_the_report_of_a_whole_vehicle_names_its_cause_and_units() -> None:
     """In the title the cause, its size as a share, own parameters with their units, one sign for minus."""
     lost = {"name": "thruster_dead", "place": "thruster_1", "column": "", "sentence": "why",
-            "values": {"size": {"value": -0.3, "sd": 0.01, "unit": "-"}}}  # fmt: skip
+            "values": {"share": {"value": 0.3, "sd": 0.01, "unit": "-"}}}  # fmt: skip
     verdict = {"kind": "effect", "effects": ["thruster_dead"], "places": ["thruster_1"], "class": [], "doubt": "",
                "probability": 0.98, "unexplained": []}  # fmt: skip
     own = [("quadratic_drag@surge", -1e-5), ("added_mass@yaw", 0.2), ("gain@thruster_1/thruster_2", 1.0)]

@@ -27,9 +27,9 @@ def fitted():
     ("slot", "change"),
     [
         ("linear_drag@yaw", 0.01), ("drag_asymmetry@surge", 0.01), ("current_north@hull", 0.002),
-        ("added_mass@heave", 0.05), ("share@thruster_3", -0.01), ("slower@thruster_1", 0.005),
+        ("added_mass@heave", 0.05), ("lost@thruster_3", 0.01), ("slower@thruster_1", 0.005),
         ("delay@thruster_5", 0.005), ("latency@dvl", 0.005), ("rotation_yaw@dvl", 0.005),
-        ("bias@imu.yaw_rate_rad_s", 0.001), ("munk@hull", -0.02),
+        ("bias@imu.yaw_rate_rad_s", 0.001), ("left_out@hull", 0.02),
         ("position_x@dvl", 0.01), ("centre_of_buoyancy_x@hull", 1e-4),
     ],
 )  # fmt: skip
@@ -52,7 +52,7 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change, slow):
     assert linear @ exact > 0.99 * size * followed
 
 
-@pytest.mark.parametrize("slot", ["share@thruster_3", "slower@thruster_1", "delay@thruster_5", "yawed@thruster_2"])
+@pytest.mark.parametrize("slot", ["lost@thruster_3", "slower@thruster_1", "delay@thruster_5", "yawed@thruster_2"])
 @pytest.mark.parametrize("losing", [0.0, 0.1])
 def test_thrust_alone_pushes_as_the_whole_equation_of_motion_says(fitted, slot, losing):
     """Also where speed takes something off the thrust, which then is not all that changes."""

@@ -41,7 +41,7 @@ def test_an_effect_is_named_with_its_axis_and_its_size(dragging):
     verdict = dragging.verdict
     assert (verdict.kind, verdict.effects, verdict.places) == ("effect", ("linear_drag",), ("yaw",))
     assert verdict.probability > 0.95
-    value, sd = dragging.selection.best.values(dragging.selection.best.effects[0])["size"]
+    value, sd = dragging.selection.best.values(dragging.selection.best.effects[0])["c"]
     assert abs(value - 0.6) < 4.0 * sd
     assert 0.0 < sd < 0.06
 
@@ -114,7 +114,7 @@ def test_every_outlet_shows_the_same(dragging, tmp_path):
     assert document["schema"] == "vtank.diagnosis/2"
     assert document["verdict"]["places"] == ["yaw"]
     page, text = (tmp_path / "d.html").read_text(encoding="utf-8"), str(dragging)
-    size = f"{document['effects'][0]['values']['size']['value']:.4g}"
+    size = f"{document['effects'][0]['values']['c']['value']:.4g}"
     assert size in page
     assert size in text
     assert "linear_drag@yaw" in page
@@ -167,8 +167,8 @@ def test_a_whole_recording_without_a_vehicle_names_what_is_missing():
 def test_a_simulator_that_is_far_off_does_not_lose_its_errors_as_spikes(tmp_path):
     """Readings are lone by the diagnosed model: those that the nominal misses by many deviations are its errors."""
     (tmp_path / "model.toml").write_text(
-        'schema = "vtank.whole/1"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
-        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"share@thruster_4" = 0.5\n'
+        'schema = "vtank.whole/2"\nvehicle = "bluerov2"\naxes = ["surge", "sway", "yaw"]\n'
+        '[noise]\nsigma = [1e-4, 1e-4, 0, 0, 0, 1e-4]\n[refit]\n[diagnosed]\n"lost@thruster_4" = 0.5\n'
     )
     columns = vt.predict(tmp_path / "model.toml", flight(WEAK, 6))["columns"]
     turns = {name: columns[name] for name in ("ahrs.heading_rad", "imu.yaw_rate_rad_s")}

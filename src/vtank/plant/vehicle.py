@@ -21,7 +21,7 @@ from ..units import G_M_S2
 from .actuators import Fin, Thruster, read_fin, read_thruster
 from .sensor import Sensor, read_sensors
 
-CORRECTED = "vtank.whole/1"  # schema of the file of a vehicle that a diagnosis corrected
+CORRECTED = "vtank.whole/2"  # schema of the file of a vehicle that a diagnosis corrected
 KEYS = ("name", "mjcf", "body", "added_mass", "quadratic_drag", "linear_drag", "propeller", "thruster", "fin", "sensor",
         "sites", "hull")  # fmt: skip
 BODY = ("mass_kg", "inertia_kg_m2", "centre_of_gravity_m", "centre_of_buoyancy_m", "buoyancy_N", "heave_N_per_m")

@@ -108,7 +108,7 @@ def found(effect: Document, explained: bool = True) -> str:
     """An effect at its place: how much is lost where it is a share, else its name, `explained` by its sentence."""
     place = placed([effect["place"]])
     if lacks := WORDS["lacks"].get(effect["name"]):
-        return str(lacks.format(place=place, share=share(-effect["values"]["size"]["value"])))
+        return str(lacks.format(place=place, share=share(effect["values"]["share"]["value"])))
     return f"{effect_name(effect['name'])} at {place}" + f" ({effect['sentence']})" * explained
 
 
@@ -141,7 +141,7 @@ def _sizes(document: Document) -> Iterator[tuple[str, ...]]:
     for effect in document["effects"]:
         for name, v in effect["values"].items():
             if effect["name"] in WORDS["lacks"]:
-                yield _one(_full(effect)), "share", number(-100.0 * v["value"]), number(100.0 * v["sd"], 2), "%"
+                yield _one(_full(effect)), "share", number(100.0 * v["value"]), number(100.0 * v["sd"], 2), "%"
             else:
                 yield _one(_full(effect)), name, number(v["value"]), number(v["sd"], 2), unit_text(v["unit"])
 

@@ -29,14 +29,14 @@ G = G_M_S2
 MASS, CENTRE, INERTIA, ADDED, COUPLED = 0, 1, 4, 7, 13
 LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
-CURRENT, PULL, TETHER, CORIOLIS, MUNK, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
+CURRENT, PULL, TETHER, CORIOLIS, LEFT_OUT, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
 MIDDLE, WALL_DRAG, WALL_MASS = 110, 111, 112
 HULL = 113
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
-DELAY, LOSS, SAG, SHARE, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23
+DELAY, LOSS, SAG, LOST, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23
 THRUSTER = 24
-AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, LEFT, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
+AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, GONE, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
 FIN = 15
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
 SENSOR = 10
@@ -55,7 +55,7 @@ def _hull_names() -> list[str]:
         *(f"added_mass_{pair}@hull" for pair in ("sway_yaw", "heave_pitch", "surge_pitch", "sway_roll")),
         *along, "weight@hull", "buoyancy@hull", *(f"centre_of_buoyancy_{i}@hull" for i in XYZ), "waterline@heave",
         *(f"{quantity}_{i}@hull" for quantity in ("current", "pull") for i in ("north", "east", "down")),
-        "tether@hull", "coriolis@hull", "munk@hull", *(f"coupling@{axis}" for axis in COUPLES),
+        "tether@hull", "coriolis@hull", "left_out@hull", *(f"coupling@{axis}" for axis in COUPLES),
         "crossflow_h@hull", "crossflow_v@hull", "length@hull",
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
@@ -66,8 +66,8 @@ def _hull_names() -> list[str]:
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "share", "slower", "misread", "yawed", "pitched", "wired", "spiked")  # fmt: skip
-FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "share",
+                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked")  # fmt: skip
+FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "lost",
              "offset", "induced_drag", "late", "suction")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
@@ -168,19 +168,19 @@ class Layout:
         p[LINEAR : LINEAR + 6], p[QUADRATIC : QUADRATIC + 6] = vehicle.linear_drag, vehicle.quadratic_drag
         p[WEIGHT], p[BUOYANCY] = vehicle.mass_kg * G, vehicle.buoyancy_N
         p[BUOYED : BUOYED + 3], p[WATERLINE] = vehicle.centre_of_buoyancy_m, vehicle.heave_N_per_m
-        p[CORIOLIS] = p[MUNK] = 1.0
+        p[CORIOLIS] = 1.0
         p[RECOVERY : RECOVERY + 6] = 5.0  # [s] of a wake that there is not
         p[LENGTH], p[MIDDLE] = vehicle.ends_m[0] - vehicle.ends_m[1], 0.5 * sum(vehicle.ends_m)
         thrusters, fins, sensors, columns = self.starts
         for k, push in enumerate(self.pushes):
             own = p[thrusters + THRUSTER * k :][:THRUSTER]
             own[DIRECTION : DIRECTION + 9] = *push.direction, *push.place_m, *push.couple
-            own[GAIN], own[SHARE], own[SATURATION], own[LAG] = 1.0, 1.0, np.inf, push.lag_s
+            own[GAIN], own[SATURATION], own[LAG] = 1.0, np.inf, push.lag_s
         for k, fin in enumerate(vehicle.fins):
             own = p[fins + FIN * k :][:FIN]
             own[AXIS : AXIS + 3], own[SEAT : SEAT + 3] = fin.axis, vehicle.sites[fin.site]
             own[PRESSURE], own[LIFT] = 0.5 * fin.density_kg_per_m3 * fin.area_m2, fin.lift_per_rad
-            own[STALL], own[DRAG], own[LEFT], own[SUCTION] = fin.stall_rad, fin.drag, 1.0, fin.suction
+            own[STALL], own[DRAG], own[SUCTION] = fin.stall_rad, fin.drag, fin.suction
         known = {sensor.name: sensor for sensor in vehicle.sensors}
         for k, name in enumerate(self.sensors):
             own = p[sensors + SENSOR * k :][:SENSOR]

@@ -33,16 +33,16 @@ from .layout import (
     FIN,
     FORCE,
     FRICTION,
+    GONE,
     HELD_AT,
     HULL,
     INDUCED,
-    LEFT,
+    LEFT_OUT,
     LENGTH,
     LIFT,
     LINEAR,
     LOSS,
     MIDDLE,
-    MUNK,
     OFFSET,
     PITCHED,
     PLACE,
@@ -138,7 +138,7 @@ def fin_force(p, i, angle, through):
     else:
         lift = p[i + LIFT] * stall * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall) * math.copysign(1.0, alpha)
         drag = p[i + DRAG] + 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
-    pressure = p[i + LEFT] * p[i + PRESSURE] * speed  # on what is left of its area
+    pressure = (1.0 - p[i + GONE]) * p[i + PRESSURE] * speed  # on what is left of its area
     X = pressure * (-lift * across - drag * along)
     Y = pressure * (lift * along - drag * across)
     X = X - p[i + INDUCED] * along * along * math.sin(angle) ** 2
@@ -226,7 +226,7 @@ def held_by(x, R, hull):
 def turning(nu, nu_r, hull):
     """What turning adds: -C_RB(nu) nu - C_A(nu_r) nu_r, and coupling terms and strips of the hull besides."""
     p = hull.p
-    total = add(scaled(-p[CORIOLIS], coriolis(hull.body, nu)), scaled(-p[MUNK], coriolis(hull.water, nu_r)))
+    total = add(scaled(-p[CORIOLIS], coriolis(hull.body, nu)), scaled(p[LEFT_OUT] - 1.0, coriolis(hull.water, nu_r)))
     c = (p[COUPLING], p[COUPLING + 1], p[COUPLING + 2], p[COUPLING + 3], p[COUPLING + 4])
     if c[0] != 0.0 or c[1] != 0.0 or c[2] != 0.0 or c[3] != 0.0 or c[4] != 0.0:
         total = add(total, (c[0] * nu_r[1] * nu[5], -c[1] * nu_r[0] * nu[5], c[3] * nu_r[0] * nu[4],

@@ -34,6 +34,7 @@ SPIKE = 0.05  # of the largest input, below which what stands alone is no spike;
 FACTOR, SIGN = "it is wrong by a factor", "it has the other sign"
 HELD_S = 0.1  # [s] for which inputs are held in most recordings; a delay may be off by that and fit well; a guess
 LATE_S = (0.4, 0.8, 1.6, 3.2)  # [s] by which an instrument may be grossly late or early, or what it moves; choices
+USUAL_WAKE_S = 5.0  # [s] that a wake lasts before anything is known of it; a guess
 SPEED_UNIT = ("m/s", "rad/s")
 HYDRODYNAMICS, ACTUATOR, SENSOR_CHANNEL = "hydrodynamics", "actuator", "sensor"
 
@@ -43,9 +44,9 @@ class Parameter:
     """One number of an effect: its slots (more than one move alike), unit, prior deviation, bounds, where fits begin.
 
     Attributes:
-        name: as in the effect's law. slots: names in the layout. unit: SI.
+        name: as in the effect's law, as the tank's effect has it. slots: names in the layout. unit: SI.
         scale: prior standard deviation about `null`; 0 fixes the number at its only start.
-        null: value that does nothing, added to what the vehicle file has.
+        null: value that does nothing; where it is finite the slot has it, and the fit finds how far off it is.
         low, high: bounds, about the vehicle file's.
         starts: where fits begin.
         far: gross values, each farther off than the one before: a fit that begins at none of them never gets there.
@@ -135,18 +136,24 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     F, U = s.force[i], s.speed[i]
     away = ("m", "rad")[i > 2]
 
-    def one(effect: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]) -> Placed:
-        number = Parameter("size", (f"{slot}@{axis}",), unit, scale, **more)  # type: ignore[arg-type]
+    def one(effect: str, name: str, slot: str, unit: str, scale: float, words: str, **more: float) -> Placed:
+        number = Parameter(name, (f"{slot}@{axis}",), unit, scale, **more)  # type: ignore[arg-type]
         return Placed(effect, axis, HYDRODYNAMICS, (number,), words)
 
-    yield one("linear_drag", "linear_drag", f"{newton} per {speed}", 0.3 * F / U,
+    yield one("linear_drag", "c", "linear_drag", f"{newton} per {speed}", 0.3 * F / U,
               "drag grows with speed itself, which the simulator leaves out", low=0.0)  # fmt: skip
-    yield one("coulomb_friction", "coulomb_friction", newton, 0.3 * F, "something rubs with a constant force", low=0.0)
+    yield one(
+        "coulomb_friction", "f", "coulomb_friction", newton, 0.3 * F, "something rubs with a constant force", low=0.0
+    )
     if layout.null[layout.slot(f"quadratic_drag@{axis}")] > 0.0:
-        yield one("drag_asymmetry", "drag_asymmetry", "-", 0.3, "the two ends do not drag alike", low=-1.0, high=1.0)
-    yield one("ambient_current", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
-    yield one("tether", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0)
-    yield one("constant_force", "force", newton, 0.3 * F, "something pushes all the time")
+        yield one(
+            "drag_asymmetry", "e", "drag_asymmetry", "-", 0.3, "the two ends do not drag alike", low=-1.0, high=1.0
+        )
+    yield one("ambient_current", "U", "drift", speed, 0.3 * U, "the water drifts along the vehicle's own axis")
+    yield one(
+        "tether", "k", "spring", f"{newton}/{away}", 0.3 * F / s.away[i], "something pulls back to the start", low=0.0
+    )
+    yield one("constant_force", "F", "force", newton, 0.3 * F, "something pushes all the time")
     for w in s.waves[i] if i < 3 else ():
         yield Placed("seiche", axis, HYDRODYNAMICS, (
             Parameter("sine", (f"swell@{axis}",), speed, 0.3 * U),
@@ -156,7 +163,7 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s")  # fmt: skip
     yield Placed("wake_memory", axis, HYDRODYNAMICS, (
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
-        Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0)),
+        Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0), USUAL_WAKE_S),
     ), "the hull meets the water again that it has set in motion")  # fmt: skip
     if axis == "surge" and any(channel_of(column) == "range_m" for column in layout.columns):
         yield Placed("wall_proximity", axis, HYDRODYNAMICS, (
@@ -164,10 +171,10 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
             Parameter("mass", ("wall_mass@surge",), "-", 0.1, 0.0, 1.0, optional=True),
         ), "near the wall ahead added mass and drag grow")  # fmt: skip
     if axis in COUPLES and axis in ("surge", "sway", "heave"):
-        yield one("coriolis", "coupling", "kg", 0.3 * _mass(layout, i),
+        yield one("coriolis", "c", "coupling", "kg", 0.3 * _mass(layout, i),
                   f"another mass turns with the hull than the simulator has: {COUPLES[axis]}")  # fmt: skip
     if axis in ("pitch", "yaw"):
-        yield one("munk_moment", "coupling", "kg", 0.3 * _mass(layout, 1 if i == 5 else 2),
+        yield one("munk_moment", "c", "coupling", "kg", 0.3 * _mass(layout, 1 if i == 5 else 2),
                   f"the moment of the hull in oblique flow is another: {COUPLES[axis]}")  # fmt: skip
 
 
@@ -179,13 +186,15 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
     push = layout.pushes[k]
     reach, unit = float(s.asked[k]), push.unit
 
-    def one(effect: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]) -> Placed:
-        number = Parameter("size", (f"{slot}@{push.name}",), unit, scale, **more)  # type: ignore[arg-type]
+    def one(
+        effect: str, name: str, slot: str, unit: str, scale: float, words: str, **more: float | tuple[float, ...]
+    ) -> Placed:
+        number = Parameter(name, (f"{slot}@{push.name}",), unit, scale, **more)  # type: ignore[arg-type]
         return Placed(effect, push.name, ACTUATOR, (number,), words)
 
-    yield one("thruster_dead", "share", "-", 0.5, "it makes only part of its force, or none", low=-1.0, high=0.0,
-              starts=(-0.5, -1.0))  # fmt: skip
-    yield one("thruster_reversed", "share", "-", 0.0, "it pushes the other way", starts=(-2.0,))
+    yield one("thruster_dead", "share", "lost", "-", 0.5, "it makes only part of its force, or none", low=0.0, high=1.0,
+              starts=(0.5, 1.0))  # fmt: skip
+    yield one("thruster_reversed", "share", "lost", "-", 0.0, "it pushes the other way", starts=(2.0,))
     for other in range(k + 1, len(layout.pushes)):
         name = layout.pushes[other].name
         if layout.pushes[other].kind == push.kind:
@@ -194,24 +203,43 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
             words = f"its input and that of {name} are exchanged"
             yield Placed("wrong_allocation", push.name, ACTUATOR, (this, that), words, name)
     yield one(
-        "thrust_deadband", "deadband", unit, 0.2 * reach, "below a threshold it makes no force", low=0.0, high=reach
+        "thrust_deadband",
+        "n0",
+        "deadband",
+        unit,
+        0.2 * reach,
+        "below a threshold it makes no force",
+        low=0.0,
+        high=reach,
     )
     yield Placed("thrust_saturation", push.name, ACTUATOR, (
-        Parameter("size", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.2 * reach, 1.2 * reach,
+        Parameter("n_max", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.2 * reach, 1.2 * reach,
                   (0.9 * reach, 0.7 * reach, 0.5 * reach), np.inf),
     ), "beyond some input it pushes no harder")  # fmt: skip
-    yield one("thrust_asymmetry", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)
-    yield one("thrust_lag", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2, 1.0))
-    yield one("command_delay", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0),
+    yield one("thrust_asymmetry", "e", "asymmetry", "-", 0.3, "it pushes unlike ahead and astern", low=-0.95, high=0.95)
+    yield one(
+        "thrust_lag", "tau", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0, starts=(0.2, 1.0)
+    )
+    yield one("command_delay", "d", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0),
               far=LATE_S, grain=HELD_S)  # fmt: skip
     flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
-    yield one("thrust_loss", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
+    yield one("thrust_loss", "gamma", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),
               "the faster it advances, the less it pushes", low=0.0)  # fmt: skip
-    yield one("supply_sag", "sag", "1/s", 1.0 / s.duration_s, "it pushes less and less with time", low=0.0)
-    yield one("tachometer_bias", "misread", unit, 0.1 * reach, "its recorded input is off")
+    yield one("supply_sag", "r", "sag", "1/s", 1.0 / s.duration_s, "it pushes less and less with time", low=0.0)
+    yield one("tachometer_bias", "b", "misread", unit, 0.1 * reach, "its recorded input is off")
     if (lone := float(s.lone[k])) > SPIKE * reach:
         words = "single readings of its input are far off"
-        yield one("tachometer_spikes", "spiked", unit, lone, words, low=0.0, high=2.0 * lone, starts=(lone, 0.5 * lone))
+        yield one(
+            "tachometer_spikes",
+            "size",
+            "spiked",
+            unit,
+            lone,
+            words,
+            low=0.0,
+            high=2.0 * lone,
+            starts=(lone, 0.5 * lone),
+        )
     if push.thruster is not None:
         yield Placed("thruster_turned", push.name, ACTUATOR, (
             Parameter("yaw", (f"yawed@{push.name}",), "rad", 0.3, -3.2, 3.2, optional=True),
@@ -225,14 +253,16 @@ def _force(layout: Layout, k: int, reach: float) -> float:
 
 
 def _fin(name: str) -> Iterator[Placed]:
-    def size(slot: str, unit: str, scale: float, low: float, **more: float | tuple[float, ...]) -> Parameter:
-        return Parameter("size", (f"{slot}@{name}",), unit, scale, low, **more)  # type: ignore[arg-type]
+    def one(
+        number: str, slot: str, unit: str, scale: float, low: float, **more: float | tuple[float, ...]
+    ) -> Parameter:
+        return Parameter(number, (f"{slot}@{name}",), unit, scale, low, **more)  # type: ignore[arg-type]
 
     for effect, number, words in (
-        ("fin_offset", size("offset", "rad", 0.1, -1.5), "it does not stand straight when it is told to"),
-        ("fin_weak", size("share", "-", 0.5, -1.0), "part of its area is lost"),
-        ("fin_delay", size("late", "s", 0.3, 0.0, far=LATE_S, grain=HELD_S), "it obeys late"),
-        ("fin_drag", size("induced_drag", "N s2/m2", 5.0, 0.0), "it drags with the square of its angle"),
+        ("fin_offset", one("angle", "offset", "rad", 0.1, -1.5), "it does not stand straight when it is told to"),
+        ("fin_weak", one("share", "lost", "-", 0.5, -np.inf, high=1.0), "part of its area is lost"),
+        ("fin_delay", one("d", "late", "s", 0.3, 0.0, far=LATE_S, grain=HELD_S), "it obeys late"),
+        ("fin_drag", one("k", "induced_drag", "N s2/m2", 5.0, 0.0), "it drags with the square of its angle"),
     ):
         yield Placed(effect, name, ACTUATOR, (number,), words)
 
@@ -323,7 +353,7 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
                          *along("trim", XYZ, "m", 0.3 * L, L))  # fmt: skip
     if sum(bool(asked[i]) for i in range(6)) > 1:
         yield placed("coriolis_left_out", "terms of turning of the added mass are left out of what the vehicle does",
-                     Parameter("share", ("munk@hull",), "-", 0.7, -2.0, 1.0, (-1.0,)))  # fmt: skip
+                     Parameter("share", ("left_out@hull",), "-", 0.7, -1.0, 2.0, (1.0,)))  # fmt: skip
     if asked[5] and asked[1] or asked[4] and asked[2]:
         planes = [("sway", "h", 1, 5), ("heave", "v", 2, 4)]
         cross = [

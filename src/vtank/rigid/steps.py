@@ -20,10 +20,10 @@ from .layout import (
     GAIN,
     HULL,
     LAG,
+    LOST,
     MISREAD,
     SAG,
     SATURATION,
-    SHARE,
     SKEWED,
     SLOWER,
     SPIKED,
@@ -122,7 +122,7 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
             place = min(max((n / reach[k] + 1.0) * 0.5 * (points - 1), 0.0), points - 1.0)
             left = min(int(place), points - 2)
             steady = tables[k, left] + (place - left) * (tables[k, left + 1] - tables[k, left])
-            steady = p[i + GAIN] * p[i + SHARE] * (steady + p[i + SKEWED] * abs(steady))
+            steady = p[i + GAIN] * (1.0 - p[i + LOST]) * (steady + p[i + SKEWED] * abs(steady))
             made[j], turned[j] = steady * math.exp(-p[i + SAG] * stamps[j]), abs(n)
             upto[j] = stamps[j]
         z, tau, j = 0.0, p[i + LAG] + p[i + SLOWER], 0

@@ -36,12 +36,15 @@ OF: Mapping[str, Mapping[str, tuple[str, str]]] = {  # kind of place -> quantity
         "loss": ("thrust_loss", "gamma"), "sag": ("supply_sag", "r"), "misread": ("tachometer_bias", "b"),
         "yawed": ("thruster_turned", "yaw"), "pitched": ("thruster_turned", "pitch"),
     },
-    "fin": {"offset": ("fin_offset", "angle"), "induced_drag": ("fin_drag", "k"), "late": ("fin_delay", "d")},
+    "fin": {
+        "offset": ("fin_offset", "angle"), "induced_drag": ("fin_drag", "k"), "late": ("fin_delay", "d"),
+        "lost": ("fin_weak", "share"),
+    },
     VEHICLE: {
         **{f"current_{way}": ("current", way) for way in EARTH}, **{f"pull_{way}": ("tether", way) for way in EARTH},
         "tether": ("tether", "k"), **{f"held_at_{i}": ("tether", i) for i in "xyz"}, "trim": ("trim_weight", "m"),
         **{f"trim_{i}": ("trim_weight", i) for i in "xyz"}, "crossflow_h": ("cross_flow_drag", "sway"),
-        "crossflow_v": ("cross_flow_drag", "heave"),
+        "crossflow_v": ("cross_flow_drag", "heave"), "left_out": ("coriolis_left_out", "share"),
     },
 }  # fmt: skip
 
@@ -146,13 +149,11 @@ def _effects(vehicle: Vehicle) -> tuple[Placed, ...]:
             put(kind, place, "munk_moment" if place in ("pitch", "yaw") else "coriolis", c=value)
         elif quantity.startswith("swell"):
             put(kind, place, "seiche", **_swell(vehicle.corrections, place))
-        elif quantity == "munk":
-            put(kind, place, "coriolis_left_out", share=1.0 - value)
         elif quantity.startswith("centre_of_gravity"):
             put(kind, place, "centre_of_gravity", **{quantity[-1]: value - centre[quantity[-1]]})
-        elif quantity == "share":
-            put(kind, place, "thruster_dead" if kind == "thruster" else "fin_weak", share=1.0 - abs(value))
-            if value < 0.0:
+        elif quantity == "lost":  # 1 of all, 2 where it pushes the other way
+            put(kind, place, "thruster_dead", share=value if value <= 1.0 else 2.0 - value)
+            if value > 1.0:
                 put(kind, place, "thruster_reversed")
         elif quantity == "wired":
             put(kind, place, "wrong_allocation", column=vehicle.thrusters[round(value) - 1].column)

@@ -173,7 +173,7 @@ class Model:
         """
         values = self.values(placed)
         free = [number for number in placed.parameters if number.scale > 0.0]
-        return bool(free) and all(abs(values[number.name][0]) < VISIBLE * number.scale for number in free)
+        return bool(free) and all(abs(values[n.name][0] - _null(n)) < VISIBLE * n.scale for n in free)
 
     def values(self, placed: Placed) -> dict[str, tuple[float, float]]:
         """Numbers of an effect and their standard deviations, by name; a fixed one has 0."""
@@ -182,10 +182,15 @@ class Model:
         for number in placed.parameters:
             for i, unknown in enumerate(self.unknowns):
                 if unknown.name == f"{placed.name}.{number.name}":
-                    found[number.name] = float(self.theta[i]), float(sd[i])
+                    found[number.name] = float(self.theta[i]) + _null(number), float(sd[i])
             if number.scale == 0.0:
                 found[number.name] = number.starts[0], 0.0
         return found
+
+
+def _null(number: Parameter) -> float:
+    """What is in its slot beforehand, which belongs to the number."""
+    return number.null if np.isfinite(number.null) else 0.0
 
 
 def _vector(fixed: Array, unknowns: Sequence[Unknown], theta: Array) -> Array:

@@ -111,7 +111,7 @@ def told(found: Any, thruster: str, share: float) -> Step:
     """The truth, beside what was found."""
     named = {(e["name"], e["place"]): e["values"] for e in found.document["effects"]}
     size, name = named.get(("thruster_dead", thruster)), thruster.replace("_", " ")
-    said = "did not name it." if size is None else f"named it, with {-100.0 * size['size']['value']:.1f} %."
+    said = "did not name it." if size is None else f"named it, with {100.0 * size['share']['value']:.1f} %."
     return Step(
         "What was withheld from it",
         f"It was {name}, which lacked {100.0 * share:.1f} % of its force. The diagnosis {said}",
