@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled import law, lean
+from ..compiled import law, lean, term
 from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, told
 from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
@@ -48,7 +48,7 @@ class Told(NamedTuple):
     apart: np.ndarray
 
 
-@lean
+@term
 def pulled(hull):
     """Whether any force depends on place."""
     p = hull.p
@@ -58,31 +58,38 @@ def pulled(hull):
 
 
 @lean
-def transition(t, x, y, h, i, drive, hull, F, scratch):
-    """Derivative of the motion after step i of h [s] with respect to that before it, x to y, both (18,), into F.
-
-    The Taylor series of the exponential of the rates' derivative amid the step, to the order of the Runge-Kutta steps.
-    """
-    amid, still, rate, base = scratch[0], scratch[1, :6], scratch[2], scratch[3]
-    B, G = scratch[4:16, :12], scratch[16:28, :12]
-    for a in range(18):
-        amid[a] = 0.5 * (x[a] + y[a])
+def slope(t, x, i, drive, hull, D, scratch):
+    """Derivative of the rates with respect to the motion, at x, (18,), and time t in step i, into D, (12, 12)."""
+    still, rate, base = scratch[1, :6], scratch[2], scratch[3]
     for a in range(6):
         still[a] = 0.0
-    now, thrust, asked, fins, known = t + 0.5 * h, drive.thrust[i], drive.asked[i], drive.fins[i], drive.known[i]
-    rates(now, amid, thrust, asked, fins, still, known[9:], hull, base)
+    thrust, asked, fins, known = drive.thrust[i], drive.asked[i], drive.fins[i], drive.known[i]
+    rates(t, x, thrust, asked, fins, still, known[9:], hull, base)
     placed = pulled(hull)
     for c in range(12):
-        free = c >= 3 and not drive.knows[c - 3] if c >= 3 else placed
+        free = not drive.knows[c - 3] if c >= 3 else placed
         if free:
-            before = amid[c]
-            amid[c] += NUDGE
-            rates(now, amid, thrust, asked, fins, still, known[9:], hull, rate)
-            amid[c] = before
+            before = x[c]
+            x[c] += NUDGE
+            rates(t, x, thrust, asked, fins, still, known[9:], hull, rate)
+            x[c] = before
         for a in range(12):
-            B[a, c] = h * (rate[a] - base[a]) / NUDGE if free else 0.0
+            D[a, c] = (rate[a] - base[a]) / NUDGE if free else 0.0
+
+
+@lean
+def transition(t, x, y, h, i, drive, hull, F, D, scratch):
+    """Derivative of the motion after step i of h [s] with respect to that before it, x to y, both (18,), into F.
+
+    The Taylor series of the exponential of D, the `slope` amid the step, to the order of the Runge-Kutta steps.
+    """
+    amid, B, G = scratch[0], scratch[4:16, :12], scratch[16:28, :12]
+    for a in range(18):
+        amid[a] = 0.5 * (x[a] + y[a])
+    slope(t + 0.5 * h, amid, i, drive, hull, D, scratch)
     for a in range(12):
         for c in range(12):
+            B[a, c] = h * D[a, c]
             F[a, c] = 0.25 * B[a, c]
         F[a, a] += 1.0
     for order in range(3, 0, -1):  # F <- 1 + B F / order
@@ -104,7 +111,7 @@ def transition(t, x, y, h, i, drive, hull, F, scratch):
                 F[a, c] = 0.0
 
 
-@lean
+@term
 def reach(m, record, hull):
     """Range of the motion that a measurement may depend on; of one that is wound back, all of it."""
     kind = record.kind[m]
@@ -118,8 +125,11 @@ def reach(m, record, hull):
 
 
 @lean
-def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
-    """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,)."""
+def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
+    """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,).
+
+    D: slope of the rates near here, by which an accelerometer sees what moves them.
+    """
     for a in range(12):
         x[a] = s[a]
     for a in range(6):
@@ -127,23 +137,28 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, H):
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
     for c in range(SIZE):
         H[c] = 0.0
-    if record.kind[m] >= ACCEL:
-        late, rate = abs(lateness(m, record, hull)) > TOUCH_S, scratch[1]
-        for c in range(6):
-            if late:
-                d[c] += NUDGE
-                there = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
-                d[c] = s[12 + c]
-            else:  # a disturbance is an acceleration itself
-                rate[6 + c] += NUDGE
-                there = told(m, x, rate, record, hull)
-                rate[6 + c] -= NUDGE
-            H[12 + c] = (there - here) / NUDGE
+    late, rate, moved_on = abs(lateness(m, record, hull)) > TOUCH_S, scratch[1], scratch[9]
     first, last = reach(m, record, hull)
+    if record.kind[m] < ACCEL or late:
+        for c in range(first, last):
+            x[c] += NUDGE
+            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+            x[c] = s[c]
+        for c in range(6 if record.kind[m] >= ACCEL else 0):
+            d[c] += NUDGE
+            H[12 + c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+            d[c] = s[12 + c]
+        return here
     for c in range(first, last):
         x[c] += NUDGE
-        H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
+        for a in range(6, 12):
+            moved_on[a] = rate[a] + NUDGE * D[a, c]
+        H[c] = (told(m, x, moved_on, record, hull) - here) / NUDGE
         x[c] = s[c]
+    for c in range(6):  # a disturbance is an acceleration itself
+        rate[6 + c] += NUDGE
+        H[12 + c] = (told(m, x, rate, record, hull) - here) / NUDGE
+        rate[6 + c] -= NUDGE
     return here
 
 
@@ -244,9 +259,36 @@ def weigh(P, H, own, noise_var, C, gain, m, told):
     told.explained[m], told.variance[m] = explained, explained + noise_var
     for a in range(size):
         gain[a] = C[a] / (explained + noise_var)
-        for b in range(a + 1):
-            P[a, b] -= gain[a] * C[b]
-            P[b, a] = P[a, b]
+    root = math.sqrt(explained + noise_var)
+    for a in range(size):
+        C[a] /= root
+    for a in range(size):  # symmetric, to the last bit
+        for b in range(size):
+            P[a, b] -= C[a] * C[b]
+
+
+class Scratch(NamedTuple):
+    """What a filter works with: motion and disturbances s, (18,), and slow errors b, (S,), that it takes for true.
+
+    x, y: motion with wakes before and after a step, (18,); d: disturbances, wake: (6,); P: covariance, T, A, C: of
+    `carry` and `weigh`; D: slope of the rates, (12, 12); k, z, push, more: of `moved`, `transition` and `differ`.
+    """
+
+    s: np.ndarray
+    b: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+    d: np.ndarray
+    wake: np.ndarray
+    P: np.ndarray
+    T: np.ndarray
+    A: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    k: np.ndarray
+    z: np.ndarray
+    push: np.ndarray
+    more: np.ndarray
 
 
 @law
@@ -258,38 +300,62 @@ def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, sl
     slow: stationary deviations of the disturbance of each axis, (6,), and of the slow errors, (S,); gains, way, told:
     to fill. With spread of shape (0,) the gains are given, and nothing but innovations and way is made.
     """
-    s, x, d, y = np.zeros(SIZE), np.zeros(18), np.zeros(6), np.zeros(18)
-    given, P = spread.size == 0, begun(np.zeros(12) if spread.size == 0 else spread, sigma, slow)
-    T, A, C, b = np.zeros((SIZE, 12)), np.zeros_like(P), np.zeros(P.shape[0]), np.zeros(slow.size)
-    gain, memory = gains.of, gains.memory
-    k, z, push, scratch = np.empty((5, 18)), np.empty(18), np.zeros(6), np.zeros((28, 18))
-    wake, i, t = np.zeros(6), 0, steps.now[0] if steps.now.size else 0.0
-    s[:12] = start
+    given = spread.size == 0
+    P = begun(np.zeros(12) if given else spread, sigma, slow)
+    w = Scratch(
+        np.zeros(SIZE), np.zeros(slow.size), np.zeros(18), np.zeros(18), np.zeros(6), np.zeros(6), P,
+        np.zeros((SIZE, 12)), np.zeros_like(P), np.zeros(P.shape[0]), np.zeros((12, 12)), np.empty((5, 18)),
+        np.empty(18), np.zeros(6), np.zeros((28, 18)),
+    )  # fmt: skip
+    w.s[:12] = start
+    along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, told, given, w)
+
+
+@lean
+def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, told, given, w):
+    """As `kalman`, from the motion and the covariance in the scratch w on."""
+    s, x, y, b, memory, i, t = w.s, w.x, w.y, w.b, gains.memory, 0, steps.now[0] if steps.now.size else 0.0
+    for a in range(12):
+        x[a] = s[a]
+    if steps.now.size:
+        slope(t, x, 0, drive, soft, w.D, w.more)
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
-            way.states[i] = s
-            x[:12], x[12:], d[:] = s[:12], wake, s[12:]
-            y[:] = x
-            moved(y, d, t, steps.length[i], memory, drive, i, hull, k, z, push)
-            transition(t, x, y, steps.length[i], i, drive, soft, way.F[i], scratch)
+            h = steps.length[i]
+            for a in range(12):
+                x[a] = y[a] = s[a]
+            for a in range(6):
+                x[12 + a] = y[12 + a] = w.wake[a]
+                w.d[a] = s[12 + a]
+            for a in range(SIZE):
+                way.states[i, a] = s[a]
+            moved(y, w.d, t, h, memory, drive, i, hull, w.k, w.z, w.push)
+            transition(t, x, y, h, i, drive, soft, way.F[i], w.D, w.more)
             if not given:
-                carry(way.F[i], steps.length[i], sigma, memory, slow, gains.slow_s, T, P, A)
-            fade(b, steps.length[i], gains.slow_s)
-            s[:12], s[12:], wake[:] = y[:12], d, y[12:]
-            t += steps.length[i]
+                carry(way.F[i], h, sigma, memory, slow, gains.slow_s, w.T, w.P, w.A)
+            fade(b, h, gains.slow_s)
+            for a in range(12):
+                s[a] = y[a]
+            for a in range(6):
+                s[12 + a], w.wake[a] = w.d[a], y[12 + a]
+            t += h
             i += 1
-        way.before[m] = s
-        x[12:] = wake
-        here = differ(m, t, s, x, d, record, steps, drive, i, hull, scratch, way.H[m])
+        for a in range(SIZE):
+            way.before[m, a] = s[a]
+        for a in range(6):
+            x[12 + a] = w.wake[a]
+        here = differ(m, t, s, x, w.d, record, steps, drive, i, hull, w.D, w.more, way.H[m])
         own = gains.slow[record.column[m]]
         told.slow[m] = b[own] if own >= 0 else 0.0
         e = folded(record.value[m] - here, m, record, hull) - told.slow[m]
         told.innovation[m] = e
         if not given:
-            weigh(P, way.H[m], own, noise_var[m], C, gain[m], m, told)
+            weigh(w.P, way.H[m], own, noise_var[m], w.C, gains.of[m], m, told)
         for a in range(SIZE):
-            s[a] += gain[m, a] * e
+            s[a] += gains.of[m, a] * e
         for a in range(b.size):
-            b[a] += gain[m, SIZE + a] * e
-    way.states[i:] = s
+            b[a] += gains.of[m, SIZE + a] * e
+    for n in range(i, way.states.shape[0]):
+        for a in range(SIZE):
+            way.states[n, a] = s[a]

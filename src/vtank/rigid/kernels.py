@@ -96,23 +96,31 @@ def wound(x, d, t, late, steps, drive, i, hull, k, y):
         t, late, i = t + h, late + h, i + 1
 
 
-@lean
+@term
 def lateness(m, record, hull):
     """How much later [s] than at the nominal delay the state is that measurement m tells of; earlier where negative."""
     p, s = hull.p, HULL + THRUSTER * hull.counts[0] + FIN * hull.counts[1] + SENSOR * record.sensor[m]
     return p[s + LATENCY] + p[s + SKEW] * record.stamp[m] - record.late[m]
 
 
-@lean
+@term
 def told(m, x, rate, record, hull):
     """What measurement m reads in the state x where that changes at `rate`, both (18,)."""
     kind, sensor, column = record.kind[m], record.sensor[m], record.column[m]
     return read(kind, sensor, column, x, rate, hull.p, hull.counts, record.home, record.wall, record.facing)
 
 
-@lean
+@term
 def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     """Prediction of measurement m in the state x under disturbances d; i is the step that comes next."""
+    if record.kind[m] < ACCEL and abs(lateness(m, record, hull)) <= TOUCH_S:
+        return told(m, x, scratch[1], record, hull)
+    return elsewhere(m, t, x, d, record, steps, drive, i, hull, scratch)
+
+
+@lean
+def elsewhere(m, t, x, d, record, steps, drive, i, hull, scratch):
+    """As `seen`, of what is true at another time than that of the state, or goes by its rates."""
     x0, rate, k, y = scratch[0], scratch[1], scratch[2:7], scratch[7]
     late, here = lateness(m, record, hull), x
     if abs(late) > TOUCH_S:
@@ -129,7 +137,7 @@ def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
     return told(m, here, rate, record, hull)
 
 
-@lean
+@term
 def folded(e, m, record, hull):
     """A difference of readings such as measurement m; of angles within half a turn of what its instrument calls one."""
     if ROLL <= record.kind[m] <= HEADING:
@@ -145,7 +153,7 @@ def folded(e, m, record, hull):
     return e
 
 
-@lean
+@term
 def fade(b, h, slow_s):
     """Slow errors after h [s], in place, (S,)."""
     for k in range(b.size):
@@ -159,10 +167,15 @@ def simulate(hull, start, steps, record, drive, gains, restart, out, track):
     gains: zeros for pure simulation; start: (12,); track: the states at every measurement, (M, 18), or of
     shape (0, 18); restart: states to begin anew with before some measurements, NaN elsewhere, (M, 18) or (0, 18).
     """
-    x, d, k, y = np.zeros(18), np.zeros(6), np.empty((5, 18)), np.empty(18)
-    push, scratch, i, t = np.zeros(6), np.zeros((9, 18)), 0, steps.now[0] if steps.now.size else 0.0
-    b, gain = np.zeros(gains.slow_s.size), gains.of
+    x, d, k, y, b = np.zeros(18), np.zeros(6), np.empty((5, 18)), np.empty(18), np.zeros(gains.slow_s.size)
     x[:12] = start
+    along(hull, steps, record, drive, gains, restart, out, track, x, d, b, k, y, np.zeros(6), np.zeros((9, 18)))
+
+
+@lean
+def along(hull, steps, record, drive, gains, restart, out, track, x, d, b, k, y, push, scratch):
+    """As `simulate`, from the motion x, disturbances d and slow errors b on, in place; k, y, push, scratch: to use."""
+    gain, i, t = gains.of, 0, steps.now[0] if steps.now.size else 0.0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -171,7 +184,10 @@ def simulate(hull, start, steps, record, drive, gains, restart, out, track):
             t += steps.length[i]
             i += 1
         if restart.shape[0] and not math.isnan(restart[m, 0]):
-            x[:12], d[:] = restart[m, :12], restart[m, 12:]
+            for a in range(12):
+                x[a] = restart[m, a]
+            for a in range(6):
+                d[a] = restart[m, 12 + a]
         here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
         out[m], slow = folded(record.value[m] - here, m, record, hull), gains.slow[record.column[m]]
         if slow >= 0:
@@ -182,5 +198,5 @@ def simulate(hull, start, steps, record, drive, gains, restart, out, track):
             d[a] += gain[m, 12 + a] * out[m]
         for a in range(b.size):
             b[a] += gain[m, SIZE + a] * out[m]
-        if track.shape[0]:
-            track[m, :12], track[m, 12:] = x[:12], d
+        for a in range(SIZE if track.shape[0] else 0):
+            track[m, a] = x[a] if a < 12 else d[a - 12]

@@ -151,7 +151,7 @@ def scaled(f, w):
     return f * w[0], f * w[1], f * w[2], f * w[3], f * w[4], f * w[5]
 
 
-@lean
+@term
 def axis_force(i, t, x, speed, away, hull):
     """Force along or about axis i [N, N m]: drag at a speed through the water, friction, spring, wave, constant.
 
@@ -186,7 +186,7 @@ def gears(p, thrusters):
     return out
 
 
-@lean
+@term
 def lost(nu_r, asked, hull):
     """What the speed of advance takes off the thrust: loss times input times the flow along each thruster."""
     total = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -199,7 +199,7 @@ def lost(nu_r, asked, hull):
     return total
 
 
-@lean
+@term
 def held_by(x, R, hull):
     """Wrench of weight, buoyancy, a trim weight, and a tether, whose spring is about the start."""
     p, down = hull.p, back(R, (0.0, 0.0, 1.0))
@@ -222,7 +222,7 @@ def held_by(x, R, hull):
     return total
 
 
-@lean
+@term
 def turning(nu, nu_r, hull):
     """What turning adds: -C_RB(nu) nu - C_A(nu_r) nu_r, and coupling terms and strips of the hull besides."""
     p = hull.p
@@ -255,7 +255,7 @@ def grown(x, R, hull):
     return hull.p[WALL_MASS] * growth(gap(x, R, hull)) * (hull.body[0, 0] + hull.water[0, 0])
 
 
-@lean
+@term
 def near_wall(x, R, nu_r, hull):
     """What the wall ahead adds: drag, the slope of the mass that it adds, and Coriolis terms of that mass."""
     p, far = hull.p, gap(x, R, hull)
@@ -266,7 +266,7 @@ def near_wall(x, R, nu_r, hull):
             0.0, -nu_r[2] * P, nu_r[1] * P)  # fmt: skip
 
 
-@lean
+@term
 def wrench(t, x, thrust, asked, fins, hull):
     """All forces on the right side [N, N m] at the state x, 6 numbers.
 

@@ -55,7 +55,7 @@ TELLS = {  # channel -> axes whose motion it tells
     "pitch_rad": (4,), "heading_rad": (5,), **{name: (i,) for i, name in enumerate(SPEEDS)},
     "accel_x_m_s2": (0,), "accel_y_m_s2": (1,), "accel_z_m_s2": (2,),
 }  # fmt: skip
-STEP_SHARE, STEPS_S = 0.5, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices
+STEP_SHARE, STEPS_S = 0.8, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
 RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which none rings; most parts of one: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..compiled import law
+from ..compiled import law, lean
 from ..lanes import WIDTH, load, store
 from .filtered import FAR, THREADS, Filtered, bent, followed, share
 from .kalman import Way
@@ -30,25 +30,39 @@ AT_ONCE = WIDTH * THREADS  # changes that keep all threads at work
 @law
 def accelerations(hull, steps, drive, path, out):
     """Acceleration of each axis along a path, amid each step, into (N, 6)."""
-    x, still, rate = np.zeros(18), np.zeros(6), np.zeros(18)
+    accelerated(hull, steps, drive, path, out, np.zeros(18), np.zeros(6), np.zeros(18))
+
+
+@lean
+def accelerated(hull, steps, drive, path, out, x, still, rate):
+    """As `accelerations`; x, rate, (18,): to use; still: no disturbance, (6,)."""
     for i in range(steps.now.size):
         for a in range(12):
             x[a] = 0.5 * (path[i, a] + path[i + 1, a])
         t = steps.now[i] + 0.5 * steps.length[i]
         rates(t, x, drive.thrust[i], drive.asked[i], drive.fins[i], still, drive.known[i, 9:], hull, rate)
-        out[i] = rate[6:12]
+        for a in range(6):
+            out[i, a] = rate[6 + a]
 
 
 @law
 def shifted(hull, other, apart, steps, record, drive, before, out):
     """What instruments that are described otherwise, `apart`, would read over what they read, along the path, (M,)."""
-    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((9, 18))
+    reread(hull, other, apart, steps, record, drive, before, out, np.zeros(18), np.zeros(6), np.zeros((9, 18)))
+
+
+@lean
+def reread(hull, other, apart, steps, record, drive, before, out, x, d, scratch):
+    """As `shifted`; x, d, scratch: to use."""
     for q in range(steps.which.size):
         m, i = steps.which[q], steps.upto[q]
         out[m] = 0.0
         if apart[record.sensor[m]]:
             t = record.stamp[m] - record.late[m]
-            x[:12], d[:] = before[m, :12], before[m, 12:]
+            for a in range(12):
+                x[a] = before[m, a]
+            for a in range(6):
+                d[a] = before[m, 12 + a]
             here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
             there = seen(m, t, x, d, record, steps, drive, i, other, scratch)
             out[m] = folded(there - here, m, record, hull)
@@ -69,8 +83,15 @@ def tangents(way: Way, steps: Steps, column: NDArray[np.int64], gains: Gains, pu
 @law
 def abreast(way, steps, column, gains, push, shift):
     """`tangents` of as many changes as there are lanes W; push: (6 N, W)."""
-    wide, gain, last, (keep, mean) = shift.shape[1], gains.of, steps.now.size - 1, np.empty((2, 6))
-    X, Y, i = np.zeros((SIZE + gains.slow_s.size, wide)), np.empty((12, wide)), 0
+    wide, (keep, mean) = shift.shape[1], np.empty((2, 6))
+    X, Y = np.zeros((SIZE + gains.slow_s.size, wide)), np.empty((12, wide))
+    on_the_way(way, steps, column, gains, push, shift, X, Y, keep, mean)
+
+
+@lean
+def on_the_way(way, steps, column, gains, push, shift, X, Y, keep, mean):
+    """As `abreast`, from the changed state X on, (18 + S, W); Y, (12, W), keep, mean, (6,): to use."""
+    gain, last, i = gains.of, steps.now.size - 1, 0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:

@@ -37,8 +37,7 @@ def tried(run: Recorded, f: Filtered, noises: Sequence[Noise]) -> list[Left]:
     """What filters at up to WIDTH noises leave of a run, linear about the path of f."""
     told = Told(*np.empty((5, run.time_s.size, WIDTH)))
     beside(f.way, run.steps, run.spread, run.column, _levels(run, noises), f.gains, f.told, told)
-    lanes = np.ascontiguousarray(np.moveaxis(np.array(told), -1, 0))
-    return [Left(Told(*lane), f.wall) for lane in lanes[: len(noises)]]
+    return [Left(Told(*(part[:, lane] for part in told)), f.wall) for lane in range(len(noises))]
 
 
 def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
@@ -153,7 +152,16 @@ def beside(way, steps, spread, column, levels, then, before, told):
     size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
     P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
     C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
-    keep, mean, meant, i = np.empty((6, wide)), np.empty((6, wide)), np.empty(6), 0
+    keep, mean, meant = np.empty((6, wide)), np.empty((6, wide)), np.empty(6)
+    on_the_way(way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant)
+
+
+@lean
+def on_the_way(
+    way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant
+):  # fmt: skip
+    """As `beside`; P, x: covariance and state, of zeros; the others: to use."""
+    size, i = SIZE + levels.slow.shape[0], 0
     for a in range(12):
         store(P, a * size + a, spread[a] ** 2)
     for a in range(6):

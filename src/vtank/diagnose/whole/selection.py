@@ -166,7 +166,10 @@ def _wider(
 
 
 def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
-    """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to."""
+    """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to.
+
+    But for those that lie far behind the best at the noise that all have before.
+    """
 
     def wider() -> list[Model]:
         found: list[Model] = []
@@ -176,7 +179,9 @@ def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: 
             found += [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
         return found
 
-    return [settled(other, floor)[0] for other in wider()]
+    tried = wider()
+    best = max((other.log_evidence for other in tried), default=0.0)
+    return [settled(other, floor)[0] for other in tried if other.log_evidence > best - NEAR]
 
 
 def extended(
