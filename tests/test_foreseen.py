@@ -13,7 +13,7 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.plant import load_vehicle
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 FILE = load_vehicle("bluerov2")
 VEHICLE = replace(FILE, sensors=tuple(s for s in FILE.sensors if s.name in ("imu", "dvl")))

@@ -16,7 +16,7 @@ from vtank.experiment import fly_vehicle
 from vtank.plant.recorded import check_recorded
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run, read_dataset, read_run
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 
 def test_import_writes_a_run_and_prints_the_preview(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

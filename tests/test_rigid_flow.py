@@ -8,7 +8,7 @@ import pytest
 import vtank as vt
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
 from vtank.rigid.flow import CREEP, OBLIQUE, STILL, SWIFT, Flow, pushed, terms, values
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 PLANAR = (0, 1, 5)
 

@@ -10,7 +10,8 @@ from vtank.plant.vehicle import load_vehicle
 from vtank.rigid.filtered import free, innovations
 from vtank.rigid.layout import G
 from vtank.rigid.motion import rates
-from vtank.rigid.recorded import Recorded, record
+from vtank.rigid.recorded import Recorded
+from vtank.rigid.recordings import record
 
 AHEAD = {"bluerov2": 8.0, "remus100": 20.0, "kingfisher": 0.5}
 

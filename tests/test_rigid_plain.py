@@ -18,7 +18,7 @@ from vtank.rigid.fit import Fit
 from vtank.rigid.layout import BEARING, HULL, SENSOR, THRUSTER
 from vtank.rigid.noise import first_noise
 from vtank.rigid.readings import RANGE, read
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 ROV = load_vehicle("bluerov2")
 FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))

@@ -13,7 +13,7 @@ from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import Told, carry, weigh
 from vtank.rigid.noise import first_noise, settle
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 YAW_RATE = "imu.yaw_rate_rad_s"
 

@@ -14,7 +14,7 @@ from vtank.experiment import fly_vehicle
 from vtank.rigid.filtered import Noise
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 model = importlib.import_module("vtank.diagnose.whole.model")
 settling = importlib.import_module("vtank.diagnose.whole.settling")

@@ -14,7 +14,7 @@ from vtank.rigid import noise as search
 from vtank.rigid.filtered import filtered, followed, innovations
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise, settle
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 from vtank.rigid.slow import likelihoods
 from vtank.rigid.tangent import tangents
 from vtank.rigid.trials import tried

@@ -19,7 +19,7 @@ from vtank.rigid.filtered import Filtered
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import Noise, first_noise
 from vtank.rigid.places import catalogue
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 from vtank.studies.blind.whole.sizes import entries
 from vtank.tank.places.catalogue import CATALOGUE
 from vtank.tank.places.effect import PlacedEffect

@@ -23,7 +23,7 @@ from vtank.rigid.layout import FIN, GONE, HULL, SUCTION, THRUSTER, masses
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 from vtank.tank.places import read_placed
 
 REMUS, ROV, PHOENIX = (vt.load_vehicle(name) for name in ("remus100", "bluerov2", "phoenix"))

@@ -14,7 +14,7 @@ from vtank.record import Run
 from vtank.rigid.fit import Fit, walled
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 
 RANGE = "ping.range_m"
 

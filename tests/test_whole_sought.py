@@ -8,7 +8,7 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.experiment import fly_vehicle
 from vtank.rigid.places import Sizes, catalogue
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 from vtank.tank.places.catalogue import CATALOGUE
 from vtank.tank.places.read import places
 

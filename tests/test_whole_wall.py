@@ -19,7 +19,7 @@ from vtank.resources import models_dir
 from vtank.rigid.fit import Fit, log_likelihood, walled
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import catalogue
-from vtank.rigid.recorded import record
+from vtank.rigid.recordings import record
 from vtank.tank import forces, load_whole
 
 

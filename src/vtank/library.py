@@ -12,6 +12,7 @@ import numpy as np
 from .blas import one_blas_thread
 from .errors import InputError
 from .record import Run, meant, read_dataset, read_run
+from .resources import NOMINAL
 
 if TYPE_CHECKING:
     from .diagnose.whole.identified import WholeEstimate
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from .plant.vehicle import Vehicle
 
 Given = Run | Iterable[Run] | Path | str  # runs, or where they lie
-NOMINAL = "paper-ii"  # the simulator that is diagnosed where none is named
 
 
 def load(path: Path | str) -> tuple[Run, ...]:

@@ -7,6 +7,8 @@ from pathlib import Path
 
 from .errors import InputError
 
+NOMINAL = "paper-ii"  # truth preset that is the simulator where none is named
+TRUTHS = ("paper-ii", "paper-iii", "physical")  # presets that the paper's study is made with
 _PACKAGE = Path(__file__).resolve().parent
 _CHECKOUT = _PACKAGE.parents[1]
 

@@ -14,10 +14,9 @@ from .plant.sensor import Sensor
 from .plant.vehicle import Vehicle, load_vehicle
 from .record import TIME, Run, read_run
 from .record.columns import ATTITUDE, channel_of
-from .resources import scenarios_dir
+from .resources import NOMINAL, scenarios_dir
 from .tank.poses import Poses
 
-NOMINAL = "paper-ii"  # that drives the Phoenix beside a recording along one axis
 PLACE = ("north_m", "east_m", "depth_m")
 EYE = Sensor("eye", (*PLACE, *ATTITUDE), rate_hz=25.0)
 

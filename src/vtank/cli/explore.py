@@ -13,8 +13,6 @@ if TYPE_CHECKING:
     from ..plant import Vehicle
     from ..studies.explore import Candidate
 
-DEPTH_M = 50.0  # [m] of what dives, so that it does not come to the surface; a choice
-
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Declare `explore --tank SEALED` and `explore RUNS --nominal FILE`."""
@@ -104,7 +102,8 @@ def _plan(args: argparse.Namespace) -> int:
 
 
 def _candidates(args: argparse.Namespace, vehicle: Vehicle) -> list[Candidate]:
+    from ..experiment.whole_scenario import DEEP_M
     from ..studies.explore import candidates
 
-    depth_m = args.depth if args.depth is not None or vehicle.heave_N_per_m else DEPTH_M
+    depth_m = args.depth if args.depth is not None or vehicle.heave_N_per_m else DEEP_M
     return candidates(vehicle, depth_m, args.walls)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-TRUTHS = ("paper-ii", "paper-iii", "physical")
+from ..resources import TRUTHS
+
 DEFAULT_SEED = 1996
 
 

@@ -19,7 +19,7 @@ from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..plant.surge import LINEAR_INPUT
 from ..record import Run
-from ..rigid.recorded import scatter
+from ..rigid.thinned import scatter
 from .evidence import Fitted
 from .foreign import explained
 from .given import Nominal, observed

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ..tank.places.effect import Placed
 
 Array = NDArray[np.float64]
+DEEP_M = 50.0  # [m] at which what dives starts in trials, so that it does not come to the surface; a choice
 NOTED = 0.01  # share of the time from which a limit of the thrusters is told; a choice
 
 

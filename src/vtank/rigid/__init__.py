@@ -4,6 +4,7 @@ The tank flies vehicles in MuJoCo; the equations here are written out by themsel
 """
 
 from .layout import AXES, Layout
-from .recorded import Recorded, record
+from .recorded import Recorded
+from .recordings import record
 
 __all__ = ["AXES", "Layout", "Recorded", "record"]

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from ..lanes import WIDTH
 from .filtered import FAR, Filtered, Left, Noise, share
 from .fit import Fit, log_likelihood
-from .recorded import Recorded, scatter
+from .recorded import Recorded
 from .slow import likelihoods
+from .thinned import scatter
 from .trials import tried
 
 Array = NDArray[np.float64]

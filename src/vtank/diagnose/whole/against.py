@@ -26,7 +26,8 @@ from ...rigid.fit import Fit
 from ...rigid.flow import Flow
 from ...rigid.layout import AXES, Layout
 from ...rigid.noise import first_noise
-from ...rigid.recorded import TELLS, Recorded, record
+from ...rigid.recorded import Recorded
+from ...rigid.recordings import TELLS, record
 from ..given import telling
 from ..likeness import Likeness
 from .alike import SIMULATED, likeness, parameters

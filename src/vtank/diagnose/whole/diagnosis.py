@@ -15,7 +15,7 @@ from ...record.columns import channel_of
 from ...record.run import Run
 from ...rigid.layout import AXES
 from ...rigid.places import TWINS, Placed
-from ...rigid.recorded import record
+from ...rigid.recordings import record
 from ..given import telling
 from ..likeness import Likeness, doubted
 from .against import Plant, plant_of

@@ -24,7 +24,8 @@ from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
-from ...rigid.recorded import Recorded, record
+from ...rigid.recorded import Recorded
+from ...rigid.recordings import record
 from .model import Model, Unknown, own_unknowns
 from .sizes import sizes_of
 

@@ -14,7 +14,7 @@ from ...record.shown import preformatted
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES
 from ...rigid.noise import first_noise
-from ...rigid.recorded import record
+from ...rigid.recordings import record
 from ..given import telling
 from .model import blank, own_unknowns
 from .settling import rightly_begun, settled

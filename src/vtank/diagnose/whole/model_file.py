@@ -18,7 +18,7 @@ from ...resources import models_dir
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
-from ...rigid.recorded import record
+from ...rigid.recordings import record
 from ..given import known_vehicle
 from .budget import free_errors, spikes_of
 from .model import Model

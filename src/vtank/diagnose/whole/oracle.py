@@ -14,11 +14,11 @@ from ...errors import InputError
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...rigid.filtered import Filtered, Noise
-from ...rigid.fit import Fit
+from ...rigid.fit import RUNAWAY, Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import catalogue
-from ...rigid.recorded import record
+from ...rigid.recordings import record
 from ..given import telling
 from .budget import free_errors
 from .model import Model, blank, own_unknowns, refit
@@ -27,7 +27,6 @@ from .selection import extended
 from .settling import settled
 from .sizes import sizes_of
 
-RUNAWAY = 1e4  # deviations of a simulation that does not hold out
 TRIED = 3  # promising forms of the true effect that are fitted, such as one channel of an instrument or all; a choice
 
 

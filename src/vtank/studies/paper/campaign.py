@@ -13,7 +13,6 @@ from ...experiment import Result
 from ...plant import LUMPED, Lumped, Truth
 
 SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
-TRUTHS = ("paper-ii", "paper-iii", "physical")
 PIECES = len(MODELS) * (len(SCENARIOS) + 1)  # how often `identify_campaign` tells what it has done
 
 LITERAL = PaperSettings()

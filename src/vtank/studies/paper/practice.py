@@ -9,8 +9,8 @@ import numpy as np
 
 from ...estimate.paper import Array, Model, PaperSettings, cross_validation, identify_signals
 from ...experiment import Result
+from ...resources import TRUTHS
 from ...units import FOOT_M
-from .campaign import TRUTHS
 from .published import SETS
 from .records import records, signals
 from .study import FAST, STEPS_S

@@ -12,9 +12,10 @@ from ...experiment import fly as simulated
 from ...present import Block, Heading, Links, Paragraph, Picture
 from ...present.document import csv_text, html, markdown
 from ...record import Kind, write_dataset
+from ...resources import TRUTHS
 from ..stage import Stage, silent
 from . import findings
-from .campaign import PIECES, SCENARIOS, TRUTHS, Campaign, identify_campaign
+from .campaign import PIECES, SCENARIOS, Campaign, identify_campaign
 from .evidence import Results, filled
 from .joint import MULTIPLES, READINGS, STEPS_S, Joint, judge
 from .joint_figures import JOINT_PICTURES

@@ -18,7 +18,8 @@ from ...estimate.paper import Array, Model, PaperSettings, decimated, identify_s
 from ...experiment import Result
 from ...plant import load_truth, to_feet
 from ...present.document import csv_text
-from .campaign import METHODS, TRUTHS
+from ...resources import TRUTHS
+from .campaign import METHODS
 from .published import SETS
 from .records import CASES, filtered_speed, records
 

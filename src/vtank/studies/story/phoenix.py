@@ -14,12 +14,12 @@ from ...effects import Effect
 from ...plant import slot
 from ...present import Bars, Drawing, Picture, Table, pictures_budget, sections, words, words_budget
 from ...record import write_text
+from ...resources import NOMINAL
 from ...tank import load_model, render
 from .pictures import WIDTH, filmed, overlay
 from .step import Act, Step
 from .withheld import candidates, draw, toml
 
-NOMINAL = "paper-ii"  # the simulator
 EXPERIMENTS = ("paper-ds1", "paper-ds4", "multisine")  # in closed loop: no cause drives the vehicle into a wall
 UNSEEN = "paper-ds2"
 SETTINGS = ("duration_s=60",)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from ...plant.actuators import INPUTS
 from ...plant.vehicle import AXES, Vehicle
 from ...record.table import Table
 from ...record.toml import meant
 from .catalogue import CATALOGUE, ordered
 from .effect import VEHICLE, Number, Placed, PlacedEffect, part
-
-INPUTS = ("rev_s", "command", "N")  # of thrusters, in the order of `effect.INPUT`
 
 
 def read_placed(table: Table, vehicle: Vehicle) -> tuple[Placed, ...]:

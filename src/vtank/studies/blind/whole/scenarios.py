@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from ....experiment.allocation import able
+from ....experiment.whole_scenario import DEEP_M
 from ....plant.vehicle import AXES, Vehicle
 from ..cause import log_uniform
 
 FAMILIES = ("forces", "steps", "zigzag", "swing")
 DURATION_S, SPEED_M_S, BAND_RAD_S = (60.0, 150.0), (0.3, 0.6), (0.15, 1.5)  # choices
-DEPTH_M = 50.0  # [m] of what dives, so that it does not come to the surface; a choice
 SHARE = 0.6  # of the largest force, of all components of a multisine together; a choice
 
 
@@ -31,7 +31,7 @@ def draw_scenario(random: np.random.Generator, vehicle: Vehicle, family: str) ->
     parts += [_hold(axis, "bandwidth_rad_s = 0.4") for axis in ("heave", "roll", "pitch", "yaw") if axis not in excited]
     head = f'vehicle = "{vehicle.name}"\nduration_s = {duration_s}\nseed = {random.integers(2**31)}\n'
     if not vehicle.heave_N_per_m:
-        head += f"depth_m = {DEPTH_M}\n"
+        head += f"depth_m = {DEEP_M}\n"
     return "\n".join([head, *parts])
 
 

@@ -1,0 +1,52 @@
+"""What drove a run: held inputs of thrusters and angles of fins, from the stamps on at which they change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..record.run import Run
+from .layout import Layout
+
+Array = NDArray[np.float64]
+JUMP = 0.1  # of an input's range, by which what it pushes jumps: no average goes across that; a choice
+
+
+@dataclass(frozen=True, eq=False)
+class Driven:
+    """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F)."""
+
+    stamps: Array
+    inputs: Array
+    angles: Array
+
+    @cached_property
+    def jumps(self) -> Array:
+        """Stamps at which an input or angle changes by more than JUMP of its range [s]."""
+        table = np.hstack((self.inputs, self.angles))
+        far = np.abs(np.diff(table, axis=0)) > JUMP * np.ptp(table, axis=0)
+        return np.asarray(self.stamps[1:][far.any(axis=1)])
+
+
+def driven(run: Run, layout: Layout) -> Driven:
+    """Stamps at which any input changes, and all inputs and fin angles from there on; what has no column rests."""
+    fins = [fin.column for fin in layout.vehicle.fins]
+    columns = [push.column for push in layout.pushes] + fins
+    has = [name for name in columns if name in run.columns]
+    rows = np.any([~np.isnan(run.columns[name]) for name in has], axis=0) if has else np.zeros(run.time_s.size, bool)
+    if not rows.any():
+        raise InputError(f"run {run.name}: no value of {', '.join(columns)}; nothing drives the vehicle")
+    table = np.zeros((int(rows.sum()), len(columns)))
+    for i, name in enumerate(columns):
+        if name in run.columns:
+            values = run.columns[name][rows]
+            last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(values.size)))
+            table[:, i] = np.where(last < 0, 0.0, values[np.maximum(last, 0)])
+    keep = np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)]
+    split = len(layout.pushes)
+    parts = (np.ascontiguousarray(part) for part in (table[keep, :split], table[keep, split:]))
+    return Driven(run.time_s[rows][keep], *parts)
