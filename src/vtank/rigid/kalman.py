@@ -303,9 +303,9 @@ def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, sl
     given = spread.size == 0
     P = begun(np.zeros(12) if given else spread, sigma, slow)
     w = Scratch(
-        np.zeros(SIZE), np.zeros(slow.size), np.zeros(18), np.zeros(18), np.zeros(6), np.zeros(6), P,
-        np.zeros((SIZE, 12)), np.zeros_like(P), np.zeros(P.shape[0]), np.zeros((12, 12)), np.empty((5, 18)),
-        np.empty(18), np.zeros(6), np.zeros((28, 18)),
+        s=np.zeros(SIZE), b=np.zeros(slow.size), x=np.zeros(18), y=np.zeros(18), d=np.zeros(6), wake=np.zeros(6),
+        P=P, T=np.zeros((SIZE, 12)), A=np.zeros_like(P), C=np.zeros(P.shape[0]), D=np.zeros((12, 12)),
+        k=np.empty((5, 18)), z=np.empty(18), push=np.zeros(6), more=np.zeros((28, 18)),
     )  # fmt: skip
     w.s[:12] = start
     along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, told, given, w)
