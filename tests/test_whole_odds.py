@@ -136,3 +136,22 @@ def test_an_unknown_along_which_the_motion_runs_away_tells_nothing():
     fit = SimpleNamespace(answers=lambda paths, moved: answers)
     some = SimpleNamespace(unknowns=[unknown] * 3, theta=np.zeros(3), vector=lambda theta: theta, fit=fit)
     np.testing.assert_array_equal(model.slopes(some, []), [[2.0, 0.0, 0.0], [4.0, 0.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("chances", "kind"),
+    [
+        ({"none": 0.2, "parameters": 0.25, "A@surge": 0.22, "B@yaw": 0.2, "unknown@yaw": 0.13}, "undecided"),
+        ({"none": 0.3, "parameters": 0.25, "unknown@yaw": 0.35, "A@surge": 0.1}, "none"),
+        ({"none": 0.1, "parameters": 0.8, "A@surge": 0.1}, "parameters"),
+        ({"A@surge": 0.3, "unknown@yaw": 0.25, "unknown@surge": 0.2, "none": 0.25}, "undecided"),
+    ],
+)
+def test_an_answer_that_less_than_half_speaks_for_is_none(chances: dict[str, float], kind: str):
+    """No effect, none that has a name, or a set of effects: one of the three must have half of it."""
+    sets = {name: SimpleNamespace(effects=()) for name in chances if not name.startswith("unknown")}
+    selection = SimpleNamespace(probabilities=chances, blocks=(), sets=sets)
+    verdict = diagnosis.verdict_of(selection, SimpleNamespace(lines=()))
+    assert verdict.kind == kind
+    if kind == "undecided":
+        assert verdict.effects == () and len(verdict.rivals) > 1

@@ -22,7 +22,7 @@ REPRODUCE = "The paper's tables and figures, and a study of its estimator: vtank
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Declare `demo [--out DIR] [--seed N]`."""
     text = "a recording whose cause is withheld, its simulator, the gap, its cause, and the gap closed"
-    text += " (a minute, and two more the first time, for compiling)"
+    text += " (half a minute, and two or three more the first time, for compiling)"
     parser = subparsers.add_parser("demo", help=text, description=text)
     parser.add_argument("--out", type=Path, default=Path("out"), metavar="DIR", help="folder to write (default: out)")
     parser.add_argument("--seed", type=int, default=DEFAULT_SEED, metavar="N", help="of the cause and of all noise")

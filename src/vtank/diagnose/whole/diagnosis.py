@@ -25,7 +25,7 @@ from .odds import strange
 from .selection import Selection, narrowed, select
 
 Array = NDArray[np.float64]
-NAMED = 0.5  # probability that a set of effects must have to be named; below it the answer is undecided; a choice
+NAMED = 0.5  # probability that an answer must have, a set of effects, no effect or none that has a name; a choice
 RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
@@ -168,14 +168,19 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
     left = tuple(dict.fromkeys(block.place for block in selection.blocks if block.repeats))
-    if sum(unknown.values()) >= chance:
+    rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
+    plain, nameless = {key: chances.get(key, 0.0) for key in ("none", "parameters")}, sum(unknown.values())
+    calm = sum(plain.values())
+    if max(nameless, calm) < NAMED and (nameless >= chance or name in plain):
+        return Verdict("undecided", (), (), (name, *rivals), None, chance, left)
+    if nameless >= max(chance, calm):
         place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
         doubt = "disturbance" if place == too_large(selection, missed)[0] and place not in left else ""
-        return Verdict("unknown", (), (place,), (), _channel(selection, place), sum(unknown.values()), left, doubt)
-    if name in ("none", "parameters"):
-        return Verdict(name, (), (), (), None, chance, left)
+        return Verdict("unknown", (), (place,), (), _channel(selection, place), nameless, left, doubt)
+    if name in plain or nameless >= chance:
+        name = max(plain, key=lambda key: plain[key])
+        return Verdict(name, (), (), (), None, plain[name], left)
     model = selection.sets[name]
-    rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
     twins = tuple(f"{TWINS[placed.effect]}@{placed.place}" for placed in model.effects if placed.effect in TWINS)
     twins += tuple(f"{placed.effect}@{placed.detail}" for placed in model.effects if placed.exchange)
