@@ -13,7 +13,7 @@ from vtank.diagnose.whole.model import own_unknowns
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir
-from vtank.rigid import recorded
+from vtank.rigid import thinned
 from vtank.rigid.fit import Fit
 from vtank.rigid.layout import BEARING, HULL, SENSOR, THRUSTER
 from vtank.rigid.noise import first_noise
@@ -108,7 +108,7 @@ def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
 
 def test_of_a_long_recording_stretches_are_looked_at_by_its_own_clock(monkeypatch: pytest.MonkeyPatch):
     """Spread from its beginning to its end, with what drove the vehicle before each; never averaged over more."""
-    monkeypatch.setattr(recorded, "MOST", 3500)  # of 10,000
+    monkeypatch.setattr(thinned, "MOST", 3500)  # of 10,000
     time = 0.1 * np.arange(10_000)
     turn = 0.1 * np.sin(0.5 * time)
     commands = {t.column: np.sin(0.5 * time) if k < 4 else np.full(time.size, 0.1) for k, t in enumerate(ROV.thrusters)}

@@ -128,7 +128,7 @@ def reach(m, record, hull):
 def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
     """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,).
 
-    D: slope of the rates near here, by which an accelerometer sees what moves them.
+    D: slope of the rates near here, by which an accelerometer sees what moves them, and what is read late what was.
     """
     for a in range(12):
         x[a] = s[a]
@@ -137,28 +137,36 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
     for c in range(SIZE):
         H[c] = 0.0
-    late, rate, moved_on = abs(lateness(m, record, hull)) > TOUCH_S, scratch[1], scratch[9]
+    late, shaken, then, rate, moved_on = lateness(m, record, hull), record.kind[m] >= ACCEL, x, scratch[1], scratch[9]
     first, last = reach(m, record, hull)
-    if record.kind[m] < ACCEL or late:
-        for c in range(first, last):
-            x[c] += NUDGE
-            H[c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
-            x[c] = s[c]
-        for c in range(6 if record.kind[m] >= ACCEL else 0):
-            d[c] += NUDGE
-            H[12 + c] = (seen(m, t, x, d, record, steps, drive, i, hull, scratch) - here) / NUDGE
-            d[c] = s[12 + c]
-        return here
+    if abs(late) <= TOUCH_S:
+        late = 0.0
+    else:
+        then = scratch[0]  # the motion of which it tells
+    for a in range(18):
+        scratch[10, a] = then[a]
     for c in range(first, last):
-        x[c] += NUDGE
-        for a in range(6, 12):
-            moved_on[a] = rate[a] + NUDGE * D[a, c]
-        H[c] = (told(m, x, moved_on, record, hull) - here) / NUDGE
-        x[c] = s[c]
-    for c in range(6):  # a disturbance is an acceleration itself
+        if late != 0.0:  # exp(-late D), to second order
+            for a in range(12):
+                twice = 0.0
+                for b in range(12):
+                    twice += D[a, b] * D[b, c]
+                then[a] = scratch[10, a] + NUDGE * ((a == c) - late * D[a, c] + 0.5 * late * late * twice)
+        else:
+            then[c] += NUDGE
+        for a in range(6, 12 if shaken else 6):
+            moved_on[a] = rate[a]
+            for b in range(12):
+                moved_on[a] += D[a, b] * (then[b] - scratch[10, b])
+        H[c] = (told(m, then, moved_on, record, hull) - here) / NUDGE
+        for a in range(12):
+            then[a] = scratch[10, a]
+    for c in range(6 if shaken else 0):  # a disturbance is an acceleration itself
         rate[6 + c] += NUDGE
-        H[12 + c] = (told(m, x, rate, record, hull) - here) / NUDGE
+        then[6 + c] -= NUDGE * late
+        H[12 + c] = (told(m, then, rate, record, hull) - here) / NUDGE
         rate[6 + c] -= NUDGE
+        then[6 + c] = scratch[10, 6 + c]
     return here
 
 

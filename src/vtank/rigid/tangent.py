@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from ..lanes import WIDTH, load, store
 from .filtered import FAR, THREADS, Filtered, bent, followed, share
 from .kalman import Way
 from .kernels import SIZE, Gains, folded, lasting, seen
-from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS
+from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS, Hull
 from .motion import rates
 from .recorded import Recorded
 from .steps import Steps
@@ -46,13 +46,13 @@ def accelerated(hull, steps, drive, path, out, x, still, rate):
 
 
 @law
-def shifted(hull, other, apart, steps, record, drive, before, out):
-    """What instruments that are described otherwise, `apart`, would read over what they read, along the path, (M,)."""
-    reread(hull, other, apart, steps, record, drive, before, out, np.zeros(18), np.zeros(6), np.zeros((9, 18)))
+def shifted(hull, here, other, apart, steps, record, drive, before, out):
+    """What instruments that are described otherwise, `apart`, would read over `here` along the path, all (M,)."""
+    reread(hull, here, other, apart, steps, record, drive, before, out, np.zeros(18), np.zeros(6), np.zeros((9, 18)))
 
 
 @lean
-def reread(hull, other, apart, steps, record, drive, before, out, x, d, scratch):
+def reread(hull, here, other, apart, steps, record, drive, before, out, x, d, scratch):
     """As `shifted`; x, d, scratch: to use."""
     for q in range(steps.which.size):
         m, i = steps.which[q], steps.upto[q]
@@ -63,9 +63,8 @@ def reread(hull, other, apart, steps, record, drive, before, out, x, d, scratch)
                 x[a] = before[m, a]
             for a in range(6):
                 d[a] = before[m, 12 + a]
-            here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
             there = seen(m, t, x, d, record, steps, drive, i, other, scratch)
-            out[m] = folded(there - here, m, record, hull)
+            out[m] = folded(there - here[m], m, record, hull)
 
 
 def tangents(way: Way, steps: Steps, column: NDArray[np.int64], gains: Gains, push: Array, shift: Array) -> None:
@@ -162,8 +161,19 @@ class Path:
                 push -= self.acceleration
             push = np.where(run.moves, push, 0.0)
         if np.any(p[first:] != self.p[first:]):
-            shifted(self.hull, hull, self._apart(p), run.steps, run.record, self.drive, self.way.before, shift)
+            self._read(hull, self.readings, self._apart(p), shift)
         return push, shift
+
+    def _read(self, hull: Hull, over: Array, apart: NDArray[np.bool_], out: Array) -> None:
+        """What instruments that are described otherwise would read over something along the path, into (M,)."""
+        shifted(self.hull, over, hull, apart, self.run.steps, self.run.record, self.drive, self.way.before, out)
+
+    @cached_property
+    def readings(self) -> Array:
+        """What the instruments read along the path, (M,); of angles, within half a turn."""
+        out = np.empty(self.run.time_s.size)
+        self._read(self.hull, np.zeros(out.size), np.ones(len(self.run.layout.sensors), bool), out)
+        return out
 
     def _apart(self, p: Array) -> NDArray[np.bool_]:
         """Which instruments are described otherwise, or whose columns are, (S,)."""
