@@ -64,7 +64,7 @@ def test_a_rival_explains_no_more_than_its_bounds_allow(small) -> None:
     """A thruster that pushes the other way is none that has lost at most all of its force."""
     hypotheses, seen = small
     reversed_, dead = (at(hypotheses, f"{name}@thruster_1") for name in ("thruster_reversed", "thruster_dead"))
-    free = tuple(replace(number, low=-np.inf) for number in hypotheses[dead].numbers)
+    free = tuple(replace(number, high=np.inf) for number in hypotheses[dead].numbers)
     unbounded = [replace(h, numbers=free) if i == dead else h for i, h in enumerate(hypotheses)]
     assert seen.apart(hypotheses)[reversed_, dead] > 10.0 * seen.apart(unbounded)[reversed_, dead]
     assert seen.apart(hypotheses)[dead, dead] == pytest.approx(0.0, abs=1e-6)

@@ -35,9 +35,10 @@ from .readings import CHANNELS
 from .steps import Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
-STEP_SHARE, STEPS_S = 0.8, (0.02, 0.2)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
+STEP_SHARE, STEPS_S = 0.8, (0.02, 0.1)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
 RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which none rings; most parts of one: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
+INPUTS_S = 0.049  # [s] of held inputs that are followed step by step; faster ones are averaged over a step; a choice
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
 KEPT = 2  # drives of a run: what pushes now, and as is tried beside it
 
@@ -186,9 +187,10 @@ class Recorded:
     def steps(self) -> Steps:
         """Steps of a simulation through the instants at which measurements were true.
 
-        Inputs begin a step where they stay as they are for longer than one; what comes faster is averaged.
+        Inputs begin a step where they stay as they are for longer than one, or as long as most are held; what comes
+        faster is averaged.
         """
-        slow = self.stamps.size < 2 or float(np.median(np.diff(self.stamps))) >= self.longest_s
+        slow = self.stamps.size < 2 or float(np.median(np.diff(self.stamps))) >= min(self.longest_s, INPUTS_S)
         return Steps(*plan(self.time_s - self.late, self.stamps if slow else self.stamps[:0], self.longest_s))
 
     @cached_property

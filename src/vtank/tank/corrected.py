@@ -8,7 +8,7 @@ what belongs to one recording (how the wall stood).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -19,34 +19,10 @@ from ..plant.sensor import Sensor
 from ..plant.vehicle import AXES, COUPLING, Vehicle
 from ..record.columns import channel_of
 from .places.catalogue import CATALOGUE
-from .places.effect import VEHICLE, Placed
-from .places.vehicle.offset import EARTH
+from .places.effect import Placed
+from .places.read import places
 
 Numbers = Mapping[str, float]
-OF: Mapping[str, Mapping[str, tuple[str, str]]] = {  # kind of place -> quantity -> the effect that it is, its number
-    "axis": {
-        "coulomb_friction": ("coulomb_friction", "f"), "drag_asymmetry": ("drag_asymmetry", "e"),
-        "force": ("constant_force", "F"), "drift": ("ambient_current", "U"), "spring": ("tether", "k"),
-        "wake": ("wake_memory", "k"), "recovery": ("wake_memory", "T"), "wall_drag": ("wall_proximity", "drag"),
-        "wall_mass": ("wall_proximity", "mass"),
-    },
-    "thruster": {
-        "deadband": ("thrust_deadband", "n0"), "saturation": ("thrust_saturation", "n_max"),
-        "asymmetry": ("thrust_asymmetry", "e"), "slower": ("thrust_lag", "tau"), "delay": ("command_delay", "d"),
-        "loss": ("thrust_loss", "gamma"), "sag": ("supply_sag", "r"), "misread": ("tachometer_bias", "b"),
-        "yawed": ("thruster_turned", "yaw"), "pitched": ("thruster_turned", "pitch"),
-    },
-    "fin": {
-        "offset": ("fin_offset", "angle"), "induced_drag": ("fin_drag", "k"), "late": ("fin_delay", "d"),
-        "lost": ("fin_weak", "share"),
-    },
-    VEHICLE: {
-        **{f"current_{way}": ("current", way) for way in EARTH}, **{f"pull_{way}": ("tether", way) for way in EARTH},
-        "tether": ("tether", "k"), **{f"held_at_{i}": ("tether", i) for i in "xyz"}, "trim": ("trim_weight", "m"),
-        **{f"trim_{i}": ("trim_weight", i) for i in "xyz"}, "crossflow_h": ("cross_flow_drag", "sway"),
-        "crossflow_v": ("cross_flow_drag", "heave"), "left_out": ("coriolis_left_out", "share"),
-    },
-}  # fmt: skip
 
 
 def corrected(vehicle: Vehicle, quickest_s: float) -> tuple[Vehicle, tuple[Placed, ...]]:
@@ -74,7 +50,7 @@ def corrected(vehicle: Vehicle, quickest_s: float) -> tuple[Vehicle, tuple[Place
         sensors=tuple(_sensor(vehicle, sensor) for sensor in vehicle.sensors),
         corrections={},
     )
-    return changed, _effects(vehicle)
+    return changed, tuple(_effects(vehicle))
 
 
 def _added_mass(vehicle: Vehicle, c: Numbers) -> np.ndarray:
@@ -128,48 +104,12 @@ def _sensor(vehicle: Vehicle, sensor: Sensor) -> Sensor:
     )
 
 
-def _effects(vehicle: Vehicle) -> tuple[Placed, ...]:
+def _effects(vehicle: Vehicle) -> Iterator[Placed]:
     """The effects that stand for what the file does not have."""
-    found: dict[tuple[str, str, str], dict[str, Any]] = {}  # kind of place, place, effect -> its numbers
-
-    def put(kind: str, place: str, effect: str, **values: Any) -> None:
-        found.setdefault((kind, place, effect), {}).update(values)
-
-    kinds = {axis: "axis" for axis in AXES} | {"hull": VEHICLE}
-    kinds |= {thruster.name: "thruster" for thruster in vehicle.thrusters} | {fin.name: "fin" for fin in vehicle.fins}
-    centre = dict(zip("xyz", vehicle.centre_m or (0.0, 0.0, 0.0), strict=True))
-    for name, value in vehicle.corrections.items():
-        quantity, _, place = name.partition("@")
-        kind = kinds.get(place, "sensor")
-        place = VEHICLE if kind == VEHICLE else place
-        if quantity in OF.get(kind, {}):
-            effect, number = OF[kind][quantity]
-            put(kind, place, effect, **{number: value})
-        elif quantity == "coupling":
-            put(kind, place, "munk_moment" if place in ("pitch", "yaw") else "coriolis", c=value)
-        elif quantity.startswith("swell"):
-            put(kind, place, "seiche", **_swell(vehicle.corrections, place))
-        elif quantity.startswith("centre_of_gravity"):
-            put(kind, place, "centre_of_gravity", **{quantity[-1]: value - centre[quantity[-1]]})
-        elif quantity == "lost":  # 1 of all, 2 where it pushes the other way
-            put(kind, place, "thruster_dead", share=value if value <= 1.0 else 2.0 - value)
-            if value > 1.0:
-                put(kind, place, "thruster_reversed")
-        elif quantity == "wired":
-            put(kind, place, "wrong_allocation", column=vehicle.thrusters[round(value) - 1].column)
-        if quantity.startswith("crossflow"):
-            put(kind, place, "cross_flow_drag", nose=vehicle.ends_m[0], tail=vehicle.ends_m[1])
-    return tuple(_placed(*key, values) for key, values in found.items())
-
-
-def _swell(c: Numbers, axis: str) -> dict[str, float]:
-    """The wave that is sine and cosine, as amplitude and phase."""
-    sine, cosine = (c.get(f"{name}@{axis}", 0.0) for name in ("swell", "swell_ahead"))
-    frequency = c.get(f"swell_rate@{axis}", 0.0)
-    return {"amplitude": math.hypot(sine, cosine), "frequency": frequency, "phase": math.atan2(cosine, sine)}
-
-
-def _placed(kind: str, place: str, name: str, values: Mapping[str, Any]) -> Placed:
-    """An effect with all of its numbers."""
-    effect = next(effect for effect in CATALOGUE if (effect.kind, effect.name) == (kind, name))
-    return Placed(effect, place, {number.name: number.default or 0.0 for number in effect.numbers} | dict(values))
+    where = places(vehicle)
+    for effect in CATALOGUE:
+        for place in where[effect.kind]:
+            if effect.kind != "axis" or place in effect.places:
+                values = effect.corrected(vehicle, place)
+                if values is not None:
+                    yield Placed(effect, place, values)

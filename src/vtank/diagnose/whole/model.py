@@ -105,8 +105,11 @@ def _kind_and_way(push: Push) -> object:
 
 
 def _section(fin: Fin) -> object:
-    """What fins share that differ but in where they stand, and are wrong in alike."""
-    return replace(fin, name="", site="", axis=(0.0, 0.0, 1.0))
+    """What fins share that differ but in where they stand, and are wrong in alike.
+
+    A fixed one that stands for the lift of a hull is of no section: to the side a hull lifts otherwise than up.
+    """
+    return replace(fin, name="" if fin.limit_rad else fin.name, site="", axis=(0.0, 0.0, 1.0))
 
 
 def _groups(together: str, parts: Sequence[T], alike: Callable[[T], object]) -> dict[str, list[str]]:

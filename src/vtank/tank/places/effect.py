@@ -35,6 +35,7 @@ class Number:
         low, high: what is admissible.
         channel: that it changes alone, which the sensor must measure; "" for all.
         usual: what is usual at a place; shape: whether that is so whatever the size of the effect.
+        slot: name in `rigid.layout`, but for the place, of what a diagnosis moves where this is found; "" for none.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Number:
     channel: str = ""
     usual: Callable[[Usual], float] = field(kw_only=True, default=lambda _: 1.0)
     shape: bool = field(kw_only=True, default=False)
+    slot: str = field(kw_only=True, default="")
 
 
 TO_EARTH = np.array([[1.0], [-1.0], [-1.0]])  # from the world's axes, north, west, up, to north, east, down
@@ -135,6 +137,8 @@ class PlacedEffect:
         wrench: (Moving, place, values) -> what acts on the body besides, shape (6,) [N, N m].
         keep: (Moving, place, values) -> its memory one step on.
         heavier: (Moving, values) -> added mass in surge besides [kg], held over a step.
+        of: (vehicle, place) -> numbers that stand for the vehicle's corrections there, or None; by default those of
+            its numbers that have a slot.
         order: place among the effects of its kind, in which they act; by default the last.
     """
 
@@ -155,7 +159,16 @@ class PlacedEffect:
     wrench: Callable[[Moving, str, Any], Array] | None = None
     keep: Callable[[Moving, str, Any], float] | None = None
     heavier: Callable[[Moving, Any], float] | None = None
+    of: Callable[[Vehicle, str], dict[str, Any] | None] | None = None
     order: float = math.inf
+
+    def corrected(self, vehicle: Vehicle, place: str) -> dict[str, Any] | None:
+        """All of its numbers where the vehicle's corrections are this effect at a place; None where they are not."""
+        c, at = vehicle.corrections, "hull" if place == VEHICLE else place
+        slots = {number.name: f"{number.slot}@{at}" for number in self.numbers if number.slot}
+        found = {name: c[slot] for name, slot in slots.items() if slot in c} or None
+        found = self.of(vehicle, place) if self.of else found
+        return None if found is None else {number.name: number.default or 0.0 for number in self.numbers} | found
 
 
 @dataclass(frozen=True)

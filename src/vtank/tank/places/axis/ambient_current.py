@@ -15,7 +15,11 @@ EFFECT = PlacedEffect(
     "ambient_current",
     "axis",
     "drag at u_r - U",
-    (Number("U", ("_m_s", "_rad_s"), "speed of the water", low=-5.0, high=5.0, usual=lambda s: 0.4 * s.u),),
+    (
+        Number(
+            "U", ("_m_s", "_rad_s"), "speed of the water", low=-5.0, high=5.0, usual=lambda s: 0.4 * s.u, slot="drift"
+        ),
+    ),
     wrench=drift,
     order=4,
 )

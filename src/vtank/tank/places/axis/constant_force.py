@@ -14,7 +14,7 @@ EFFECT = PlacedEffect(
     "constant_force",
     "axis",
     "F += F",
-    (Number("F", ("_N", "_N_m"), "force or moment", usual=lambda s: 0.3 * s.force),),
+    (Number("F", ("_N", "_N_m"), "force or moment", usual=lambda s: 0.3 * s.force, slot="force"),),
     wrench=push,
     order=10,
 )

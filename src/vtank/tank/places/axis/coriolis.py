@@ -16,7 +16,7 @@ EFFECT = PlacedEffect(
     "coriolis",
     "axis",
     "X += c v_r r, Y -= c u_r r, Z += c u_r q",
-    (Number("c", ("_kg",), "mass that turns besides", usual=lambda s: 0.3 * s.mass),),
+    (Number("c", ("_kg",), "mass that turns besides", usual=lambda s: 0.3 * s.mass, slot="coupling"),),
     places=AXES[:3],
     wrench=coupling,
     order=9,

@@ -19,7 +19,7 @@ EFFECT = PlacedEffect(
     "coulomb_friction",
     "axis",
     "F = -f tanh(u / 5 mm/s or mrad/s)",
-    (Number("f", ("_N", "_N_m"), "friction", low=0.0, usual=lambda s: 0.3 * s.force),),
+    (Number("f", ("_N", "_N_m"), "friction", low=0.0, usual=lambda s: 0.3 * s.force, slot="coulomb_friction"),),
     wrench=friction,
     order=2,
 )

@@ -16,7 +16,17 @@ EFFECT = PlacedEffect(
     "drag_asymmetry",
     "axis",
     "F = -e D u_r^2",
-    (Number("e", ("",), "half the relative difference, ahead over astern", low=-0.95, high=0.95, usual=lambda _: 0.3),),
+    (
+        Number(
+            "e",
+            ("",),
+            "half the relative difference, ahead over astern",
+            low=-0.95,
+            high=0.95,
+            usual=lambda _: 0.3,
+            slot="drag_asymmetry",
+        ),
+    ),
     wrench=asymmetry,
     order=3,
 )

@@ -15,7 +15,7 @@ EFFECT = PlacedEffect(
     "munk_moment",
     "axis",
     "M += c u_r w_r about pitch, N -= c u_r v_r about yaw",
-    (Number("c", ("_kg",), "difference of added masses", usual=lambda s: 0.3 * s.mass),),
+    (Number("c", ("_kg",), "difference of added masses", usual=lambda s: 0.3 * s.mass, slot="coupling"),),
     places=("pitch", "yaw"),
     wrench=munk,
     order=8,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from ....plant.vehicle import AXES
+from ....plant.vehicle import AXES, Vehicle
 from ..effect import Array, Moving, Number, PlacedEffect, Values, along
 from .resistance import carried
 
@@ -15,6 +15,16 @@ def seiche(s: Moving, axis: str, p: Values) -> Array:
     mass = s.vehicle.mass_kg + s.vehicle.added_mass[i, i]  # displaced mass, as of what floats in balance
     rate = p["amplitude"] * p["frequency"] * math.cos(angle)
     return carried(s, axis, p["amplitude"] * math.sin(angle)) + along(axis, mass * rate)
+
+
+def swell(vehicle: Vehicle, axis: str) -> dict[str, float] | None:
+    """The corrections' sine and cosine as amplitude and phase."""
+    c = vehicle.corrections
+    sine, cosine = (c.get(f"{name}@{axis}", 0.0) for name in ("swell", "swell_ahead"))
+    if not (sine or cosine):
+        return None
+    frequency = c.get(f"swell_rate@{axis}", 0.0)
+    return {"amplitude": math.hypot(sine, cosine), "frequency": frequency, "phase": math.atan2(cosine, sine)}
 
 
 EFFECT = PlacedEffect(
@@ -28,5 +38,6 @@ EFFECT = PlacedEffect(
     ),
     places=AXES[:3],
     wrench=seiche,
+    of=swell,
     order=7,
 )

@@ -15,7 +15,7 @@ EFFECT = PlacedEffect(
     "tether",
     "axis",
     "F = -k x",
-    (Number("k", ("_N_per_m", "_N_m_per_rad"), "stiffness", low=0.0, usual=lambda s: 0.3 * s.force),),
+    (Number("k", ("_N_per_m", "_N_m_per_rad"), "stiffness", low=0.0, usual=lambda s: 0.3 * s.force, slot="spring"),),
     wrench=spring,
     order=5,
 )

@@ -25,8 +25,10 @@ EFFECT = PlacedEffect(
     "axis",
     "drag at u_r - w, T dw/dt = k u - w",
     (
-        Number("k", ("",), "share of the speed that the wake takes up", low=0.0, high=0.9, usual=lambda _: 0.3),
-        Number("T", ("_s",), "time that it takes", 5.0, 0.05, 600.0, usual=lambda _: 5.0, shape=True),
+        Number(
+            "k", ("",), "share of the speed that the wake takes up", low=0.0, high=0.9, usual=lambda _: 0.3, slot="wake"
+        ),
+        Number("T", ("_s",), "time that it takes", 5.0, 0.05, 600.0, usual=lambda _: 5.0, shape=True, slot="recovery"),
     ),
     wrench=wake,
     keep=wake_later,

@@ -23,8 +23,8 @@ EFFECT = PlacedEffect(
     "axis",
     "m_A += mass g (m + m_A), F -= drag g D u_r|u_r| + 1.5 mass g/gap (m + m_A) u^2, g = (3 m/gap)^3",
     (
-        Number("drag", ("",), "growth of drag at 3 m", 0.0, 0.0, 3.0, usual=lambda _: 0.3),
-        Number("mass", ("",), "growth of moving mass at 3 m", 0.0, 0.0, 1.0, usual=lambda _: 0.1),
+        Number("drag", ("",), "growth of drag at 3 m", 0.0, 0.0, 3.0, usual=lambda _: 0.3, slot="wall_drag"),
+        Number("mass", ("",), "growth of moving mass at 3 m", 0.0, 0.0, 1.0, usual=lambda _: 0.1, slot="wall_mass"),
     ),
     places=("surge",),
     wrench=squeezed,

@@ -14,7 +14,7 @@ EFFECT = PlacedEffect(
     "fin_delay",
     "fin",
     "angle(t) -> angle(t - d)",
-    (Number("d", ("_s",), "delay", low=0.0, high=60.0, usual=lambda _: 0.4),),
+    (Number("d", ("_s",), "delay", low=0.0, high=60.0, usual=lambda _: 0.4, slot="late"),),
     delay=later,
     order=3,
 )

@@ -21,7 +21,16 @@ EFFECT = PlacedEffect(
     "fin_drag",
     "fin",
     "X -= k u_r^2 sin^2(angle)",
-    (Number("k", ("_N_s2_per_m2",), "drag per square of the speed", low=0.0, usual=lambda s: s.force / s.u**2),),
+    (
+        Number(
+            "k",
+            ("_N_s2_per_m2",),
+            "drag per square of the speed",
+            low=0.0,
+            usual=lambda s: s.force / s.u**2,
+            slot="induced_drag",
+        ),
+    ),
     wrench=dragging,
     order=4,
 )

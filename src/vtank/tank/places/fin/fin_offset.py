@@ -14,7 +14,7 @@ EFFECT = PlacedEffect(
     "fin_offset",
     "fin",
     "angle -> angle + angle_0",
-    (Number("angle", ("_rad",), "at which it stands", low=-1.6, high=1.6, usual=lambda _: 0.05),),
+    (Number("angle", ("_rad",), "at which it stands", low=-1.6, high=1.6, usual=lambda _: 0.05, slot="offset"),),
     input=offset,
     order=1,
 )

@@ -16,7 +16,7 @@ EFFECT = PlacedEffect(
     "fin_weak",
     "fin",
     "A -> (1 - share) A",
-    (Number("share", ("",), "of its area that is lost", 1.0, 0.0, 0.999, usual=lambda _: 0.4),),
+    (Number("share", ("",), "of its area that is lost", 1.0, 0.0, 0.999, usual=lambda _: 0.4, slot="lost"),),
     changes=smaller,
     order=2,
 )

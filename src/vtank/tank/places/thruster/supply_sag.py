@@ -16,7 +16,7 @@ EFFECT = PlacedEffect(
     "supply_sag",
     "thruster",
     "F -> F exp(-r t)",
-    (Number("r", ("_per_s",), "relative fading", low=0.0, high=1.0, usual=lambda _: 0.003),),
+    (Number("r", ("_per_s",), "relative fading", low=0.0, high=1.0, usual=lambda _: 0.003, slot="sag"),),
     thrust=fading,
     order=7,
 )

@@ -14,7 +14,7 @@ EFFECT = PlacedEffect(
     "tachometer_bias",
     "thruster",
     "n_read = n + b",
-    (Number("b", INPUT, "offset of what is recorded", usual=lambda s: 0.2 * s.input),),
+    (Number("b", INPUT, "offset of what is recorded", usual=lambda s: 0.2 * s.input, slot="misread"),),
     input=misread,
     order=1,
 )

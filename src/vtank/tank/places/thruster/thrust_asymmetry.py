@@ -16,7 +16,7 @@ EFFECT = PlacedEffect(
     "thrust_asymmetry",
     "thruster",
     "F -> F (1 + e sign(F))",
-    (Number("e", ("",), "half the relative difference", low=-0.95, high=0.95, usual=lambda _: 0.3),),
+    (Number("e", ("",), "half the relative difference", low=-0.95, high=0.95, usual=lambda _: 0.3, slot="asymmetry"),),
     thrust=one_sided,
     order=4,
 )

@@ -16,7 +16,11 @@ EFFECT = PlacedEffect(
     "thrust_deadband",
     "thruster",
     "n_e = sign(n) max(|n| - n0, 0)",
-    (Number("n0", INPUT, "threshold, in the unit of the input", low=0.0, usual=lambda s: 0.3 * s.input),),
+    (
+        Number(
+            "n0", INPUT, "threshold, in the unit of the input", low=0.0, usual=lambda s: 0.3 * s.input, slot="deadband"
+        ),
+    ),
     input=dead_band,
     order=2,
 )

@@ -15,7 +15,7 @@ EFFECT = PlacedEffect(
     "thrust_lag",
     "thruster",
     "lag_s -> lag_s + tau",
-    (Number("tau", ("_s",), "more time constant", low=0.0, high=60.0, usual=lambda _: 0.4),),
+    (Number("tau", ("_s",), "more time constant", low=0.0, high=60.0, usual=lambda _: 0.4, slot="slower"),),
     changes=slower,
     order=5,
 )

@@ -24,6 +24,7 @@ EFFECT = PlacedEffect(
             "loss per input and speed of advance",
             low=0.0,
             usual=lambda s: 0.3 * s.force / s.input / s.u,
+            slot="loss",
         ),
     ),
     wrench=advance_loss,

@@ -16,7 +16,11 @@ EFFECT = PlacedEffect(
     "thrust_saturation",
     "thruster",
     "n_e = min(max(n, -n_max), n_max)",
-    (Number("n_max", INPUT, "where it flattens", low=0.0, usual=lambda s: 0.6 * s.input, shape=True),),
+    (
+        Number(
+            "n_max", INPUT, "where it flattens", low=0.0, usual=lambda s: 0.6 * s.input, shape=True, slot="saturation"
+        ),
+    ),
     input=saturated,
     order=3,
 )

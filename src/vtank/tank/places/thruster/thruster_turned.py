@@ -23,8 +23,8 @@ EFFECT = PlacedEffect(
     "thruster",
     "direction -> R_y(pitch) R_z(yaw) direction",
     (
-        Number("yaw", ("_rad",), "about the body's z", 0.0, -3.2, 3.2, usual=lambda _: 0.3),
-        Number("pitch", ("_rad",), "about the body's y", 0.0, -3.2, 3.2, usual=lambda _: 0.2),
+        Number("yaw", ("_rad",), "about the body's z", 0.0, -3.2, 3.2, usual=lambda _: 0.3, slot="yawed"),
+        Number("pitch", ("_rad",), "about the body's y", 0.0, -3.2, 3.2, usual=lambda _: 0.2, slot="pitched"),
     ),
     changes=turned,
     order=13,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from ....plant.vehicle import Vehicle
 from ..effect import VEHICLE, PlacedEffect, Values
-from .offset import XYZ
+from .offset import xyz
 
 
 def buoyed_elsewhere(vehicle: Vehicle, place: str, p: Values) -> Vehicle:
@@ -18,7 +18,7 @@ EFFECT = PlacedEffect(
     "centre_of_buoyancy",
     VEHICLE,
     "r_B -> r_B + (x, y, z)",
-    XYZ,
+    xyz(),
     changes=buoyed_elsewhere,
     order=2,
 )

@@ -5,8 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
+from ....plant.vehicle import Vehicle
 from ..effect import VEHICLE, PlacedEffect, Values
-from .offset import XYZ
+from .offset import xyz
 from .rigid import free
 
 
@@ -21,11 +22,19 @@ def heavy_elsewhere(spec: mujoco.MjSpec, p: Values) -> None:
     body.iquat, body.inertia, body.fullinertia = model.body_iquat[index], model.body_inertia[index], np.full(6, np.nan)
 
 
+def moved(vehicle: Vehicle, place: str) -> dict[str, float] | None:
+    """How far off the corrected centre is from where the vehicle has it."""
+    places = {axis: vehicle.corrections.get(f"centre_of_gravity_{axis}@hull") for axis in "xyz"}
+    centre = dict(zip("xyz", vehicle.centre_m or (0.0, 0.0, 0.0), strict=True))
+    return {axis: at - centre[axis] for axis, at in places.items() if at is not None} or None
+
+
 EFFECT = PlacedEffect(
     "centre_of_gravity",
     VEHICLE,
     "r_G -> r_G + (x, y, z)",
-    XYZ,
+    xyz(),
     rigid=heavy_elsewhere,
+    of=moved,
     order=1,
 )

@@ -17,7 +17,7 @@ EFFECT = PlacedEffect(
     "coriolis_left_out",
     VEHICLE,
     "C_A -> (1 - share) C_A",
-    (Number("share", ("",), "of them that is left out", 1.0, 0.0, 1.0, usual=lambda _: 0.8),),
+    (Number("share", ("",), "of them that is left out", 1.0, 0.0, 1.0, usual=lambda _: 0.8, slot="left_out"),),
     wrench=left_out,
     order=5,
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ....plant.vehicle import Vehicle
 from ....water.record import SIZE, field
 from .. import laws
 from ..effect import VEHICLE, Array, Moving, Number, PlacedEffect, Values
@@ -14,6 +15,13 @@ def strips(s: Moving, place: str, p: Values) -> Array:
     user = np.zeros(SIZE)
     field(user, "cross_flow")[...] = p["tail"], p["nose"], p["sway"], p["heave"]
     return np.array(laws.strips(user, tuple(s.through)))
+
+
+def along_the_hull(vehicle: Vehicle, place: str) -> dict[str, float] | None:
+    """Its corrections, over the length of the vehicle."""
+    sizes = {"sway": vehicle.corrections.get("crossflow_h@hull"), "heave": vehicle.corrections.get("crossflow_v@hull")}
+    found = {name: size for name, size in sizes.items() if size is not None}
+    return {**found, "nose": vehicle.ends_m[0], "tail": vehicle.ends_m[1]} if found else None
 
 
 EFFECT = PlacedEffect(
@@ -29,5 +37,6 @@ EFFECT = PlacedEffect(
         Number("nose", ("_m",), "foremost x", low=-100.0, high=100.0, usual=lambda s: s.hull, shape=True),
     ),
     wrench=strips,
+    of=along_the_hull,
     order=6,
 )

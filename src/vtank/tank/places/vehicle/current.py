@@ -12,7 +12,17 @@ EFFECT = PlacedEffect(
     VEHICLE,
     "nu_r = nu - R' U",
     tuple(
-        Number(axis, ("_m_s",), f"speed {axis}", 0.0, -FASTEST_M_S, FASTEST_M_S, usual=lambda _: 0.1) for axis in EARTH
+        Number(
+            axis,
+            ("_m_s",),
+            f"speed {axis}",
+            0.0,
+            -FASTEST_M_S,
+            FASTEST_M_S,
+            usual=lambda _: 0.1,
+            slot=f"current_{axis}",
+        )
+        for axis in EARTH
     ),
     drifts=lambda p: (p["north"], p["east"], p["down"]),
     order=7,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..effect import VEHICLE, Array, Moving, Number, PlacedEffect, Values
-from .offset import EARTH, XYZ
+from .offset import EARTH, xyz
 
 
 def pulled(s: Moving, place: str, p: Values) -> Array:
@@ -22,9 +22,12 @@ EFFECT = PlacedEffect(
     VEHICLE,
     "F = R' (north, east, down) - k (displacement of the place)",
     (
-        *(Number(axis, ("_N",), f"tension {axis}", 0.0, usual=lambda s: s.force) for axis in EARTH),
-        Number("k", ("_N_per_m",), "stiffness", 0.0, 0.0, usual=lambda s: 0.3 * s.force),
-        *XYZ,
+        *(
+            Number(axis, ("_N",), f"tension {axis}", 0.0, usual=lambda s: s.force, slot=f"pull_{axis}")
+            for axis in EARTH
+        ),
+        Number("k", ("_N_per_m",), "stiffness", 0.0, 0.0, usual=lambda s: 0.3 * s.force, slot="tether"),
+        *xyz("held_at"),
     ),
     wrench=pulled,
     order=8,

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from ..effect import VEHICLE, Number, PlacedEffect, Values
-from .offset import XYZ
+from .offset import xyz
 from .rigid import free
 
 LEAD_KG_M3 = 11340.0
@@ -25,7 +25,10 @@ EFFECT = PlacedEffect(
     "trim_weight",
     VEHICLE,
     "m, at (x, y, z)",
-    (Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5, usual=lambda s: 0.0005 * s.weight), *XYZ),
+    (
+        Number("m", ("_kg",), "mass of lead", low=1e-3, high=1e5, usual=lambda s: 0.0005 * s.weight, slot="trim"),
+        *xyz("trim"),
+    ),
     rigid=weighted,
     order=4,
 )
