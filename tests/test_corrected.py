@@ -19,6 +19,7 @@ from vtank.rigid.layout import Layout
 from vtank.rigid.places import Placed, Sizes, catalogue
 from vtank.rigid.push import pushes
 from vtank.tank.described import described
+from vtank.water.body import of_vehicle
 
 FILES = {"bluerov2": 0.4, "remus100": 8.0}  # vehicle -> input
 DURATION_S = 4.0
@@ -207,6 +208,14 @@ def test_an_effect_that_remembers_is_there_once(tmp_path: Path) -> None:
     vehicle = load_vehicle(model(tmp_path, **{"wake@surge": 0.3}))
     with pytest.raises(InputError, match=r"wake_memory@surge: the vehicle has it already"):
         fly_vehicle(vehicle, {"time_s": [0.0]}, 1.0, effects={"wake_memory@surge": {"k": 0.2}})
+
+
+def test_where_corrections_would_be_lost_it_is_refused(tmp_path: Path) -> None:
+    path = model(tmp_path, **{"linear_drag@yaw": 0.4})
+    with pytest.raises(InputError, match=r"gap.toml: a diagnosed model, whose corrections only flights"):
+        of_vehicle(load_vehicle(path), 9.8)
+    with pytest.raises(InputError, match=r"gap.toml: a diagnosed model"):
+        vt.run("paper-ds1", settings=(f"vehicle={path}",), out=tmp_path / "out")
 
 
 def test_a_model_of_itself_and_a_plant_of_a_simulator_are_refused(tmp_path: Path) -> None:

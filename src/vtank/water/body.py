@@ -60,6 +60,9 @@ class Body:
 
 def of_vehicle(vehicle: Vehicle, gravity_m_s2: float) -> Body:
     """A vehicle's hydrodynamics: its buoyancy in N under this gravity (none: the standard one)."""
+    if vehicle.corrections:
+        told = "a diagnosed model, whose corrections only flights of whole vehicles have; expected its vehicle file"
+        raise InputError(f"{vehicle.path}: {told}")
     return Body(
         added_mass=vehicle.added_mass,
         displaced_kg=vehicle.buoyancy_N / (abs(gravity_m_s2) or G_M_S2),
