@@ -130,10 +130,15 @@ def elsewhere(m, t, x, d, record, steps, drive, i, hull, scratch):
         here = x0
     if record.kind[m] >= ACCEL:
         before, j, thrust = max(i - 1, 0), min(i, drive.thrust.shape[0] - 1), scratch[8]
+        fins = drive.fins[j]
         for a in range(6):  # between the end of the step before and the start of that after
             ended, begins = drive.thrust[before, a] + drive.swing[before, a], drive.thrust[j, a] - drive.swing[j, a]
             thrust[a] = 0.5 * (ended + begins)
-        rates(t, here, thrust, drive.asked[j], drive.fins[j], d, drive.known[j, 9:], hull, rate)
+        if drive.fins.shape[1] <= y.size:  # of more fins than there is room for, those after
+            fins = y
+            for a in range(drive.fins.shape[1]):
+                fins[a] = 0.5 * (drive.fins[before, a] + drive.fins[j, a])
+        rates(t, here, thrust, drive.asked[j], fins, d, drive.known[j, 9:], hull, rate)
     return told(m, here, rate, record, hull)
 
 
