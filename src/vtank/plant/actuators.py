@@ -22,18 +22,8 @@ INPUTS = ("rev_s", "command", "N")  # propeller speed [rev/s], normalised comman
 GAIN = {"rev_s": "gain_N_s2_per_rev2", "command": "gain_N"}  # of n|n|, and of the command
 DEAD_BAND = {"rev_s": "dead_band_rev_s", "command": "dead_band", "N": "dead_band_N"}
 THRUSTER = ("name", "site", "direction", "input", *GAIN.values(), "curve", "lag_s", "limit_N", *DEAD_BAND.values())
-FIN = (
-    "name",
-    "site",
-    "axis",
-    "area_m2",
-    "lift_per_rad",
-    "stall_rad",
-    "drag",
-    "suction",
-    "limit_rad",
-    "density_kg_per_m3",
-)
+FIN = ("name", "site", "axis", "area_m2", "lift_per_rad", "stall_rad", "drag", "suction", "limit_rad",
+       "density_kg_per_m3")  # fmt: skip
 FINE = 2001  # points at which a thruster's law is inverted; a choice
 MOST_N = 1e8  # [N] of a thruster that is believed: as of a column; a choice
 FRESH_KG_PER_M3 = 1000.0  # fresh water; a choice

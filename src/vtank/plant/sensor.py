@@ -68,6 +68,11 @@ class Sensor:
         """Takes the sensor's axes to the body's, shape (3, 3)."""
         return matrix_of(np.radians(self.rotation_deg))
 
+    @property
+    def late_s(self) -> float:
+        """From the measurement to its stamp, by a clock that may be behind [s]."""
+        return self.latency_s + self.clock_offset_s
+
     def each(self, name: str) -> tuple[float, ...]:
         """One of `noise`, `bias`, `resolution`, `scale` with a number for each channel, given or not."""
         return getattr(self, name) or (1.0 if name == "scale" else 0.0,) * len(self.channels)

@@ -137,36 +137,33 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
     for c in range(SIZE):
         H[c] = 0.0
-    late, shaken, then, rate, moved_on = lateness(m, record, hull), record.kind[m] >= ACCEL, x, scratch[1], scratch[9]
-    first, last = reach(m, record, hull)
-    if abs(late) <= TOUCH_S:
-        late = 0.0
-    else:
-        then = scratch[0]  # the motion of which it tells
-    for a in range(18):
-        scratch[10, a] = then[a]
+    late, shaken, rate = lateness(m, record, hull), record.kind[m] >= ACCEL, scratch[1]
+    wound_back, (first, last) = abs(late) > TOUCH_S, reach(m, record, hull)
+    then = scratch[0] if wound_back else x  # the motion of which it tells
+    there, faster = scratch[9], scratch[10]
+    for a in range(12):
+        there[a] = then[a]
     for c in range(first, last):
-        if late != 0.0:  # exp(-late D), to second order
-            for a in range(12):
-                twice = 0.0
-                for b in range(12):
-                    twice += D[a, b] * D[b, c]
-                then[a] = scratch[10, a] + NUDGE * ((a == c) - late * D[a, c] + 0.5 * late * late * twice)
-        else:
-            then[c] += NUDGE
-        for a in range(6, 12 if shaken else 6):
-            moved_on[a] = rate[a]
+        there[c] += NUDGE
+        for a in range(12 if wound_back else 0):  # exp(-late D), to second order
+            twice = 0.0
             for b in range(12):
-                moved_on[a] += D[a, b] * (then[b] - scratch[10, b])
-        H[c] = (told(m, then, moved_on, record, hull) - here) / NUDGE
-        for a in range(12):
-            then[a] = scratch[10, a]
+                twice += D[a, b] * D[b, c]
+            there[a] -= NUDGE * late * (D[a, c] - 0.5 * late * twice)
+        for a in range(6, 12 if shaken else 6):
+            faster[a] = rate[a] if wound_back else rate[a] + NUDGE * D[a, c]
+            for b in range(12 if wound_back else 0):
+                faster[a] += D[a, b] * (there[b] - then[b])
+        H[c] = (told(m, there, faster, record, hull) - here) / NUDGE
+        for a in range(12 if wound_back else 0):
+            there[a] = then[a]
+        there[c] = then[c]
     for c in range(6 if shaken else 0):  # a disturbance is an acceleration itself
         rate[6 + c] += NUDGE
-        then[6 + c] -= NUDGE * late
-        H[12 + c] = (told(m, then, rate, record, hull) - here) / NUDGE
+        there[6 + c] -= NUDGE * late if wound_back else 0.0
+        H[12 + c] = (told(m, there, rate, record, hull) - here) / NUDGE
         rate[6 + c] -= NUDGE
-        then[6 + c] = scratch[10, 6 + c]
+        there[6 + c] = then[6 + c]
     return here
 
 

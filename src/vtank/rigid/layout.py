@@ -184,14 +184,9 @@ class Layout:
         known = {sensor.name: sensor for sensor in vehicle.sensors}
         for k, name in enumerate(self.sensors):
             own = p[sensors + SENSOR * k :][:SENSOR]
-            if name in known:
-                late_s = known[name].latency_s + known[name].clock_offset_s
-                own[LATENCY], own[SKEW], own[ROTATED : ROTATED + 3] = (
-                    late_s,
-                    known[name].clock_skew,
-                    np.radians(known[name].rotation_deg),
-                )
-                own[SITE : SITE + 3] = known[name].position_m
+            if sensor := known.get(name):
+                own[LATENCY], own[SKEW], own[SITE : SITE + 3] = sensor.late_s, sensor.clock_skew, sensor.position_m
+                own[ROTATED : ROTATED + 3] = np.radians(sensor.rotation_deg)
         p[columns + SCALE :: COLUMN] = 1.0
         for k, column in enumerate(self.columns):
             sensor, channel = known.get(vehicle.instrument(column)), channel_of(column)

@@ -36,7 +36,7 @@ def bins_of(runs: Sequence[Run], layout: Layout, driven: Sequence[Driven]) -> tu
 def latency_s(layout: Layout, name: str) -> float:
     """By how much a column is late, as the vehicle file has its instrument [s]."""
     owner = layout.vehicle.instrument(name)
-    return sum(sensor.latency_s for sensor in layout.vehicle.sensors if sensor.name == owner)
+    return sum(sensor.late_s for sensor in layout.vehicle.sensors if sensor.name == owner)
 
 
 def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:

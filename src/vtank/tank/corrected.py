@@ -83,8 +83,7 @@ def _thruster(thruster: Thruster, c: Numbers, quickest_s: float) -> Thruster:
 def _sensor(vehicle: Vehicle, sensor: Sensor) -> Sensor:
     """With other errors and another place."""
     c, name, radians = vehicle.corrections, sensor.name, np.radians(sensor.rotation_deg)
-    file_s = sensor.latency_s + sensor.clock_offset_s
-    later_s = c.get(f"latency@{name}", file_s) - file_s
+    later_s = c.get(f"latency@{name}", sensor.late_s) - sensor.late_s
     of = {channel_of(column): column for slot in c if (column := slot.partition("@")[2]) and
           slot.startswith(("scale@", "bias@")) and vehicle.instrument(column) == name}  # fmt: skip
     columns = [of.get(channel, "") for channel in sensor.channels]

@@ -171,13 +171,13 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     plain, nameless = {key: chances.get(key, 0.0) for key in ("none", "parameters")}, sum(unknown.values())
     calm = sum(plain.values())
-    if max(nameless, calm) < NAMED and (nameless >= chance or name in plain):
-        return Verdict("undecided", (), (), (name, *rivals), None, chance, left)
-    if nameless >= max(chance, calm):
-        place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
-        doubt = "disturbance" if place == too_large(selection, missed)[0] and place not in left else ""
-        return Verdict("unknown", (), (place,), (), _channel(selection, place), nameless, left, doubt)
-    if name in plain or nameless >= chance:
+    if nameless >= chance or name in plain:  # no set of effects leads
+        if max(nameless, calm) < NAMED:
+            return Verdict("undecided", (), (), (name, *rivals), None, chance, left)
+        if nameless >= calm:
+            place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
+            doubt = "disturbance" if place == too_large(selection, missed)[0] and place not in left else ""
+            return Verdict("unknown", (), (place,), (), _channel(selection, place), nameless, left, doubt)
         name = max(plain, key=lambda key: plain[key])
         return Verdict(name, (), (), (), None, plain[name], left)
     model = selection.sets[name]

@@ -164,10 +164,12 @@ class PlacedEffect:
 
     def corrected(self, vehicle: Vehicle, place: str) -> dict[str, Any] | None:
         """All of its numbers where the vehicle's corrections are this effect at a place; None where they are not."""
-        c, at = vehicle.corrections, "hull" if place == VEHICLE else place
-        slots = {number.name: f"{number.slot}@{at}" for number in self.numbers if number.slot}
-        found = {name: c[slot] for name, slot in slots.items() if slot in c} or None
-        found = self.of(vehicle, place) if self.of else found
+        if self.of:
+            found = self.of(vehicle, place)
+        else:
+            c, at = vehicle.corrections, "hull" if place == VEHICLE else place
+            slots = {number.name: f"{number.slot}@{at}" for number in self.numbers if number.slot}
+            found = {name: c[slot] for name, slot in slots.items() if slot in c} or None
         return None if found is None else {number.name: number.default or 0.0 for number in self.numbers} | found
 
 
