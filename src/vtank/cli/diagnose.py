@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from ..resources import NOMINAL
@@ -51,7 +52,11 @@ def run(args: argparse.Namespace) -> int:
     check_outputs(args, "json", "report", "model")
     runs = load(args.dataset)
     with progress() as say:
-        found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)
+        try:
+            found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)
+        except KeyboardInterrupt:
+            print("\nunfinished; of a whole vehicle the same command goes on from here", file=sys.stderr)
+            raise
         text = str(found)
         found.write(args.json, args.model, args.report, args.law)
     print(text, end="")

@@ -23,6 +23,7 @@ from .budget import Budget, budget
 from .model import PLAIN, Model
 from .odds import strange
 from .selection import Selection, narrowed, select
+from .unfinished import filed
 
 Array = NDArray[np.float64]
 NAMED = 0.5  # probability that an answer must have, a set of effects, no effect or none that has a name; a choice
@@ -225,9 +226,18 @@ def diagnose(
     runs: of the columns of a whole vehicle. vehicle: the nominal. axes: that are asked about (default: all that
     something tells of); the others are known motion where they were measured. effects: names, or names at places, to
     consider (default: all). against: runs of a simulator, in a folder, that takes the vehicle's place as the nominal
-    (`plant_of`). InputError where nothing drives the vehicle, too little was measured, or no plant is like that
-    simulator.
+    (`plant_of`). One that was interrupted goes on where it was. InputError where nothing drives the vehicle, too little
+    was measured, or no plant is like that simulator.
     """
+    given = [part for run in (*runs, *(against or ())) for part in (run.name, *run.columns, *run.columns.values())]
+    with filed(repr(vehicle), axes, effects, folder, *given):
+        return _diagnosed(runs, vehicle, axes, effects, progress, against, folder)
+
+
+def _diagnosed(
+    runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None, effects: Sequence[str] | None,
+    progress: Callable[[str], None] | None, against: Sequence[Run] | None, folder: str,
+) -> WholeDiagnosis:  # fmt: skip
     kept, said = telling(runs)
     plant, like = None, None
     if against is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
 from ...rigid.tangent import Path
+from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 T = TypeVar("T", Push, Fin)
@@ -286,6 +287,28 @@ def refit(
     held: derivative with respect to the first unknowns, (sum M, H), which is not made anew: own parameters hardly move.
     By default all are made at once, along paths, and anew where the fit has gone farther than it can tell apart.
     """
+
+    def told() -> str:
+        numbers = [np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high", "step")]
+        bases = [part for u in model.unknowns for part in (u.name, u.slots, u.base)]
+        seen = [part for f in found for part in (f.p, f.innovation, f.variance, f.wall)]
+        first = np.empty(0) if held is None else held.sum(axis=0)
+        return digest("refit", model.names, steps, model.fixed, theta, first, *numbers, *bases, *seen)
+
+    def plain(fitted: Model) -> list[Any]:
+        information = fitted.information
+        return [fitted.theta.tolist(), fitted.cost, fitted.log_evidence,
+                None if information is None else information.tolist()]  # fmt: skip
+
+    def again(filed: list[Any]) -> Model:
+        theta, cost, evidence, information = filed
+        information = None if information is None else np.array(information).reshape(len(theta), len(theta))
+        return replace(model, theta=np.array(theta), cost=cost, log_evidence=evidence, information=information)
+
+    return step(told, lambda: _fitted(model, found, theta, held, steps), plain, again)
+
+
+def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int) -> Model:
     unknowns, scale = model.unknowns, np.array([u.scale for u in model.unknowns])
     low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("low", "high"))
     weight, damping = scale**-2.0, 1e-4

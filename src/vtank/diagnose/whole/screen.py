@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from ...rigid.layout import Layout
 from ...rigid.places import Placed
 from ...rigid.tangent import AT_ONCE, Path
 from .model import RUNS_AWAY, Model, slopes, sparing
+from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 PIECE = 4096  # measurements whose columns are put side by side at a time; a choice
@@ -75,11 +77,24 @@ def whitening(J: Array, scale: Array) -> Array:
 
 def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     """All candidates that are not in the model, the most promising first."""
-    taken = set(model.names)
+    named = {placed.name: placed for placed in candidates if placed.name not in model.names}
+
+    def told() -> str:
+        numbers = [(n.starts, n.scale, n.low, n.high) for placed in named.values() for n in placed.parameters]
+        return digest("promises", model.vector(), base.e, base.whitening, tuple(named), numbers)
+
+    def plain(promising: list[Promise]) -> list[Any]:
+        return [[promise.placed.name, promise.gain, promise.begin] for promise in promising]
+
+    def again(filed: list[Any]) -> list[Promise]:
+        return [Promise(named[name], gain, tuple(begin)) for name, gain, begin in filed]
+
+    return step(told, lambda: _promises(model, base, layout, list(named.values())), plain, again)
+
+
+def _promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Placed]) -> list[Promise]:
     p, trials = model.vector(), list[Trial]()
     for placed in candidates:
-        if placed.name in taken:
-            continue
         free = placed.parameters
         tries = max(len(number.starts) for number in free) or 1
         for t in range(tries):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -158,11 +159,25 @@ def _wider(
     ranked, where = _from_all([*begins, *even(best)], layout, candidates)
     fitted: list[Model] = []
     near = _near(ranked)
-    for number, promise in enumerate(near, 1):
+    fitting = _counted(say, "fitting", len(near))
+    for promise in near:
+        fitting(promise.placed.name)
         if not _hopeless(promise, fitted, best):
-            say(f"fitting {promise.placed.name}, {number} of {len(near)}")
             fitted.append(extended(*where[promise.placed.name], layout, promise.placed, promise.begin))
     return fitted, {promise.placed.name for promise in ranked[:STRONGEST]}
+
+
+def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str], None]:
+    """To be called before each of so many pieces of work, with its name; says the count and the time left of them."""
+    start, done = time.monotonic(), 0
+
+    def tell(name: str) -> None:
+        nonlocal done
+        left = f", {(time.monotonic() - start) / done * (total - done):.0f} s left" if done else ""
+        done += 1
+        say(f"{what} {name}, {done} of {total}{left}")
+
+    return tell
 
 
 def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
@@ -330,7 +345,10 @@ def _judged(
     for parent in parents:
         promising, J = _promising(parent, found, layout, strong)
         beside = [model for model in (best, *lesser) if set(parent.names) < set(model.names)]
-        for promise in _near(promising):
+        near = _near(promising)
+        fitting = _counted(say, f"rivals beside {'+'.join(parent.names) or 'own parameters'}:", len(near))
+        for promise in near:
+            fitting(promise.placed.name)
             if _hopeless(promise, beside, parent):
                 continue
             model = extended(parent, J, found, layout, promise.placed, promise.begin)

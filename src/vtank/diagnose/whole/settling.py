@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered, give_back
-from ...rigid.fit import begun, walled
-from ...rigid.noise import ALL, ENOUGH, settle
+from ...rigid.filtered import Filtered, Noise, give_back
+from ...rigid.fit import Fit, begun, walled
+from ...rigid.noise import ALL, ENOUGH, MEMORIES_S, settle
 from .model import Model, Unknown, refit, trusted
+from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
@@ -37,8 +39,31 @@ def _once(model: Model, floor: Array, enough: int, least: Array | float, near: b
     p, fit = model.vector(), model.fit
     if any(run.wall for run in fit.runs):
         fit = walled(fit, fit.filter(p))
-    noise, found = settle(fit, p, floor, enough, least, near=near)
+    noise, found = _noise(fit, p, floor, enough, least, near=near)
     return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
+
+
+def _noise(
+    fit: Fit, p: Array, floor: Array, enough: int, least: Array | float = 0.0, *, near: bool,
+    longest_s: float = MEMORIES_S[1],
+) -> tuple[Noise, list[Filtered]]:  # fmt: skip
+    """As `rigid.noise.settle`."""
+    parts = tuple(vars(fit.noise))
+
+    def told() -> str:
+        runs = [part for run in fit.runs for part in (run.start, run.spread, run.wall, run.value, run.steps.which)]
+        now = [getattr(fit.noise, part) for part in parts]
+        return digest("noise", p, floor, enough, np.asarray(least), near, longest_s, *now, *runs)
+
+    def plain(settled: tuple[Noise, list[Filtered]]) -> list[Any]:
+        return [np.asarray(getattr(settled[0], part)).tolist() for part in parts]
+
+    def again(filed: list[Any]) -> tuple[Noise, list[Filtered]]:
+        values: list[Any] = [np.array(value) if isinstance(value, list) else value for value in filed]
+        noise = Noise(**dict(zip(parts, values, strict=True)))
+        return noise, replace(fit, noise=noise).filter(p)
+
+    return step(told, lambda: settle(fit, p, floor, enough, least, near=near, longest_s=longest_s), plain, again)
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
@@ -58,7 +83,7 @@ def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
     if model.fit.noise.memory_s <= steady_s:
         return []
     fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
-    noise, there = settle(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
+    noise, there = _noise(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
     return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
 
 
