@@ -9,7 +9,7 @@ import pytest
 from test_rigid_motion import multisine
 
 from vtank.diagnose.whole.model import Model, blank, refit
-from vtank.diagnose.whole.screen import based, promises
+from vtank.diagnose.whole.score import based, promises
 from vtank.diagnose.whole.selection import extended
 from vtank.diagnose.whole.sizes import sizes_of
 from vtank.experiment import fly_vehicle

@@ -12,7 +12,7 @@ import pytest
 from test_rigid_motion import flown
 
 from vtank.diagnose.whole.model import blank, own_unknowns, refit
-from vtank.diagnose.whole.screen import PIECE, Base, based, promises, whitening
+from vtank.diagnose.whole.score import PIECE, Base, based, promises, whitening
 from vtank.rigid.filtered import give_back
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
@@ -75,7 +75,7 @@ def test_score_tests_are_the_same_however_many_are_made_together(screened, monke
     model, found, layout, sought = screened
     base = based(model, found)
     together = promises(model, base, layout, sought)
-    monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.screen"), "AT_ONCE", 1)
+    monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.score"), "AT_ONCE", 1)
     alone = {promise.placed.name: promise for promise in promises(model, base, layout, sought)}
     assert len(together) == len(alone) > 5
     for promise in together:

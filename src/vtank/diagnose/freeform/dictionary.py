@@ -84,7 +84,8 @@ def _forces(fed: list[Motion]) -> Iterator[Piece]:
     for term in fed[0].terms:
         for name in MODULATING:
             both = [m.terms[term][:, None] * f for m, f in zip(fed, single[name], strict=True)]
-            yield _piece(HULL if term == "drag" else ACTUATOR, f"{term} over {name}", both)
+            acts = _channel(name) if term == "drag" else ACTUATOR  # a drag that goes with the input: the thrust's loss
+            yield _piece(acts, f"{term} over {name}", both)
 
 
 def _channel(about: str) -> str:

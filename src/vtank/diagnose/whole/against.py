@@ -30,7 +30,7 @@ from ...rigid.recorded import Recorded
 from ...rigid.recordings import TELLS, record
 from ..given import telling
 from ..likeness import Likeness
-from .alike import SIMULATED, likeness, parameters
+from .likeness import SIMULATED, likeness, parameters
 from .curves import Bend, corrected
 from .mimicry import mimicry
 from .model import Model

@@ -19,7 +19,7 @@ from ...rigid.filtered import Filtered, free, innovations, share
 from ...rigid.recorded import Recorded
 from ..budget import Line
 from .model import Model
-from .screen import based
+from .score import based
 from .selection import Selection, without
 
 Array = NDArray[np.float64]

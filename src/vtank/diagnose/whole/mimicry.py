@@ -7,7 +7,7 @@ from ...rigid.layout import Layout
 from ...rigid.noise import KEPT
 from ...rigid.places import catalogue
 from .model import blank, own_unknowns
-from .screen import based, promises
+from .score import based, promises
 from .settling import settled
 from .sizes import sizes_of
 from .unnamed import unnamed

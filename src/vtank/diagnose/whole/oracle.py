@@ -22,7 +22,7 @@ from ...rigid.recordings import record
 from ..given import telling
 from .budget import free_errors
 from .model import Model, blank, own_unknowns, refit
-from .screen import based, promises
+from .score import based, promises
 from .selection import extended
 from .settling import settled
 from .sizes import sizes_of

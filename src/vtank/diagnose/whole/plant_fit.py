@@ -20,7 +20,7 @@ from ...rigid.noise import KEPT, cut, first_noise
 from ...rigid.recorded import Recorded
 from .curves import Bend, bends, bent
 from .model import Model, blank, refit
-from .screen import based
+from .score import based
 from .settling import settled
 from .simulator import Usual, shared, unknowns, usual
 

@@ -21,7 +21,7 @@ from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
 from .model import Model, Unknown, blank, even, own_unknowns, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
-from .screen import Promise, based, promises
+from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
 from .unnamed import Block, at_place, unnamed

@@ -23,7 +23,7 @@ from ...rigid.tangent import Path
 from ..freeform.functions import functions_of, products_of
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
-from .screen import PIECE, Base, based
+from .score import PIECE, Base, based
 
 Array = NDArray[np.float64]
 Groups = tuple[list[str], Callable[[int], list[Array]]]  # what free-form functions go with; their columns for a run

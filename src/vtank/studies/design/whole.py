@@ -202,8 +202,3 @@ def write_whole(folder: Path | str, found: WholeFindings) -> list[str]:
         for name, text in files.items():
             (new / name).write_bytes(text.encode())
     return [*files, RESULTS.marker]
-
-
-def _share(deviation: float, value: float) -> str:
-    """In per cent of the file's value; a dash where that is nothing."""
-    return f"{100.0 * deviation / value:.3g}" if value else "-"
