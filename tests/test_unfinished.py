@@ -102,6 +102,6 @@ def test_without_a_place_to_write_it_goes_through(monkeypatch: pytest.MonkeyPatc
 
 
 def test_the_digest_tells_parts_apart() -> None:
-    assert digest("a", "bc") != digest("ab", "c")
-    assert digest(np.zeros(2)) != digest(np.zeros(3))
-    assert digest(0.1) == digest(0.1)
+    assert digest(["a", "bc"]) != digest(["ab", "c"])
+    assert digest([np.zeros(2)]) != digest([np.zeros(3)])
+    assert digest([0.1]) == digest([0.1])

@@ -19,7 +19,7 @@ from .heldout import Left, closed, floor
 from .metric import metric
 from .motion import motions
 from .refit import Refitted, polished, refitted
-from .score import Table, screened, within
+from .screen import Table, screened, within
 from .words import sentence
 
 MOST = 3  # laws that are shown

@@ -15,7 +15,7 @@ from ...plant.parameters import slot, vector
 from ..evidence import Fitted, Setting, weigh
 from .grammar import seen
 from .motion import Motion
-from .score import length
+from .screen import length
 
 STEPS = 4  # of a quick fit, and of each half of one that is carried on
 LEVELS = 16  # values of a latch that are tried, since no slope leads to them

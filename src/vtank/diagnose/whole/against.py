@@ -30,8 +30,8 @@ from ...rigid.recorded import Recorded
 from ...rigid.recordings import TELLS, record
 from ..given import telling
 from ..likeness import Likeness
-from .likeness import SIMULATED, likeness, parameters
 from .curves import Bend, corrected
+from .likeness import SIMULATED, likeness, parameters
 from .mimicry import mimicry
 from .model import Model
 from .plant_fit import fitted, relaid

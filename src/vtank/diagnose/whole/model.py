@@ -293,7 +293,7 @@ def refit(
         bases = [part for u in model.unknowns for part in (u.name, u.slots, u.base)]
         seen = [part for f in found for part in (f.p, f.innovation, f.variance, f.wall)]
         first = np.empty(0) if held is None else held.sum(axis=0)
-        return digest("refit", model.names, steps, model.fixed, theta, first, *numbers, *bases, *seen)
+        return digest(["refit", model.names, steps, model.fixed, theta, first, *numbers, *bases, *seen])
 
     def plain(fitted: Model) -> list[Any]:
         information = fitted.information

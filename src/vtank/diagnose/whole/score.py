@@ -81,7 +81,7 @@ def promises(model: Model, base: Base, layout: Layout, candidates: Sequence[Plac
 
     def told() -> str:
         numbers = [(n.starts, n.scale, n.low, n.high) for placed in named.values() for n in placed.parameters]
-        return digest("promises", model.vector(), base.e, base.whitening, tuple(named), numbers)
+        return digest(["promises", model.vector(), base.e, base.whitening, tuple(named), numbers])
 
     def plain(promising: list[Promise]) -> list[Any]:
         return [[promise.placed.name, promise.gain, promise.begin] for promise in promising]

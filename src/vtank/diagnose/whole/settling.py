@@ -53,7 +53,7 @@ def _noise(
     def told() -> str:
         runs = [part for run in fit.runs for part in (run.start, run.spread, run.wall, run.value, run.steps.which)]
         now = [getattr(fit.noise, part) for part in parts]
-        return digest("noise", p, floor, enough, np.asarray(least), near, longest_s, *now, *runs)
+        return digest(["noise", p, floor, enough, np.asarray(least), near, longest_s, *now, *runs])
 
     def plain(settled: tuple[Noise, list[Filtered]]) -> list[Any]:
         return [np.asarray(getattr(settled[0], part)).tolist() for part in parts]

@@ -7,7 +7,7 @@ JSON each, appended whole, in the folder of the machine code; the file goes when
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from hashlib import blake2b
@@ -46,7 +46,7 @@ def filed(*told: object) -> Iterator[None]:
     with suppress(OSError):
         folder.mkdir(exist_ok=True)
     sources = [path.read_bytes() for path in sorted(compiled.PACKAGE.rglob("*.py"))]
-    path = folder / f"{digest(*sources, *told)}.jsonl"
+    path = folder / f"{digest([*sources, *told])}.jsonl"
     token = FILED.set(Filed(path))
     try:
         yield
@@ -77,7 +77,7 @@ def step(told: Callable[[], str], make: Callable[[], T], plain: Callable[[T], An
     return result
 
 
-def digest(*told: object) -> str:
+def digest(told: Iterable[object]) -> str:
     """Of texts, bytes, numbers and arrays."""
     found = blake2b(digest_size=16)
     for part in told:
