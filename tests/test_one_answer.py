@@ -110,6 +110,22 @@ def test_the_filed_model_flies_in_the_tank_where_that_can_be_driven(found) -> No
         assert flown[slot(name)] == pytest.approx(value, rel=1e-9)
 
 
+def test_the_filed_model_is_a_nominal_of_its_own_input(found, tmp_path: Path) -> None:
+    """Asked what is still wrong, it says: nothing. A simulator in a few lines is one; that of another input is not."""
+    kind, _, runs, _, path = found
+    again = vt.diagnose(runs, nominal=path, effects=["linear_drag", "coulomb_friction", "thrust_saturation"])
+    assert again.verdict.kind in ("none", "parameters") and again.document["nominal"] == "diagnosed"
+    if kind != "n_rev_s":
+        own = tomllib.loads(path.read_text())["lumped"]
+        lines = [f"{key} = {value!r}" for key, value in own.items() if value]
+        mine = tmp_path / "mine.toml"
+        mine.write_text("\n".join(['name = "mine"', f'input = "{kind}"', "[lumped]", *lines]))
+        name, _ = KINDS[kind][2]
+        assert vt.diagnose(runs, nominal=mine, effects=[name, "linear_drag"]).verdict.effects == (name,)
+        with pytest.raises(vt.InputError, match=f'is driven by n_rev_s; expected one whose file says input = "{kind}"'):
+            vt.diagnose(runs, nominal="paper-ii")
+
+
 def test_without_a_nominal_nobody_speaks_of_one(found) -> None:
     *_, d, _ = found
     assert d.document["nominal"] == "none"

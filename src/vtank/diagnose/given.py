@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..estimate.observed import FEWEST, Observed, observe, stretches
 from ..logs import decidable
 from ..plant.parameters import SIZE
-from ..plant.truth import Truth, load_truth
+from ..plant.truth import Truth
 from ..plant.vehicle import CORRECTED, Vehicle, load_vehicle
 from ..record import Run
 from ..record.columns import column
@@ -20,6 +20,7 @@ from ..record.run import INPUTS
 from ..record.table import open_table
 from ..record.toml import meant
 from ..resources import models_dir
+from .simulator_file import read_simulator
 from .thinning import SHORTEST_S, told_once
 
 SHORTEST_SPAN_S = FEWEST * SHORTEST_S  # [s] of a run, below which too little is left of it once it is thinned
@@ -62,11 +63,13 @@ class Nominal:
         name: by which it is told; FOREIGN where there is none.
         p: parameter vector, shape (P,), or None.
         mass_kg: moving mass of its vehicle, where the truth is derived from one.
+        input_name: column of the input that drives it.
     """
 
     name: str
     p: np.ndarray | None
     mass_kg: float | None = None
+    input_name: str = "n_rev_s"
 
 
 def vehicle_of(
@@ -139,10 +142,15 @@ def nominal_of(nominal: str | Path | Truth | Vehicle | np.ndarray, run: Observed
     if nominal == FOREIGN:
         return Nominal(FOREIGN, None)
     assert not isinstance(nominal, Vehicle), "a vehicle is the nominal of whole-vehicle recordings"
-    truth = nominal if isinstance(nominal, Truth) else load_truth(nominal)
-    if run.input_name != "n_rev_s":
+    if isinstance(nominal, Truth):
+        known = Nominal(nominal.name, nominal.vector(), nominal.moving_mass_kg)
+    else:
+        name, input_name, simulator, mass_kg = read_simulator(nominal)
+        known = Nominal(name, simulator.p, mass_kg, input_name)
+    if run.input_name != known.input_name:
         raise InputError(
-            f"run {run.name}: its input is {run.input_name}, but the nominal simulator {truth.name} is driven "
-            'by a propeller speed, n_rev_s; for a foreign vehicle use --nominal none, in Python nominal="none"'
+            f"run {run.name}: its input is {run.input_name}, but the nominal simulator {known.name} is driven "
+            f'by {known.input_name}; expected one whose file says input = "{run.input_name}", or, for a foreign '
+            'vehicle, --nominal none, in Python nominal="none"'
         )
-    return Nominal(truth.name, truth.vector(), truth.moving_mass_kg)
+    return known

@@ -7,7 +7,7 @@ the noise level and the verdict. Keys carry their unit; what drag and thrust are
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import remainder, tau
 from pathlib import Path
@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..effects.catalogue import CATALOGUE, PARAMETERS
+from ..effects.catalogue import CATALOGUE
 from ..effects.effect import Effect
 from ..errors import InputError
 from ..estimate.observed import CHANNELS, Observed
 from ..estimate.problem import Noise
 from ..plant.formula import law_lines, read_law
-from ..plant.parameters import LAG, LOSS, slot, switched_on, vector
-from ..plant.surge import LINEAR_INPUT
-from ..plant.truth import key_of, read_effects
+from ..plant.parameters import slot, switched_on
+from ..plant.truth import key_of
 from ..record.table import Table, open_table
 from .holdout import START_WINDOW_S, Model, Prediction, Target, model_of, rms, target_of, targets_of
+from .simulator_file import OWN, simulator
 from .thinning import straightened
 
 if TYPE_CHECKING:
@@ -33,12 +33,6 @@ if TYPE_CHECKING:
     from .laws.found import Law
 
 SCHEMA = "vtank.model/1"
-OWN = {  # by the input's column: keys of the simulator's own parameters, by slot
-    "n_rev_s": {"beta": "beta_m_per_rev2", LOSS: "gamma_per_rev"},
-    "command": {"beta": "beta_m_s2", "linear_input": "linear_share", LOSS: "gamma_per_s"},
-    "thrust_N": {"beta": "beta_per_kg", "force_offset": "force_offset_N"},
-}
-OWN = {name: {"alpha": "alpha_per_m", **keys, LAG: "tau_s"} for name, keys in OWN.items()}
 FEWEST = 10  # measurements that a prediction is compared with at least; a choice
 SCATTER_REV_S = 0.5  # [rev/s] by which the tachometer may read past a limit; ten times its usual noise, a guess
 LEAST_LIMIT_REV_S = 20.0  # [rev/s] largest propeller speed granted in the tank, the presets' (models/truths)
@@ -160,9 +154,9 @@ def read_model(path: Path | str | Table) -> ModelFile:
         raise file.error("input", f"expected one of {', '.join(OWN)}, found {name!r}")
     return ModelFile(
         name,
-        _model(file.table("nominal"), name),
-        _model(file.table("refit"), name),
-        _model(file.table("lumped"), name, file.table("effects"), read_law(file)),
+        simulator(file.table("nominal"), name),
+        simulator(file.table("refit"), name),
+        simulator(file.table("lumped"), name, file.table("effects"), read_law(file)),
         _read_noise(file.table("noise")),
         file.table("verdict").entries,
         file.choice("between_samples", ("held", "straight"), "held") == "straight",
@@ -193,18 +187,6 @@ def _target(models: ModelFile, run: Observed) -> Target:
         found = f"expected at least {FEWEST} measurements after its first {START_WINDOW_S:g} s to compare with"
         raise InputError(f"run '{run.name}': {found}; found {np.sum(target.scored)}")
     return target
-
-
-def _model(
-    table: Table, input_name: str, effects: Table | None = None, law: Mapping[str, float] | None = None
-) -> Model:
-    keys = OWN[input_name]
-    table.check_keys((*keys.values(), "effects"))
-    on = read_effects(table.table("effects") if effects is None else effects, input_name)
-    p = vector({**{name: table.number(key) for name, key in keys.items()}, **on, **(law or {})})
-    if input_name == "thrust_N":
-        p[LINEAR_INPUT] = 1.0
-    return Model(p, tuple(name for name in on if PARAMETERS[name].per_run))
 
 
 def _read_noise(table: Table) -> Noise:

@@ -3,8 +3,9 @@
 A range is flagged when it lies off what its neighbours on both sides say by more than six robust deviations. All
 hypotheses see the same flags: flagged ranges do not steer the filter.
 
-Outliers as such are noise: any error that is as often early as late is granted to everybody. Multipath is late, never
-early, and wins by that alone: it must beat a symmetric noise of free shape, and echoes on both sides of the wall.
+Outliers as such are noise: any error that is as often early as late is granted to everybody, and so is one that is
+uneven but falls away to either side. Multipath is late, never early, by a path of its own, and wins by that alone: it
+must beat an even noise of free shape, an uneven one with a single peak, and echoes on both sides of the wall.
 
 A propeller may well do what a lone reading says. Whether the tachometer spiked is therefore left to the other sensor,
 by the innovations of the range with the spikes taken off and left on; `lone_speeds` finds the readings to ask about.
@@ -27,6 +28,7 @@ UNSEEN_SHARE = 0.3  # size of spikes that nobody saw, over the root mean square 
 HIDDEN = (2.5, 3.5, 5.0)  # deviations late at which a search for hidden late pings begins; choices
 SHAPES = np.array([0.5, 1.0, 2.0, 6.0, 40.0])  # [deviations] normals that the noise is mixed of at first; choices
 NOISE, LATE, EVEN = np.array([0.0]), np.array([0.0, 1.0]), np.array([0.0, 1.0, -1.0])  # sides: see `_mixed`
+PEAKS = np.arange(-1.5, 1.6, 0.5)  # [deviations] where an uneven noise may have its peak; choices
 FIRST_SHARE = 0.01  # [-] late pings at first; a choice
 PER_DEVIATION = 4  # classes of innovations to a robust deviation; a choice
 ROUNDS = 60  # of expectation and maximisation; a choice
@@ -125,24 +127,58 @@ def none_seen(total: int) -> float:
 
 
 def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
-    """Log evidence of multipath against symmetric noise, its probability per ping [-] and its excess path [m].
+    """Log evidence of multipath against noise, its probability per ping [-] and its excess path [m].
 
     e: innovations of the ranges of all runs, shape (M,) [m].
     The noise is a mixture of normals about zero, whose widths and shares are free: whatever its tails, it is even. It
     is fitted without echoes, with late ones, and with as many early as late, by expectation and maximisation
-    (Dempster, Laird, Rubin, J. Royal Statistical Society B 39, 1977).
+    (Dempster, Laird, Rubin, J. Royal Statistical Society B 39, 1977); and, without echoes, uneven about one peak.
     """
     (_, most), (least_m, _) = (q.bounds for q in effect.parameters)
     deviation, best = max(spread(e), 1e-9), (none_seen(e.size), 0.0, 0.0)
     late, classes = e[e > THRESHOLD * deviation], _classes(e, deviation)
     starts = [deviation * k for k in HIDDEN] + ([float(np.median(late))] if late.size >= FEWEST else [])
-    even = _mixed(*classes, deviation, 0.0, NOISE)[0]
+    even, uneven = _mixed(*classes, deviation, 0.0, NOISE)[0], -np.inf
+
+    def paid(p: float) -> float:
+        """For where it was looked, and how well it is known."""
+        return float(np.log(e.size) + 0.5 * np.log(max(p * e.size, 1.0)) + np.log(len(starts)))
+
     for start in starts:
         found, p, extra = _mixed(*classes, deviation, start, LATE)
-        gain = found - even - float(np.log(e.size) + 0.5 * np.log(max(p * e.size, 1.0)) + np.log(len(starts)))
+        if found - even - paid(p) < best[0]:
+            continue
+        uneven = max(uneven, _uneven(*classes, deviation, 0.0)[0])
+        found, p, extra = max((found, p, extra), _uneven(*classes, deviation, start))
+        gain = found - max(even, uneven) - paid(p)
         if gain > best[0] and p * e.size >= FEWEST and p < most and extra > least_m:
             both = _mixed(*classes, deviation, start, EVEN)[0]
             best = max(best, (min(gain, found - both), p, extra))
+    return best
+
+
+def _uneven(e: np.ndarray, count: np.ndarray, deviation: float, extra: float) -> tuple[float, float, float]:
+    """As `_mixed`, of noise that falls away to either side of one peak, to each in a free shape; extra 0: no echoes.
+
+    Each side is half of an even noise, as heavy as what lies there; the later one may have echoes, then on both sides
+    of that noise.
+    """
+
+    def side(off: np.ndarray, weight: np.ndarray, late: float) -> tuple[float, float, float]:
+        here = weight > 0.0
+        there = float(np.sum(weight))
+        likelihood, p, found = _mixed(off[here], weight[here], deviation, late, EVEN if late > 0.0 else NOISE)
+        share = there / float(np.sum(count))
+        return float(likelihood) + there * float(np.log(2.0 * share)), p * share, found
+
+    width, best = deviation / PER_DEVIATION, (-np.inf, 0.0, 0.0)
+    for peak in np.round(PEAKS * PER_DEVIATION) * width:
+        off = e - peak
+        half = np.where(np.abs(off) < 0.5 * width, 0.5, 1.0) * count  # of what lies at the peak, to each side
+        later, earlier = (np.where(sign * off > -0.5 * width, half, 0.0) for sign in (1.0, -1.0))
+        if min(np.sum(later), np.sum(earlier)) > 0.0:
+            likelihood, p, found = side(np.abs(off), later, max(extra - peak, 0.0) if extra else 0.0)
+            best = max(best, (likelihood + side(np.abs(off), earlier, 0.0)[0], p, found + peak))
     return best
 
 

@@ -180,9 +180,9 @@ def _steady(table: Table, kind: str) -> tuple[float, Curve, float | None]:
 
 
 def _curve_file(table: Table) -> Path:
-    """The bench table of that name in models/, or the *.csv beside the file that names it."""
+    """The bench table of that name in models/, or the *.csv beside the file that names it, with or without that."""
     value = table.file("curve", ending=".csv")
-    presets = {path.stem: path for path in models_dir().glob("*.csv")}
+    presets = {path.stem: path for path in (*table.path.parent.glob("*.csv"), *models_dir().glob("*.csv"))}
     if not value.endswith(".csv") and value not in presets:
         raise table.error(
             "curve", f"no bench table '{value}'{meant(value, sorted(presets))}; or the path of a .csv file"

@@ -54,10 +54,10 @@ def _disturbed(runs: Sequence[Recorded]) -> NDArray[np.bool_]:
 
 def _rounding(runs: Sequence[Recorded]) -> Array:
     """Variance of rounding to the smallest step that each column takes, a twelfth of its square, (C,)."""
-    return np.array([_resolution(runs, c) ** 2 / 12.0 for c in range(len(runs[0].layout.columns))])
+    return np.array([resolution(runs, c) ** 2 / 12.0 for c in range(len(runs[0].layout.columns))])
 
 
-def _resolution(runs: Sequence[Recorded], c: int) -> float:
+def resolution(runs: Sequence[Recorded], c: int) -> float:
     """Smallest step that a column's values take [its unit]."""
     values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
     gaps = np.diff(values)

@@ -16,10 +16,12 @@ from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, share
 from ...rigid.fit import partial_likelihood
 from ...rigid.layout import AXES
-from ...rigid.noise import LEAST_SIGMA, PROMISE
+from ...rigid.noise import LEAST_SIGMA, PROMISE, resolution
 from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
+from ..freeform.dictionary import COARSE, PERIODS
+from ..freeform.events import waves
 from ..freeform.functions import functions_of, products_of
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
@@ -210,7 +212,7 @@ def _column(base: Base, c: int) -> Block:
         variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]
     pairs = [("reading", name) for name in variables if name != "reading"]
     times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
-    groups = _groups(variables, pairs, times)
+    groups = _periodic(_groups(variables, pairs, times), told, resolution(runs, c))
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         def follow(block: Array) -> Array:
@@ -242,6 +244,22 @@ def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]],
         return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both), *windows]
 
     return names, columns
+
+
+def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
+    """The groups, and waves over what was to be read: of an instrument that sticks, or errs by its own divisions.
+
+    step: of a coarse reading, which is off by a period of its own, and known.
+    """
+    names, columns = groups
+    low, span = float(np.min(np.concatenate(told))), float(np.ptp(np.concatenate(told)))
+    periods = PERIODS[PERIODS * COARSE * step < span]
+
+    def waving(n: int) -> list[Array]:
+        phase = 2.0 * np.pi * (told[n] - low) / max(span, 1e-9)
+        return [*columns(n), *(waves(phase[:, None] * k) for k in periods)]
+
+    return [*names, *["reading, periodic"] * periods.size], waving
 
 
 def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer) -> Block:
