@@ -188,7 +188,7 @@ def test_the_catamaran_turns_to_port_by_the_starboard_thruster() -> None:
         (
             "gain_N = 20.0",
             'curve = "block.xml"',
-            "thruster[0].curve: no bench table 'block.xml'; there are: kingfisher_thrust, t200",
+            "thruster[0].curve: no bench table 'block.xml'; there are: bench, kingfisher_thrust, t200",
         ),
         ('input = "command"\n', "", "thruster[0].input: missing: 'command' or 'rev_s' with a gain or a curve"),
         ('input = "command"', "limit_N = 9.0", "thruster[0].gain_N: does not go with no input, which is then 'N'"),

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_whole_alike import converged, still
+from test_whole_likeness import converged, still
 from test_whole_places import placed
 
 from vtank.diagnose.whole.score import based, promises

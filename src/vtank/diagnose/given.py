@@ -150,7 +150,7 @@ def nominal_of(nominal: str | Path | Truth | Vehicle | np.ndarray, run: Observed
     if run.input_name != known.input_name:
         raise InputError(
             f"run {run.name}: its input is {run.input_name}, but the nominal simulator {known.name} is driven "
-            f'by {known.input_name}; expected one whose file says input = "{run.input_name}", or, for a foreign '
-            'vehicle, --nominal none, in Python nominal="none"'
+            f'by {known.input_name}; expected one whose file says input = "{run.input_name}"; for a foreign '
+            'vehicle use --nominal none, in Python nominal="none"'
         )
     return known

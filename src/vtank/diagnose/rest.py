@@ -1,4 +1,4 @@
-"""What the water does to a vehicle at rest, where nothing drives it: how large a disturbance is to be expected."""
+"""How large a disturbance is to be expected: what still water does, what a vehicle stirs, what one at rest shows."""
 
 from __future__ import annotations
 
@@ -11,14 +11,21 @@ from .evidence import STILL_SIGMA, Fitted
 from .freeform.motion import motions
 from .noise_floor import noise_at
 
+STIRRED = 0.01  # of its thrust that the water moves a vehicle by which itself has stirred it; a guess
 IDLE = 0.05  # share of its largest up to which an input is none, and a speed is rest; a choice
 SETTLED_S = 5.0  # [s] that a vehicle has been at rest before it counts; a choice
 LEAST_S = 20.0  # [s] of rest in all that say something: some memories of a disturbance; a choice
 
 
 def still_sigma(fit: Fitted) -> float:
-    """Disturbance that is no surprise [m/s2]: what a vehicle at rest shows, where that is more than still water's."""
-    problem, moved = fit.problem, [read for _, read in motions(fit)]
+    """Disturbance that is no surprise [m/s2]: still water's, or what the vehicle stirs, or shows at rest, if more.
+
+    What it stirs goes with the forces that it works with: a wake is theirs.
+    """
+    problem, both = fit.problem, motions(fit)
+    moved = [read for _, read in both]
+    thrust = np.concatenate([fed.terms["thrust"] for fed, _ in both])
+    least = max(STILL_SIGMA, STIRRED * float(np.sqrt(np.mean(thrust**2))))
     fastest = max(float(np.max(np.abs(m.u))) for m in moved)
     hardest = max(float(np.max(np.abs(run.input))) for run in problem.runs)
     weight, rest_s = [], 0.0
@@ -29,5 +36,5 @@ def still_sigma(fit: Fitted) -> float:
         rest_s += float(np.sum(np.diff(m.t)[resting[1:]]))
         weight.append(np.where(resting & problem.used(k), 1.0, FLAGGED))
     if rest_s < LEAST_S:
-        return STILL_SIGMA
-    return max(noise_at(replace(problem, weight=tuple(weight)), fit.optimum.theta).sigma, STILL_SIGMA)
+        return least
+    return max(noise_at(replace(problem, weight=tuple(weight)), fit.optimum.theta).sigma, least)
