@@ -242,6 +242,17 @@ def model(folder: Path) -> Files:
     return {"model.toml": text + '[verdict]\nkind = "effect"\neffects = ["linear_drag"]\nprobability = 0.9\n'}
 
 
+NOMINAL = """name = "mine"
+input = "command"
+moving_mass_kg = 40.0
+[lumped]
+alpha_per_m = -1.3
+beta_m_s2 = 0.62
+linear_share = 0.2
+tau_s = 0.17
+[effects.thrust_deadband]
+n0 = 0.05
+"""
 LOGS = {"tlog": "dive.tlog", "BIN": "dive.BIN", "ulg": "dive.ulg", "bag": "dive.bag", "bag 2": "dive", "mcap": "dive"}
 
 
@@ -288,6 +299,7 @@ def files_of(kind: str, folder: Path) -> Files:
         "whole scenario": lambda: taken(scenarios / "whole", "bluerov2-multisine.toml"),
         "campaign": lambda: scenario | {"many.toml": CAMPAIGN},
         "truth": lambda: taken(models / "truths", "paper-ii.toml", "bluerov2.toml"),
+        "nominal": lambda: {"mine.toml": NOMINAL},
         "truth.json": lambda: taken(folder, "truth.json") if data_set(folder) else {},
         "vehicle": lambda: taken(models, "bluerov2.toml", "bluerov2.xml", "t200.csv"),
         "MJCF": lambda: taken(models, "bluerov2.xml", "basin.xml"),

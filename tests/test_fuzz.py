@@ -38,6 +38,7 @@ from hypothesis import strategies as st
 
 from vtank.cli import main
 from vtank.diagnose import read_model
+from vtank.diagnose.simulator_file import read_simulator
 from vtank.errors import InputError
 from vtank.estimate import observe
 from vtank.estimate.observed import stretches
@@ -87,6 +88,11 @@ def truths(folder: Path) -> None:
         assert not np.isnan(load_truth(folder / name).vector()).any()
 
 
+def nominal(folder: Path) -> None:
+    _, _, simulator, mass_kg = read_simulator(folder / "mine.toml")
+    assert not np.isnan(simulator.p).any() and (mass_kg is None or mass_kg > 0.0)
+
+
 def predictor(folder: Path) -> None:
     models = read_model(folder / "model.toml")
     for one in (models.nominal, models.refit, models.diagnosed):
@@ -116,6 +122,7 @@ READERS: dict[str, tuple[Callable[[Path], object], int]] = {
     "whole scenario": (lambda folder: load_whole_scenario(folder / "bluerov2-multisine.toml"), 120),
     "campaign": (campaign, 150),
     "model": (predictor, 150),
+    "nominal": (nominal, 150),
     "vehicle": (lambda folder: load_vehicle(folder / "bluerov2.toml"), 150),
     "trials": (lambda folder: open_all(folder / "cases", folder / "truth", folder / "answers.json"), 100),
     "cases": (cases, 50),

@@ -12,6 +12,7 @@ from recorded import NOMINAL, record, sine
 import vtank as vt
 from vtank.diagnose.foreign import explained
 from vtank.diagnose.holdout import Prediction, model_of, rms, target_of
+from vtank.diagnose.simulator_file import read_simulator
 from vtank.diagnose.thinning import straightened
 from vtank.estimate.observed import observe
 from vtank.plant.parameters import slot, vector
@@ -144,3 +145,21 @@ def test_whether_a_force_was_held_is_read_off_the_recordings(straight: bool) -> 
     ranges = record("run", np.repeat(felt, 5), p, NOISE_M, 3).value[::5]  # at ticks of 0.1 s
     seen = vt.Run("run", stamps, {"thrust_N": smooth, "range_m": ranges})
     assert explained([observe(seen)], ()).setting.runs[0].straight == straight
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "cause"),
+    [
+        ("alpha_per_m = -1.3", "alpha_per_m = 1.3", r"mine.toml: .*drag must slow the vehicle"),
+        ("beta_m_s2", "beta_m_per_rev2", r"mine.toml:5: lumped.beta_m_per_rev2: wrong unit: expected .beta_m_s2."),
+        ('"command"', '"commands"', r"mine.toml:2: input: expected one of n_rev_s, command, thrust_N"),
+    ],
+)
+def test_a_simulator_of_ones_own_that_is_none_is_refused(old: str, new: str, cause: str, tmp_path: Path) -> None:
+    text = 'name = "mine"\ninput = "command"\n[lumped]\nalpha_per_m = -1.3\nbeta_m_s2 = 0.62\n'
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    assert read_simulator(path)[2].p[slot("beta")] == 0.62
+    path.write_text(text.replace(old, new))
+    with pytest.raises(vt.InputError, match=cause):
+        read_simulator(path)

@@ -11,10 +11,11 @@ from pathlib import Path
 
 from ..effects.catalogue import PARAMETERS
 from ..plant.formula import read_law
-from ..plant.parameters import LAG, LOSS, vector
+from ..plant.lumped import Lumped
+from ..plant.parameters import LAG, LOSS, slot, vector
 from ..plant.surge import LINEAR_INPUT
 from ..plant.truth import OWN as OF_A_TRUTH
-from ..plant.truth import PASSED_OVER, load_truth, read_effects
+from ..plant.truth import PASSED_OVER, check_signs, load_truth, read_effects
 from ..record.table import Table, open_table
 from ..record.toml import find_file
 from ..resources import models_dir
@@ -53,4 +54,5 @@ def read_simulator(name_or_path: str | Path) -> tuple[str, str, Model, float | N
     file.check_keys((*OF_A_TRUTH, *PASSED_OVER, "between_samples"))
     mass_kg = file.positive("moving_mass_kg") if file.has("moving_mass_kg") else None
     found = simulator(file.table("lumped"), input_name, file.table("effects"), read_law(file))
+    check_signs(file, Lumped(*(float(found.p[slot(name)]) for name in ("alpha", "beta", LOSS, LAG))))
     return file.text("name"), input_name, found, mass_kg

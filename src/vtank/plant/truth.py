@@ -71,7 +71,7 @@ def load_truth(name_or_path: str | Path) -> Truth:
         lumped, mass_kg = _derived(file.table("derived"))
     else:
         lumped = _printed(file.table("lumped"))
-    _check_signs(file, lumped)
+    check_signs(file, lumped)
     return Truth(
         **vars(lumped),
         name=file.text("name"),
@@ -124,7 +124,8 @@ def _derived(table: Table) -> tuple[Lumped, float]:
     return lump(mass_kg, float(vehicle.quadratic_drag[0]), *forces, table.number("tau_s")), mass_kg
 
 
-def _check_signs(file: Table, lumped: Lumped) -> None:
+def check_signs(file: Table, lumped: Lumped) -> None:
+    """InputError where drag or a loss of thrust would speed the vehicle up, or thrust does not push."""
     rules = {
         "alpha": (lumped.alpha_per_m <= 0.0, "drag must slow the vehicle: alpha (a) must not be positive"),
         "beta": (lumped.beta_m_per_rev2 > 0.0, "thrust must push: beta (b) must be positive"),
