@@ -56,7 +56,7 @@ def test_the_shares_are_told_in_one_sentence() -> None:
     found = budgeted("effects", lines(0.39, {"tachometer_bias": 0.5, "linear_drag": 0.105}, 0.0, 0.004, 0.001))
     assert words_budget.budget(found) == [
         f"{WHOLE}own parameters account for 39 %, tachometer bias for 50 % and linear drag for 10 %; 0.4 % is "
-        "disturbance (0.3 mm/s², as still water has) and 0.1 % is sensor noise.",
+        "disturbance (0.3 mm/s², as still water and its own wake make) and 0.1 % is sensor noise.",
         "Own parameters are taken off first and may imitate the causes, which alone may account for nearly all.",
     ]
     assert f"Budget      {WHOLE}own" in terminal_text(found)
@@ -163,13 +163,14 @@ def test_a_disturbance_that_still_water_does_not_have_is_always_said() -> None:
     for kind in ("none", "parameters", "effects", "unknown"):
         told = terminal_text(budgeted(kind, lines(0.5, {}, 0.0, 0.4, 0.1), disturbance=rough))
         assert "The disturbance, 12 mm/s² with a memory of 3 s, is several times what" in " ".join(told.split()), kind
-        assert "as still water has" not in told
+        assert "as still water and its own wake make" not in told
 
 
 def test_no_gap_says_what_is_left() -> None:
     told = words.explanation(budgeted("none", lines(0.0, {}, 0.0, 0.03, 0.97)))
     assert told[0] == (
-        "What is missed is no larger than sensor noise and a disturbance of 0.3 mm/s², as still water has."
+        "What is missed is no larger than sensor noise and a disturbance of 0.3 mm/s², as still water and its own wake "
+        "make."
     )
 
 

@@ -195,7 +195,7 @@ def still_water(document: Document) -> str:
     if not water:
         return ""
     size = length(water["sigma_m_s2"], "m/s2")
-    return f" and a disturbance of {size}" + ", as still water has" * water["plausible"]
+    return f" and a disturbance of {size}" + ", as still water and its own wake make" * water["plausible"]
 
 
 def varying(document: Document) -> str:

@@ -91,7 +91,9 @@ def rest_of(line: dict[str, Any], document: Document) -> str:
     if any(c["kind"] != "function" for c in document.get("unnamed", ())):
         return f"{size} does not repeat"
     water = document["disturbance"]
-    usual = "as still water has" if water["plausible"] else "more than still water has"
+    usual = (
+        "as still water and its own wake make" if water["plausible"] else "more than still water and its own wake make"
+    )
     return f"{size} is disturbance ({length(water['sigma_m_s2'], 'm/s2')}, {usual})"
 
 
@@ -102,7 +104,8 @@ def disturbance(document: Document) -> str:
         return ""
     return (
         f"The disturbance, {length(water['sigma_m_s2'], 'm/s2')} with a memory of {number(water['memory_s'], 2)} s, is "
-        "several times what still water has: waves, a current that changes, or a cause that was not found."
+        "several times what still water and its own wake make: waves, a current that changes, or a cause that was not "
+        "found."
     )
 
 
