@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
-import sys
 import textwrap
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import InputError
@@ -80,23 +77,15 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _make(args: argparse.Namespace) -> int:
+    from .progress import taken_up_later
+
     at_least(1, trials=args.trials, threads=args.threads)
     at_least(0, seed=args.seed)
     truth_out = args.truth_out or _beside(args.out, "-truth")
-    with _taken_up_later(args.out):
+    with taken_up_later(f"{args.out}: "):
         _made_cases(args, truth_out)
     print(f"wrote {args.trials} cases to {args.out}, their truth to {truth_out}: keep it away from whoever answers")
     return 0
-
-
-@contextmanager
-def _taken_up_later(out: Path) -> Iterator[None]:
-    """Say that the same command goes on where the making of cases is interrupted."""
-    try:
-        yield
-    except KeyboardInterrupt:
-        print(f"\n{out}: unfinished; the same command goes on from here", file=sys.stderr)
-        raise
 
 
 def _made_cases(args: argparse.Namespace, truth_out: Path) -> None:

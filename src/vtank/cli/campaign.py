@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -36,16 +35,13 @@ def run(args: argparse.Namespace) -> int:
     from ..errors import InputError
     from ..studies.campaign import fly_campaign, load_campaign
     from .checks import check_outputs
-    from .progress import progress
+    from .progress import progress, taken_up_later
 
     check_outputs(args, "out")
     campaign = load_campaign(args.campaign)
     with executor(args) as where, progress(f"flying {campaign.name}, run", len(campaign)) as advance:
-        try:
+        with taken_up_later(f"{args.out}: "):
             tally = fly_campaign(campaign, args.out, where, args.format, _follow(advance))
-        except KeyboardInterrupt:
-            print(f"\n{args.out}: unfinished; the same command goes on from here", file=sys.stderr)
-            raise
     if tally.failed == tally.total:
         raise InputError(f"{args.out}: all {tally.total} runs failed; runs.csv says why")
     print(f"wrote {args.out}: {tally.summary}")

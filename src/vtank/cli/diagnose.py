@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 
 from ..resources import NOMINAL
@@ -45,18 +44,14 @@ def run(args: argparse.Namespace) -> int:
     """Diagnose, print, and write what was asked for."""
     from ..library import diagnose, load
     from .checks import at_least, check_outputs, refuse_unwritable
-    from .progress import progress
+    from .progress import progress, taken_up_later
 
     at_least(0, seed=args.seed, law=args.law)
     refuse_unwritable(args.json, args.report, args.model)
     check_outputs(args, "json", "report", "model")
     runs = load(args.dataset)
-    with progress() as say:
-        try:
-            found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)
-        except KeyboardInterrupt:
-            print("\nunfinished; of a whole vehicle the same command goes on from here", file=sys.stderr)
-            raise
+    with progress() as say, taken_up_later(what="of a whole vehicle the same command"):
+        found = diagnose(runs, args.nominal, args.seed, progress=say, axes=args.axes, against=args.against)
         text = str(found)
         found.write(args.json, args.model, args.report, args.law)
     print(text, end="")

@@ -90,3 +90,13 @@ def percent(label: str, stream: TextIO | None = None) -> Iterator[Callable[[floa
                 advance(count=more)
 
         yield report
+
+
+@contextmanager
+def taken_up_later(where: str = "", what: str = "the same command") -> Iterator[None]:
+    """Say that the same command goes on where the work within was interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        print(f"\n{where}unfinished; {what} goes on from here", file=sys.stderr)
+        raise

@@ -138,7 +138,7 @@ def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
     deviation, best = max(spread(e), 1e-9), (none_seen(e.size), 0.0, 0.0)
     late, classes = e[e > THRESHOLD * deviation], _classes(e, deviation)
     starts = [deviation * k for k in HIDDEN] + ([float(np.median(late))] if late.size >= FEWEST else [])
-    even, uneven = _mixed(*classes, deviation, 0.0, NOISE)[0], -np.inf
+    even, uneven = _mixed(*classes, deviation, 0.0, NOISE)[0], -np.inf  # which takes long, and is seldom asked for
 
     def paid(p: float) -> float:
         """For where it was looked, and how well it is known."""
@@ -148,7 +148,8 @@ def multipath(effect: Effect, e: np.ndarray) -> tuple[float, float, float]:
         found, p, extra = _mixed(*classes, deviation, start, LATE)
         if found - even - paid(p) < best[0]:
             continue
-        uneven = max(uneven, _uneven(*classes, deviation, 0.0)[0])
+        if uneven == -np.inf:
+            uneven = _uneven(*classes, deviation, 0.0)[0]
         found, p, extra = max((found, p, extra), _uneven(*classes, deviation, start))
         gain = found - max(even, uneven) - paid(p)
         if gain > best[0] and p * e.size >= FEWEST and p < most and extra > least_m:

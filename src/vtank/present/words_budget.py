@@ -91,10 +91,8 @@ def rest_of(line: dict[str, Any], document: Document) -> str:
     if any(c["kind"] != "function" for c in document.get("unnamed", ())):
         return f"{size} does not repeat"
     water = document["disturbance"]
-    usual = (
-        "as still water and its own wake make" if water["plausible"] else "more than still water and its own wake make"
-    )
-    return f"{size} is disturbance ({length(water['sigma_m_s2'], 'm/s2')}, {usual})"
+    than = "as" if water["plausible"] else "more than"
+    return f"{size} is disturbance ({length(water['sigma_m_s2'], 'm/s2')}, {than} still water and its own wake make)"
 
 
 def disturbance(document: Document) -> str:
