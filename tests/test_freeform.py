@@ -25,6 +25,7 @@ from recorded import (
 
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.freeform import Component, Freeform, pursue
+from vtank.diagnose.freeform.dictionary import rounded_lines
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.selection import prepare
@@ -260,6 +261,42 @@ def test_a_quick_error_of_the_sonar_is_a_line_and_no_noise() -> None:
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
     lines = [c for c in found.selection.beyond.components if c.kind == "line"]
     assert lines and abs(lines[0].frequency - 7.3) < 0.06
+
+
+@pytest.mark.parametrize("noise_step", [0.0, 0.2, 0.4])
+def test_rounding_makes_lines_of_evenly_moving_readings_as_foretold(noise_step: float) -> None:
+    """Against the spectrum of rounded readings; those that move faster than a step in a period make none."""
+    step, speed, t = 0.02, 0.031, np.arange(0.0, 400.0, 0.02)
+    readings = speed * t + noise_step * step * np.random.default_rng(3).normal(size=t.size)
+    error, w = step * np.round(readings / step) - readings, 2.0 * np.pi * speed / step
+    line = 2.0 * abs(np.mean(error * np.exp(-1j * w * t)))
+    variance = (noise_step * step) ** 2 + step**2 / 12.0
+    most, slower = rounded_lines(np.array([1.001 * w, 0.9 * w]), step, variance, np.full(3, speed))
+    assert most == pytest.approx(line, abs=0.01 * step)
+    assert slower == 0.0
+
+
+def test_an_error_of_a_speed_log_is_told_in_its_unit() -> None:
+    """It warms up by 2 cm/s in every run; own parameters take up some of that."""
+    runs = []
+    for k, drive in enumerate(DRIVES):
+        run = record(f"run_{k}", sine(*drive), NOMINAL, 0.0, k)
+        speed = np.gradient(-run.value, run.time_s) + 0.02 * (1.0 - np.exp(-run.time_s / 30.0))
+        speed += 0.003 * np.random.default_rng(k).normal(size=speed.size)
+        runs.append(replace(run, value=speed, kind=np.full(speed.size, SPEED)))
+    found = beside(runs, Noise((0.003**2,) * 3, 1e-4, 1.0))
+    assert found.gain > SEEN and found.channel == "sensor"
+    assert np.ptp(np.concatenate(found.errors())) == pytest.approx(0.02, rel=0.5)
+
+
+def test_lags_that_differ_much_are_fitted_where_they_are() -> None:
+    """To first order about their mean they are far off."""
+    true = OWN["thrust_lag.tau"] * np.array([0.7, 1.0, 1.6, 2.3])
+    runs = differing([{"thrust_lag.tau": tau} for tau in true])
+    varying = next(f.fit for f in select(runs, ("linear_drag",)).free if f.fit.hypothesis.varying)
+    assert varying.start()["thrust_lag.tau"] == pytest.approx(true, rel=0.03)
+    ((mean, spread),) = [(m, sd) for name, m, sd in varying.hypothesis.varying if name == "thrust_lag.tau"]
+    assert (mean, spread) == pytest.approx((true.mean(), true.std()), rel=0.1)
 
 
 def test_readings_of_two_sensors_at_the_same_instants_are_pursued() -> None:

@@ -73,3 +73,16 @@ def test_what_is_worse_in_one_part_and_better_in_another_is_the_disturbance(know
     drifting = shares((-0.4, -0.1), (0.0, 0.0), gains=(-1.0, 0.3, -0.1))
     assert judged(said, drifting, setting).doubt == ""
     assert judged(said, shares((-0.4, -0.1), (0.0, 0.0)), setting).doubt == "worse"
+
+
+def test_what_a_large_gap_of_the_nominal_dwarfs_is_seen_beside_what_own_parameters_leave(
+    known: tuple[Selection, Verdict],
+) -> None:
+    selection, said = known
+    said, setting = replace(said, kind="unknown"), selection.setting
+    lines = [("parameters", 0.9995), ("repeatable", 0.0002), ("noise", 0.0003)]
+    budget = shares((0.0, 0.0), (0.0, 0.0))
+    budget = replace(budget, lines=tuple(Line(kind, kind, share, (share, share)) for kind, share in lines))
+    assert judged(said, budget, setting).doubt == ""
+    nothing = replace(budget, lines=(budget.lines[0], Line("noise", "noise", 0.0005, (0.0, 0.001))))
+    assert judged(said, nothing, setting).doubt == "unseen"

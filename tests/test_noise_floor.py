@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import NOISE_M, NOMINAL, differing, recordings, turbulent
+from recorded import NOISE_M, NOMINAL, differing, record, recordings, turbulent
 
 from vtank.diagnose.evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from vtank.diagnose.hypothesis import Hypothesis
@@ -21,7 +21,7 @@ from vtank.diagnose.noise_floor import (
     still,
 )
 from vtank.diagnose.selection import prepare
-from vtank.estimate.observed import Observed
+from vtank.estimate.observed import SPEED, Observed
 from vtank.estimate.problem import Noise
 from vtank.plant.parameters import slot
 
@@ -75,3 +75,28 @@ def test_still_water_has_no_more_than_that_and_no_coloured_error() -> None:
     assert still(calm) == white  # a reading is as uncertain as it was
     slow = replace(calm, correlation_time=30.0)
     assert still(slow) == replace(white, correlation_time=STILL_MEMORY_S)
+
+
+def test_channels_begin_with_the_ratio_of_their_own_noise() -> None:
+    """Of a sonar of 6 mm and a log of 0.6 mm/s, whatever a common level would say."""
+    runs = []
+    for k, run in enumerate(recordings()):
+        calm = record(run.name, run.input, NOMINAL, 0.0, k)
+        speed = np.gradient(-calm.value, run.time_s)
+        speed += 6e-4 * np.random.default_rng(k).normal(size=speed.size)
+        order = np.argsort([*run.time_s, *run.time_s], kind="stable")
+        value, kind = (
+            np.concatenate(both)[order] for both in ((run.value, speed), (run.kind, np.full(speed.size, SPEED)))
+        )
+        runs.append(replace(run, time_s=np.repeat(run.time_s, 2), value=value, kind=kind))
+    variance = prepare(runs, NOMINAL).noise.variance
+    assert variance[SPEED] / variance[0] == pytest.approx((6e-4 / NOISE_M) ** 2, rel=0.2)
+
+
+def test_errors_of_the_readings_settle_beside_what_repeats_in_them() -> None:
+    """An error that hardly moves the disturbance, but would pass for twice the noise."""
+    runs = [replace(run, value=run.value + 0.012 * np.sin(40.0 * run.value)) for run in recordings(seed=5)]
+    setting, *fits = refitted(runs)
+    assert setting.noise.variance[0] + setting.noise.colour_sigma**2 > 1.5 * NOISE_M**2
+    noise = settle(setting, fits)[0].noise
+    assert noise.variance[0] + noise.colour_sigma**2 == pytest.approx(NOISE_M**2, rel=0.3)

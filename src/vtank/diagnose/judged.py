@@ -18,7 +18,7 @@ from .verdict import Verdict
 
 LIKELY = 0.95  # probability from which data left out speak against a verdict
 REPEATS = 0.1  # least share of the gap that repeats without a name and yet was denied; a choice
-UNSEEN = 1e-3  # share of the gap below which nothing is missing on data left out; a choice
+UNSEEN = 1e-3  # share of what own parameters leave below which nothing is missing on data left out; a choice
 
 
 def judged(verdict: Verdict, found: Budget, setting: Setting) -> Verdict:
@@ -28,10 +28,16 @@ def judged(verdict: Verdict, found: Budget, setting: Setting) -> Verdict:
 
 
 def _doubt(verdict: Verdict, found: Budget, setting: Setting) -> str:
-    """What speaks against it: "worse", "repeats", "disturbance" or "unseen"; nothing where all agrees."""
+    """What speaks against it: "worse", "repeats", "disturbance" or "unseen"; nothing where all agrees.
+
+    The budget is one of places where there are any: what a speed log beside them misses is not in it.
+    """
     if verdict.kind == "unknown":
-        missing = found.share("repeatable") + found.share("disturbance")
-        return "unseen" if missing + found.share("effect") < UNSEEN else ""
+        missing = sum(map(found.share, ("effect", "repeatable", "disturbance")))
+        elsewhere = verdict.channel == "sensor" and any(
+            run.has_position and not run.placed.all() for run in setting.runs
+        )
+        return "unseen" if missing <= UNSEEN * (missing + found.share("noise")) and not elsewhere else ""
     if verdict.kind != "none" and found.verdict.interval90[1] < 0.0 and consistent(-np.array(found.gains)):
         return "worse"
     if verdict.kind not in ("none", "parameters"):

@@ -26,7 +26,7 @@ from .freeform.pursuit import pursue
 STILL_SPREAD, SEVERAL, STILL_MEMORY_S = 0.7, 4.0, 2.0  # [powers of e], [-], [s]; guesses
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
 ROUNDS = 2  # alternations of fit and noise level
-SETTLED = 0.2  # change of log sigma that no longer matters
+SETTLED = 0.2  # change of the log of deviations that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 LARGEST_SIGMA = float(np.exp(3.0))  # [m/s2, m] disturbance or coloured error beyond any water's
 COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
@@ -148,9 +148,15 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
         if not free.components or turn == ROUNDS - 1:
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta, setting.usual)
-        if abs(np.log(noise.sigma / before.sigma)) < SETTLED:
+        if _apart(noise, before) < SETTLED:
             break
     return max(found, key=lambda pair: pair[0])
+
+
+def _apart(one: Noise, other: Noise) -> float:
+    """By how much the larger of disturbance and errors of the readings differ, in powers of e."""
+    sizes = [(max(n.sigma, LEAST_SIGMA), np.sqrt(n.variance[0] + n.colour_sigma**2)) for n in (one, other)]
+    return float(np.max(np.abs(np.diff(np.log(sizes), axis=0))))
 
 
 def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
@@ -158,7 +164,7 @@ def _alternate(setting: Setting, fit: Fitted) -> tuple[float, Noise]:
     usual = np.inf if setting.foreign else setting.usual
     for _ in range(ROUNDS):
         noise = noise_at(fit.problem, fit.optimum.theta, usual, setting.foreign)
-        change = abs(np.log(noise.sigma / max(fit.problem.noise.sigma, LEAST_SIGMA)))
+        change = _apart(noise, fit.problem.noise)
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         if change < SETTLED:
             break

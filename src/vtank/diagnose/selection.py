@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,6 +12,7 @@ import numpy as np
 from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
+from ..rigid.thinned import scatter
 from . import outliers
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .freeform import Freeform, pursue
@@ -31,6 +32,7 @@ PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pa
 MOST_PAIRS = 6  # pairs that are fitted, and larger sets
 HOPELESS = 50.0  # log evidence behind the best at which no other noise level helps; a choice
 LARGEST = 3  # effects together at most
+TURNS, SETTLED = 4, 1.0  # of own parameters that vary and their spread, at most, and log evidence another must gain
 Report = Callable[[str], None]
 
 
@@ -82,10 +84,26 @@ def prepare(runs: Sequence[Observed], nominal: np.ndarray, foreign: bool = False
     runs = with_lone_speeds(runs)
     flags = tuple(outliers.long_ranges(run) for run in runs)
     weight = tuple(np.where(flag, FLAGGED, 1.0) for flag in flags)
-    setting = Setting(runs, nominal, FIRST_NOISE, 1.0, flags, weight, foreign)
-    quiet = setting.with_noise(FIRST_NOISE.calm())
+    noise = first_noise(runs)
+    setting = Setting(runs, nominal, noise, 1.0, flags, weight, foreign)
+    quiet = setting.with_noise(noise.calm())
     gap = _gap(evaluate(quiet, Hypothesis(refit=foreign)))
     return replace(setting, gap=gap / SURVIVES if foreign else gap)
+
+
+def first_noise(runs: Sequence[Observed]) -> Noise:
+    """Where the search for the noise level starts, and the ratio of the channels' variances, which it keeps.
+
+    That is of what is faster than the vehicle can move, and no less than of rounding.
+    """
+    variance = np.array(FIRST_NOISE.variance)
+    values = {kind: [run.value[run.kind == kind] for run in runs if np.any(run.kind == kind)]
+              for kind in np.unique(np.concatenate([run.kind for run in runs]))}  # fmt: skip
+    fastest = {kind: max(float(np.median([*map(scatter, some)])), max(map(outliers.resolution, some)) / np.sqrt(12.0))
+               for kind, some in values.items()}  # fmt: skip
+    for kind, deviation in fastest.items():
+        variance[kind] *= (deviation / fastest[min(fastest)]) ** 2
+    return replace(FIRST_NOISE, variance=tuple(variance.tolist()))
 
 
 def _gap(fit: Fitted) -> float:
@@ -145,11 +163,26 @@ def with_nameless(selection: Selection) -> Selection:
     with ThreadPoolExecutor(2) as pool:
         free = tuple(pool.map(pursue, bases))
     if own := free[0].varying():
-        varying = evaluate(
-            selection.setting, Hypothesis(varying=own), [{**selection.refit.start(), **free[0].by_run()}]
-        )
-        free = (*free, pursue(varying))
+        free = (*free, pursue(_varying(selection, own, free[0].by_run())))
     return replace(selection, free=free)
+
+
+def _varying(selection: Selection, own: Sequence[tuple[str, float, float]], by_run: Mapping[str, np.ndarray]) -> Fitted:
+    """Own parameters of every run, fitted about their mean and spread, which are worked out anew from the fit.
+
+    own: name, mean and spread, to first order. Where they differ much, that is far from what fits.
+    """
+    best = evaluate(selection.setting, Hypothesis(varying=tuple(own)), [{**selection.refit.start(), **by_run}])
+    for _ in range(TURNS):
+        found = {name: np.asarray(best.start()[name]) for name, _, _ in own}
+        about = tuple((name, float(np.mean(found[name])), float(np.std(found[name]))) for name, _, _ in own)
+        if min(spread for _, _, spread in about) <= 0.0:
+            break
+        fit = evaluate(selection.setting, Hypothesis(varying=about), [best.start()])
+        gained, best = fit.log_evidence - best.log_evidence, max(best, fit, key=lambda f: f.log_evidence)
+        if gained < SETTLED:
+            break
+    return best
 
 
 def _near(setting: Setting, refit: Fitted, hypothesis: Hypothesis) -> list[Start]:

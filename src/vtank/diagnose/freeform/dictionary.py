@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 
-from ...estimate.observed import SPEED
+from ...estimate.observed import SPEED, Observed
 from ..evidence import Fitted
 from ..lines import Lines, judging, loudest
 from ..outliers import resolution
@@ -23,6 +23,7 @@ from .motion import Motion, motions, simulated, thrust_along
 from .stalls import bridged, stalls
 
 PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small enough to be linear
+FASTER = 10.0  # [1/s] error of a speed beforehand over that of a position; a choice
 PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act together
 MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
@@ -46,6 +47,8 @@ class Piece:
         each: columns of one group, where the piece holds several side by side.
         edges: of the bins of windows [s].
         lines: their frequencies.
+        rounding: amplitude of a line at each of these that the rounding of the readings may make, in the unit of the
+            functions.
         events: what each group of columns is, of short events.
     """
 
@@ -57,6 +60,7 @@ class Piece:
     each: int
     edges: np.ndarray = field(default_factory=lambda: np.zeros(0))
     lines: Lines | None = None
+    rounding: np.ndarray = field(default_factory=lambda: np.zeros(0))
     events: Events | None = None
 
 
@@ -64,14 +68,34 @@ def pieces(fit: Fitted) -> list[Piece]:
     """All that could be missing from a fitted model."""
     moved, alone = motions(fit), simulated(fit.problem, fit.optimum.theta)
     fed, read, lines = [pair[0] for pair in moved], [pair[1] for pair in moved], loudest(fit)
+    kind = min(int(np.min(run.kind)) for run in fit.problem.runs)
+    step = max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)
+    speeds = np.concatenate([m.variables["acceleration"] if kind == SPEED else m.u for m in read])
+    most = rounded_lines(lines.rad_s, step, fit.problem.noise.variance[kind], speeds)
+    orders, scale = (1, FASTER) if kind == SPEED else (2, 1.0)  # derivatives from a force; what an error is scaled by
     return [
         *_forces(fed),
-        *_errors(read, max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)),
+        *_errors(read, step),
         *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
-        _lines("force", HULL, True, lines, [m.t for m in fed]),
-        _lines("error", SENSOR, False, lines, [m.t for m in read]),
+        _lines("force", HULL, True, lines, [m.t for m in fed], most * lines.rad_s**orders),
+        _lines("error", SENSOR, False, lines, [m.t for m in read], most / scale),
     ]
+
+
+def rounded_lines(rad_s: np.ndarray, step: float, variance: float, speeds: np.ndarray) -> np.ndarray:
+    """Amplitudes of lines that rounding to a step makes of readings, at most, shape (L,) [their unit].
+
+    Readings that move evenly, a step in each period or slower, are off by a saw-tooth, whose first line is that of
+    step / pi; less where noise moves them from step to step, and for the share of time at which they move so slowly.
+    variance: of white errors, rounding among them. speeds: of the readings, shape (N,) [their unit per s]. Widrow,
+    Kollar, Quantization Noise (2008), ch. 4 and 20.
+    """
+    if step == 0.0:
+        return np.zeros(rad_s.size)
+    noise = max(variance - step**2 / 12.0, 0.0)
+    slow = np.searchsorted(np.sort(np.abs(speeds)), rad_s * step / (2.0 * np.pi), side="right") / speeds.size
+    return np.asarray(step / np.pi * np.exp(-2.0 * np.pi**2 * noise / step**2) * slow)
 
 
 def _forces(fed: list[Motion]) -> Iterator[Piece]:
@@ -97,7 +121,7 @@ def _piece(channel: str, about: str, found: list[np.ndarray]) -> Piece:
 
 
 def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
-    """Smooth errors of the readings; of speeds ten times those of positions [m/s against m].
+    """Smooth errors of the readings, see `scaled`.
 
     step: of a coarse reading [m or m/s], which is off by a period of its own, and known.
     """
@@ -172,10 +196,12 @@ def _stalled(k: int, fit: Fitted, off: np.ndarray) -> Iterator[Piece]:
             yield Piece("stall", SENSOR, "repeated reading", is_force, own, 1, events=events)
 
 
-def _lines(about: str, channel: str, force: bool, lines: Lines, stamps: list[np.ndarray]) -> Piece:
-    """Sines and cosines of time, of a phase of its own in every run."""
+def _lines(
+    about: str, channel: str, force: bool, lines: Lines, stamps: list[np.ndarray], rounding: np.ndarray
+) -> Piece:  # fmt: skip
+    """Sines and cosines of time, of a phase of its own in every run; rounding: as of `Piece`."""
     columns = tuple(waves(np.outer(t - t[0], lines.rad_s)) for t in stamps)
-    return Piece("line", channel, about, force, columns, 2, lines=lines)
+    return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
 
 
 def _shares(values: list[np.ndarray]) -> list[np.ndarray]:
@@ -186,6 +212,11 @@ def _shares(values: list[np.ndarray]) -> list[np.ndarray]:
 
 def _functions(values: list[np.ndarray]) -> list[np.ndarray]:
     return [functions_of(share) for share in _shares(values)]
+
+
+def scaled(run: Observed, functions: np.ndarray) -> np.ndarray:
+    """Errors of a run's readings for functions, shape (M, K) [m or m/s]: of speeds ten times those of positions."""
+    return np.where((run.kind == SPEED)[:, None], FASTER, 1.0) * functions
 
 
 def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
@@ -205,8 +236,8 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
                 if force:
                     there, probe = problem.varied(theta, f, k, forcing=PROBE_M_S2 * some / size), PROBE_M_S2
                 else:
-                    scaled = np.where((run.kind == SPEED)[:, None], 10.0, 1.0) * some
-                    there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * scaled / size)
+                    error = scaled(run, some)
+                    there = problem.varied(theta, f, k, value=run.value[:, None] - PROBE_M * error / size)
                     probe = PROBE_M
                 np.multiply(there - base, size / probe, out=out[:, done : (done := done + some.shape[1])])
         return out

@@ -23,7 +23,7 @@ from ...plant.parameters import LAG, slot
 from ..evidence import Fitted
 from ..holdout import held
 from ..score import Linearised, linearise
-from .dictionary import Piece, changes, pieces
+from .dictionary import Piece, changes, pieces, scaled
 
 SIZES = np.logspace(
     1.0, 2.5, 4
@@ -335,7 +335,9 @@ class _Pursuit:
             shown = np.isinf(piece.events.lean) | (by_ranks > np.log(len(KINDS) * looked) + WORTHWHILE)
             gains = np.where(shown, gains, np.minimum(gains, by_ranks))
         if piece.lines:
-            gains, looked = gains + piece.lines.log_share, 1
+            c = np.linalg.solve(A + np.eye(A.shape[1]) / np.square(sizes)[:, None, None], b[..., None])
+            loudest = np.max(np.hypot(c[:, ::2, 0], c[:, 1::2, 0]), axis=1)
+            gains, looked = np.where(loudest > piece.rounding, gains + piece.lines.log_share, -np.inf), 1
 
         def group(j: int) -> _Group:
             pick = np.zeros((piece.each, self._own(i, runs[0]).shape[1]))
@@ -455,7 +457,8 @@ class _Pursuit:
         if k in combine:
             functions = self.pieces[self._piece_in(group, k)].functions[k]
             assert functions is not None
-            return functions @ combine[k].T
+            made = functions @ combine[k].T
+            return made if group.piece.force else scaled(run, made)
         rows = run.input_time_s.size if group.piece.force else run.time_s.size
         return np.zeros((rows, group.combine[0][1].shape[0]))
 
