@@ -6,10 +6,9 @@ import ctypes
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextvars import copy_context
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +20,6 @@ from .known import SMOOTH_S
 from .recorded import Recorded
 
 Array = NDArray[np.float64]
-T = TypeVar("T")
 THREADS = 2  # that share simulations out; each is computed alike on any number
 ASIDE_M = 0.01  # [m] by which a wall is moved to see what that does; a choice
 TINY = 1e-12
@@ -139,12 +137,12 @@ def bent(z: Array) -> Array:
     return np.asarray(np.where(size <= FAR, z, np.sign(z) * np.sqrt(FAR * (2.0 * size - FAR) * (size > FAR))))
 
 
-def share(work: Sequence[Callable[[], T]]) -> list[T]:
-    """Results of calls that numba runs without Python's lock, in their order, each in the context of the caller."""
+def share(work: Sequence[Callable[[], Any]]) -> list[Any]:
+    """Results of calls that numba runs without Python's lock, in their order."""
     if len(work) < 2:
         return [call() for call in work]
     with ThreadPoolExecutor(THREADS) as pool:
-        return list(pool.map(lambda context, call: context.run(call), [copy_context() for _ in work], work))
+        return list(pool.map(lambda call: call(), work))
 
 
 def give_back() -> None:

@@ -238,19 +238,16 @@ def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:
     """
     slow, slow_s = np.zeros(tried.noise.variance.size), np.ones(tried.noise.variance.size)
     shares, memories = (grid.ravel() for grid in np.meshgrid(SLOW, SLOW_S))
-
-    def sought(c: int) -> None:
+    for c, white in enumerate(tried.noise.variance):
         each = [(run.time_s, f.innovation + f.told.slow, f.told.apart, run.column == c)
                 for run, f in zip(runs, tried.found, strict=True) if (run.column == c).any()]  # fmt: skip
         if not each:
-            return
+            continue
         time_s, e, variance = (np.concatenate([part[i][part[-1]] for part in each]) for i in range(3))
         first = np.concatenate([np.arange(part[-1].sum()) == 0 for part in each])
-        sizes, gains = np.sqrt(shares * tried.noise.variance[c]), np.empty(shares.size)
+        sizes, gains = np.sqrt(shares * white), np.empty(shares.size)
         likelihoods(time_s, e, variance, first, sizes, memories, gains)
         best = int(np.argmax(gains))
         if gains[best] > SURELY:
             slow[c], slow_s[c] = sizes[best], memories[best]
-
-    share([partial(sought, c) for c in range(slow.size)])
     return replace(tried.noise, slow=slow, slow_s=slow_s)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import THREADS, Filtered, Noise, share
+from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
@@ -157,28 +157,14 @@ def _wider(
     say(f"score tests of {len(candidates)} effects at their places")
     begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
     ranked, where = _from_all([*begins, *even(best)], layout, candidates)
-
-    def fit(promise: Promise) -> Model:
-        return extended(*where[promise.placed.name], layout, promise.placed, promise.begin)
-
+    fitted: list[Model] = []
     near = _near(ranked)
-    fitted = _abreast(near, fit, [], best, _counted(say, "fitting", len(near)))
+    fitting = _counted(say, "fitting", len(near))
+    for promise in near:
+        fitting(promise.placed.name)
+        if not _hopeless(promise, fitted, best):
+            fitted.append(extended(*where[promise.placed.name], layout, promise.placed, promise.begin))
     return fitted, {promise.placed.name for promise in ranked[:STRONGEST]}
-
-
-def _abreast(
-    near: Sequence[Promise], fit: Callable[[Promise], Model], beside: Sequence[Model], model: Model,
-    tell: Callable[[str], None],
-) -> list[Model]:  # fmt: skip
-    """Fits of those that are not hopeless beside a model, THREADS at a time; beside: others that were fitted."""
-    fitted = list[Model]()
-    for first in range(0, len(near), THREADS):
-        some = near[first : first + THREADS]
-        for promise in some:
-            tell(promise.placed.name)
-        fitted += share([partial(fit, promise) for promise in some
-                         if not _hopeless(promise, [*beside, *fitted], model)])  # fmt: skip
-    return fitted
 
 
 def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str], None]:
@@ -223,8 +209,8 @@ def extended(
     own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
     wider = blank(model.fit, layout, (*model.effects, placed), own)
     free = np.array([b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0])
-    for near in NEARER:
-        fitted = refit(wider, found, np.concatenate([model.theta, near * free]), held)
+    for share in NEARER:
+        fitted = refit(wider, found, np.concatenate([model.theta, share * free]), held)
         if fitted.log_evidence > model.log_evidence - LOST:
             break
     return leapt(fitted, found, held)
@@ -360,15 +346,16 @@ def _judged(
         promising, J = _promising(parent, found, layout, strong)
         beside = [model for model in (best, *lesser) if set(parent.names) < set(model.names)]
         near = _near(promising)
-        tell = _counted(say, f"rivals beside {'+'.join(parent.names) or 'own parameters'}:", len(near))
-
-        def fit(promise: Promise, start: Start = (parent, J, found)) -> Model:
-            return extended(start[0], start[1], start[2], layout, promise.placed, promise.begin)
-
-        for model in _abreast(near, fit, beside, parent, tell):
+        fitting = _counted(say, f"rivals beside {'+'.join(parent.names) or 'own parameters'}:", len(near))
+        for promise in near:
+            fitting(promise.placed.name)
+            if _hopeless(promise, beside, parent):
+                continue
+            model = extended(parent, J, found, layout, promise.placed, promise.begin)
+            beside.append(model)
             if model.log_evidence > sets.get(_key(model), nominal).log_evidence or _key(model) not in sets:
                 sets[_key(model)] = model
-        del J, fit
+        del J
     for model, behind in _elsewhere(best, layout, found, candidates):
         if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
             sets[_key(model)] = refit(model, found, best.theta)

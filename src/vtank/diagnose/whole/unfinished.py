@@ -12,7 +12,6 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from hashlib import blake2b
 from pathlib import Path
-from threading import Lock
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,7 +26,7 @@ class Filed:
     """Steps by their digests, and the file in which they are."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.steps, self.turn = path, dict[str, Any](), Lock()
+        self.path, self.steps = path, dict[str, Any]()
         with suppress(OSError):
             for line in path.read_text(encoding="utf-8").splitlines():
                 with suppress(ValueError, TypeError):  # a line cut off by a kill
@@ -36,7 +35,7 @@ class Filed:
 
     def add(self, key: str, result: Any) -> None:
         """File a step; where nothing can be written the diagnosis goes on without."""
-        with suppress(OSError), self.turn, open(self.path, "a", encoding="utf-8") as file:
+        with suppress(OSError), open(self.path, "a", encoding="utf-8") as file:
             file.write(json.dumps([key, result]) + "\n")
 
 

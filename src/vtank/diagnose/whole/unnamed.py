@@ -77,7 +77,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     seekers += [partial(_thruster, k=k) for k in range(len(runs[0].layout.pushes))]
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
-    blocks = _sought(base, seekers)
+    blocks = [seek(base) for seek in seekers]
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
@@ -98,7 +98,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
 
 def _sought(base: Base, seekers: Sequence[Seeker]) -> list[Block]:
     """What seekers find beside a linearisation, which nothing holds on to once they are through."""
-    return share([partial(seek, base) for seek in seekers])
+    return [seek(base) for seek in seekers]
 
 
 def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
@@ -190,7 +190,7 @@ def _forced(base: Base, place: str, channel: str, groups: Groups, push: Array) -
                 return still
             return path.follow(block[:, None, :] * push[:, None], still)
 
-        return [follow(block) for block in columns]
+        return share([partial(follow, block) for block in columns])
 
     return _block(base, place, channel, groups, answer)
 
@@ -220,7 +220,7 @@ def _column(base: Base, c: int) -> Block:
             shifts[mine[n]] = unit * block
             return path.follow(np.zeros((path.run.steps.now.size, 6, block.shape[1])), shifts)
 
-        return [follow(block) for block in columns]
+        return share([partial(follow, block) for block in columns])
 
     return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
 
