@@ -26,7 +26,7 @@ from recorded import (
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.freeform import Component, Freeform, pursue
 from vtank.diagnose.freeform.dictionary import rounded_lines
-from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.hypothesis import Hypothesis, about_their_mean
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.selection import prepare
 from vtank.estimate.observed import SPEED, Observed
@@ -115,7 +115,7 @@ def test_the_spread_of_the_thrust_is_measured() -> None:
 
 def test_an_own_parameter_that_is_off_in_all_runs_alike_does_not_vary() -> None:
     found = beside(own("beta", np.full(4, 0.06)))
-    assert not found.components and found.varying() == ()
+    assert not found.components and about_their_mean(found.by_run()) == ()
 
 
 def test_what_varies_and_a_force_are_not_called_varying_alone() -> None:
@@ -127,7 +127,7 @@ def test_what_varies_and_a_force_are_not_called_varying_alone() -> None:
     found = beside(differing([{"beta": OWN["beta"] * (1.0 + share)} for share in SPREAD], force=push))
     assert {c.kind for c in found.components[:2]} == {"run", "function"}
     assert all(c.gain > SEEN for c in found.components[:2]) and not found.own
-    ((name, mean, spread),) = found.varying()
+    ((name, mean, spread),) = about_their_mean(found.by_run())
     assert (name, mean) == ("beta", pytest.approx(OWN["beta"], rel=0.05))
     assert spread == pytest.approx(OWN["beta"] * np.std(SPREAD), rel=0.2)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -48,6 +48,11 @@ class Hypothesis:
     def outliers(self) -> set[str]:
         """Sensors whose readings its effects make outliers of, which no smooth effect imitates."""
         return {effect.place for effect in self.effects if effect.outliers}
+
+
+def about_their_mean(by_run: Mapping[str, np.ndarray]) -> tuple[tuple[str, float, float], ...]:
+    """Own parameters that vary, as `Hypothesis` has them; by_run: their values in every run, by slot, shape (R,)."""
+    return tuple((name, float(np.mean(values)), float(np.std(values))) for name, values in by_run.items())
 
 
 def nuisance(nominal: np.ndarray) -> tuple[str, ...]:

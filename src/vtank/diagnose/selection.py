@@ -16,7 +16,7 @@ from ..rigid.thinned import scatter
 from . import outliers
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .freeform import Freeform, pursue
-from .hypothesis import Hypothesis, candidates
+from .hypothesis import Hypothesis, about_their_mean, candidates
 from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
 from .prior import weight
@@ -162,23 +162,24 @@ def with_nameless(selection: Selection) -> Selection:
     bases = {id(fit): fit for fit in (selection.refit, selection.best)}.values()
     with ThreadPoolExecutor(2) as pool:
         free = tuple(pool.map(pursue, bases))
-    if own := free[0].varying():
-        free = (*free, pursue(_varying(selection, own, free[0].by_run())))
+    if by_run := free[0].by_run():
+        free = (*free, pursue(_varying(selection, by_run)))
     return replace(selection, free=free)
 
 
-def _varying(selection: Selection, own: Sequence[tuple[str, float, float]], by_run: Mapping[str, np.ndarray]) -> Fitted:
+def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:
     """Own parameters of every run, fitted about their mean and spread, which are worked out anew from the fit.
 
-    own: name, mean and spread, to first order. Where they differ much, that is far from what fits.
+    by_run: their values to first order. Where they differ much, these are far from what fits.
     """
-    best = evaluate(selection.setting, Hypothesis(varying=tuple(own)), [{**selection.refit.start(), **by_run}])
+    setting, start = selection.setting, {**selection.refit.start(), **by_run}
+    best = evaluate(setting, Hypothesis(varying=about_their_mean(by_run)), [start])
     for _ in range(TURNS):
-        found = {name: np.asarray(best.start()[name]) for name, _, _ in own}
-        about = tuple((name, float(np.mean(found[name])), float(np.std(found[name]))) for name, _, _ in own)
+        start = best.start()
+        about = about_their_mean({name: np.asarray(start[name]) for name in by_run})
         if min(spread for _, _, spread in about) <= 0.0:
             break
-        fit = evaluate(selection.setting, Hypothesis(varying=about), [best.start()])
+        fit = evaluate(setting, Hypothesis(varying=about), [start])
         gained, best = fit.log_evidence - best.log_evidence, max(best, fit, key=lambda f: f.log_evidence)
         if gained < SETTLED:
             break

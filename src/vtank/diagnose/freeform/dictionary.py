@@ -68,19 +68,24 @@ def pieces(fit: Fitted) -> list[Piece]:
     """All that could be missing from a fitted model."""
     moved, alone = motions(fit), simulated(fit.problem, fit.optimum.theta)
     fed, read, lines = [pair[0] for pair in moved], [pair[1] for pair in moved], loudest(fit)
-    kind = min(int(np.min(run.kind)) for run in fit.problem.runs)
     step = max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)
-    speeds = np.concatenate([m.variables["acceleration"] if kind == SPEED else m.u for m in read])
-    most = rounded_lines(lines.rad_s, step, fit.problem.noise.variance[kind], speeds)
-    orders, scale = (1, FASTER) if kind == SPEED else (2, 1.0)  # derivatives from a force; what an error is scaled by
+    of_forces, of_errors = _roundings(fit, lines, read, step)
     return [
         *_forces(fed),
         *_errors(read, step),
         *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
-        _lines("force", HULL, True, lines, [m.t for m in fed], most * lines.rad_s**orders),
-        _lines("error", SENSOR, False, lines, [m.t for m in read], most / scale),
+        _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
+        _lines("error", SENSOR, False, lines, [m.t for m in read], of_errors),
     ]
+
+
+def _roundings(fit: Fitted, lines: Lines, read: list[Motion], step: float) -> tuple[np.ndarray, np.ndarray]:
+    """Amplitudes of lines that rounding may make, as of forces [m/s2] and of errors before they are scaled, (L,)."""
+    kind = min(int(np.min(run.kind)) for run in fit.problem.runs)
+    speeds = np.concatenate([m.variables["acceleration"] if kind == SPEED else m.u for m in read])
+    most = rounded_lines(lines.rad_s, step, fit.problem.noise.variance[kind], speeds)
+    return (most * lines.rad_s, most / FASTER) if kind == SPEED else (most * lines.rad_s**2, most)
 
 
 def rounded_lines(rad_s: np.ndarray, step: float, variance: float, speeds: np.ndarray) -> np.ndarray:

@@ -127,11 +127,6 @@ class Freeform:
                 out[name] = out.get(name, p[slot(name)]) + factor * (there @ c.coefficients)
         return out
 
-    def varying(self) -> tuple[tuple[str, float, float], ...]:
-        """The same as mean and spread over the runs."""
-        found = self.by_run().items()
-        return tuple((name, float(np.mean(v)), float(np.std(v))) for name, v in found)
-
     def channels(self) -> dict[str, float]:
         """Share of each channel in the gain."""
         total = sum(c.gain for c in self.components)
