@@ -27,6 +27,7 @@ from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.freeform import Component, Freeform, pursue
 from vtank.diagnose.freeform.dictionary import rounded_lines
 from vtank.diagnose.hypothesis import Hypothesis, about_their_mean
+from vtank.diagnose.lines import loudest
 from vtank.diagnose.lone_speeds import with_lone_speeds
 from vtank.diagnose.selection import prepare
 from vtank.estimate.observed import SPEED, Observed
@@ -229,6 +230,25 @@ def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, si
     """Faster than any standing wave of a tank, or of another size in every run; else the two are one motion."""
     found = find(lined(rad_s, sizes_m), "seiche", "linear_drag")
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
+
+
+@pytest.mark.parametrize("rad_s", [2.2, 5.0])
+def test_a_broad_peak_of_noise_is_no_line(rad_s: float) -> None:
+    """As loud as a line at its top, and nearly so beside it: a resonance that white noise drives, shape after shape."""
+    damping = 0.08 * rad_s
+
+    def ringing(seed: int, t: np.ndarray) -> np.ndarray:
+        step, rng = float(np.median(np.diff(t))), np.random.default_rng((seed, 7))
+        keep, out = np.exp((-damping + 1j * rad_s) * step), np.zeros(t.size, complex)
+        driven = rng.normal(size=(2, t.size)) * np.sqrt(1.0 - abs(keep) ** 2) * NOISE_M
+        for k in range(1, t.size):
+            out[k] = keep * out[k - 1] + driven[0, k] + 1j * driven[1, k]
+        return out.real
+
+    found = beside([misread(run, partial(ringing, k)) for k, run in enumerate(recordings())])
+    lines = loudest(found.fit)
+    assert lines.level[0] > 3.0 and abs(lines.rad_s[0] - rad_s) < 2.0 * damping
+    assert not any(c.kind == "line" for c in found.components)
 
 
 def test_a_seiche_is_no_line_of_the_sensor() -> None:

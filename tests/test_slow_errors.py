@@ -111,7 +111,7 @@ def test_a_slow_error_of_a_column_alone_is_as_likely_as_its_covariance_says():
     apart = np.abs(time[:, None] - time[None, :])
     factor = np.linalg.cholesky(np.diag(variance) + 0.49 * np.exp(-apart / 1.5))
     z, gain = np.linalg.solve(factor, e), np.empty(1)
-    likelihoods(time, e, variance, np.arange(80) == 0, np.array([0.7]), np.array([1.5]), gain)
+    likelihoods(time, e, variance, np.arange(80) == 0, 0.0, np.array([0.7]), np.array([1.5]), gain)
     expected = -0.5 * (z @ z - np.sum(e**2 / variance)) - np.sum(np.log(np.diag(factor) / np.sqrt(variance)))
     assert gain[0] == pytest.approx(expected, rel=1e-10)
 

@@ -28,8 +28,10 @@ def grams(cause: float, seed: int = 3) -> tuple[np.ndarray, list[slice]]:
 
 def test_a_function_is_found_where_it_was_put_in():
     gram, groups = grams(0.5)
-    gain, chosen, coefficients = pursue(gram, groups)
-    assert chosen[0] == 2 and gain > 10.0
+    gain, seen, chosen, coefficients = pursue(gram, groups)
+    assert chosen[0] == 2 and seen > gain > 10.0
+    left = gram[0, 0] + 2.0 * coefficients @ gram[1:, 0] + coefficients @ gram[1:, 1:] @ coefficients
+    assert seen == pytest.approx(0.5 * (gram[0, 0] - left))
     assert np.abs(coefficients[groups[2].start - 1 : groups[2].stop - 1]).max() > 0.1
     assert len(chosen) == 1 or np.abs(coefficients[groups[0].start - 1 : groups[0].stop - 1]).max() < 0.1
 

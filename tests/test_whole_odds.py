@@ -41,7 +41,7 @@ def test_free_form_parts_of_one_place_add_up():
     """Of an instrument with several columns the least of them counted, whatever the others gained."""
 
     def block(place: str, gain: float) -> Block:
-        return Block(place, "", gain, (), 1.0)
+        return Block(place, "", gain, gain, (), 1.0)
 
     ground = _model(0.0)
     several = odds.nameless([block("ahrs", 500.0), block("yaw", 40.0), block("ahrs", -6.0)], ground, ground, -np.inf)
@@ -50,7 +50,7 @@ def test_free_form_parts_of_one_place_add_up():
 
 def test_what_a_named_cause_imitates_is_where_free_form_parts_are():
     def block(place: str, gain: float) -> Block:
-        return Block(place, "", gain, (), 1.0)
+        return Block(place, "", gain, gain, (), 1.0)
 
     found = odds.nameless([block("yaw", 30.0), block("imu", 10.0)], _model(0.0), _model(0.0), 1000.0)
     assert found["unknown@yaw"] == pytest.approx(1000.0, abs=0.01)
@@ -104,10 +104,13 @@ def test_what_is_small_beside_what_own_parameters_explain_decides_nothing():
     assert odds.of_own(own, nominal, 900.0) == 500_000.0 * odds.OWN_IMPERFECT
 
 
-@pytest.mark.parametrize(("gain", "size", "seen"), [(200.0, 0.01, True), (40.0, 0.01, False), (40.0, 0.03, True)])
-def test_what_is_ten_deviations_off_is_a_gap_however_small(gain: float, size: float, seen: bool):
-    """A moment of a hundredth of the usual one is no gap while the noise hides it, and one where it does not."""
-    block = Block("pitch", "hydrodynamics", gain, ("surge speed",), size)
+@pytest.mark.parametrize(("likelihood", "size", "seen"), [(200.0, 0.01, True), (40.0, 0.01, False), (40.0, 0.03, True)])
+def test_what_is_ten_deviations_off_is_a_gap_however_small(likelihood: float, size: float, seen: bool):
+    """A moment of a hundredth of the usual one is no gap while the noise hides it, and one where it does not.
+
+    Whatever part of its likelihood the freedom of its form costs.
+    """
+    block = Block("pitch", "hydrodynamics", likelihood - 20.0, likelihood, ("surge speed",), size)
     assert block.visible is seen
     named = odds.nameless([block], _model(0.0), _model(0.0), -np.inf)["unknown@pitch"]
     assert np.isfinite(named) is np.bool_(seen)

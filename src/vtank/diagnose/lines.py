@@ -15,6 +15,7 @@ from .evidence import Fitted
 
 LINES = 24  # frequencies that are looked at; a choice
 FINER = 4  # points of the periodogram to what the longest run resolves, so that no line falls between two
+BESIDE = (-2, -1, 1, 2)  # what a run resolves, off a line: where it hides nothing of what is beside it; a choice
 
 
 @dataclass(frozen=True)
@@ -25,15 +26,17 @@ class Lines:
         rad_s: frequencies [rad/s], shape (L,).
         log_share: log probability beforehand of each among all that the recordings tell apart, shape (L,): no octave is
             likelier than another.
+        level: power beside each over that of white innovations, shape (L,), at least 1: a line stands above it.
     """
 
     rad_s: np.ndarray
     log_share: np.ndarray
+    level: np.ndarray
 
     def within(self, low: float, high: float) -> Lines:
         """Those from low to high [rad/s]."""
         inside = (self.rad_s >= low) & (self.rad_s <= high)
-        return Lines(self.rad_s[inside], self.log_share[inside])
+        return Lines(self.rad_s[inside], self.log_share[inside], self.level[inside])
 
 
 def judging(fit: Fitted, k: int) -> tuple[np.ndarray, np.ndarray]:
@@ -55,9 +58,9 @@ def loudest(fit: Fitted) -> Lines:
     runs = [(t, e) for t, e in runs if t.size > 1]
     step = max((float(np.median(np.diff(t))) for t, _ in runs), default=1.0)
     size = max((int(np.ptp(t) / step) + 1 for t, _ in runs), default=1)
-    power = np.zeros(FINER * size // 2 + 1)
-    for t, e in runs:
-        power += np.abs(np.fft.rfft(np.interp(np.arange(t[0], t[-1], step), t, e), FINER * size)) ** 2
+    even = [np.interp(np.arange(t[0], t[-1], step), t, e) for t, e in runs]
+    each = np.array([np.abs(np.fft.rfft(e, FINER * size)) ** 2 for e in even]).reshape(len(even), -1)
+    power = each.sum(axis=0) if even else np.zeros(FINER * size // 2 + 1)
     peak = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
     peak = peak[peak >= FINER]
     peak = peak[np.argsort(-power[peak])][:LINES]
@@ -65,4 +68,17 @@ def loudest(fit: Fitted) -> Lines:
     bend = np.maximum(2.0 * top - left - right, 1e-12)
     periods = (peak + 0.5 * (right - left) / bend) / FINER  # in the longest run, at the top of a parabola
     all_told = np.sum(1.0 / np.arange(1, max(size // 2, 1) + 1))
-    return Lines(2.0 * np.pi * periods / (size * step), -np.log(periods * all_told))
+    level = np.array([_beside(each, [e.size for e in even], int(k)) for k in peak])
+    return Lines(2.0 * np.pi * periods / (size * step), -np.log(periods * all_told), np.maximum(level, 1.0))
+
+
+def _beside(power: np.ndarray, sizes: list[int], peak: int) -> float:
+    """Mean power of runs of so many samples beside a line, over that of white innovations.
+
+    power: of the runs, shape (R, F). A sine has no power at so many of what its run resolves off it; a resonance has.
+    """
+    longest, found = FINER * max(sizes), list[float]()
+    for row, size in zip(power, sizes, strict=True):
+        at = [peak + round(off * longest / size) for off in BESIDE]
+        found += [float(row[k]) / size for k in at if 0 < k < row.size]
+    return float(np.mean(found)) if found else 1.0

@@ -30,9 +30,11 @@ FACTORS, FURTHEST = (4.0, 1.6), 4  # by which a size is tried larger and smaller
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 12  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
-SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # slow errors of an instrument, as a variance over its white error; a choice
-SLOW_S = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
+SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # slow errors, as a variance over the instrument's white; a choice
+COLOURED = 0.6  # share of a white error, as a variance, whose place a slow one may take at once; a choice
+SLOW_S = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
 SURELY = 4.6  # log-likelihood from which an instrument has a slow error: odds of a hundred
+ERRORS = {"white", "slow", "coloured"}  # parts of a noise that are instruments'
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
 
@@ -114,7 +116,7 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longes
     if not good:
         return start.likelihood, start
     together = []
-    for left in (set(), {"memory"}, {"white", "slow"}, {"memory", "white", "slow"}):
+    for left in (set(), {"memory"}, ERRORS, {"memory", *ERRORS}):
         for power in range(1, FURTHEST + 1):
             noise = fit.noise
             for part, move in good.items():
@@ -128,14 +130,17 @@ def _moves(
 ) -> list[tuple[str, Move]]:
     """Each part of a noise by name, and a move of it: so many times by a factor, or to what its filter says."""
     enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, start)), least)
-    white, slower = np.maximum(_white(runs, start), enough), _slower(runs, start)
+    white = np.maximum(_white(runs, start), enough)
+    spare = np.minimum(COLOURED * start.noise.variance, np.maximum(start.noise.variance - enough, 0.0))
+    slow, none = start.noise.slow**2, np.zeros_like(spare)
+    slower = {"slow": _slower(runs, start, [none]), "coloured": _slower(runs, start, [none, spare, -slow])}
     moves = [(str(axis), partial(_sized, axis=int(axis), factor=by))
              for axis in np.flatnonzero(start.noise.sigma > 0.0) for by in (factor, 1.0 / factor)]  # fmt: skip
     moves += [("memory", partial(_remembering, factor=by, longest_s=longest_s)) for by in (factor, 1.0 / factor)]
     return [
         *moves,
         ("white", lambda noise, power: replace(noise, variance=white)),
-        ("slow", lambda noise, power: replace(noise, slow=slower.slow, slow_s=slower.slow_s)),
+        *((name, partial(_erring, other=other)) for name, other in slower.items()),
     ]
 
 
@@ -144,6 +149,11 @@ def _sized(noise: Noise, power: int, axis: int, factor: float) -> Noise:
     sigma = noise.sigma.copy()
     sigma[axis] = max(sigma[axis] * factor**power, LEAST_SIGMA)
     return replace(noise, sigma=sigma)
+
+
+def _erring(noise: Noise, power: int, other: Noise) -> Noise:
+    """With the errors of another."""
+    return replace(other, sigma=noise.sigma, memory_s=noise.memory_s)
 
 
 def _remembering(noise: Noise, power: int, factor: float, longest_s: float) -> Noise:
@@ -231,12 +241,13 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     return variance
 
 
-def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:
+def _slower(runs: Sequence[Recorded], tried: Tried, lesser: Sequence[Array]) -> Noise:
     """The noise with the slow error of each column that is likeliest in what its filter leaves beside it, or none.
 
-    That holds the slow error itself, however much of it was foreseen.
+    That holds the slow error itself, however much of it was foreseen. lesser: by what white errors, as variances, may
+    be less at once, (C,) each.
     """
-    slow, slow_s = np.zeros(tried.noise.variance.size), np.ones(tried.noise.variance.size)
+    noise = replace(tried.noise.even, variance=tried.noise.variance.copy())
     shares, memories = (grid.ravel() for grid in np.meshgrid(SLOW, SLOW_S))
     for c, white in enumerate(tried.noise.variance):
         each = [(run.time_s, f.innovation + f.told.slow, f.told.apart, run.column == c)
@@ -245,9 +256,12 @@ def _slower(runs: Sequence[Recorded], tried: Tried) -> Noise:
             continue
         time_s, e, variance = (np.concatenate([part[i][part[-1]] for part in each]) for i in range(3))
         first = np.concatenate([np.arange(part[-1].sum()) == 0 for part in each])
-        sizes, gains = np.sqrt(shares * white), np.empty(shares.size)
-        likelihoods(time_s, e, variance, first, sizes, memories, gains)
-        best = int(np.argmax(gains))
-        if gains[best] > SURELY:
-            slow[c], slow_s[c] = sizes[best], memories[best]
-    return replace(tried.noise, slow=slow, slow_s=slow_s)
+        sizes, even = np.sqrt(np.append(0.0, shares) * white), np.append(1.0, memories)
+        gains = np.empty((len(lesser), sizes.size))
+        for less, row in zip(lesser, gains, strict=True):
+            likelihoods(time_s, e, variance, first, less[c], sizes, even, row)
+        gains[:, 0] += SURELY
+        which, best = divmod(int(np.argmax(gains)), sizes.size)
+        noise.slow[c], noise.slow_s[c] = sizes[best], even[best]
+        noise.variance[c] -= lesser[which][c]
+    return noise

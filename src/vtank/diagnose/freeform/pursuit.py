@@ -322,7 +322,9 @@ class _Pursuit:
         """The groups of a piece: functions of all runs together, lines of each on their own."""
         piece, runs = self.pieces[i], self._runs(i)
         A, b = self._left(i)
-        gains, sizes = evidence(A, b, np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0))
+        level = piece.lines.level if piece.lines else np.ones(A.shape[0])
+        raw = np.sum(np.trace(self.squares[i], axis1=2, axis2=3), axis=0) / level
+        gains, sizes = evidence(A / level[:, None, None], b / level[:, None], raw)
 
         looked = piece.events.looked if piece.events else gains.size
         if piece.events:  # an outlier is none: what ranks do not show counts for no more than they say

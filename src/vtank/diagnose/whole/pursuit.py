@@ -16,8 +16,9 @@ SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # deviation of a function, as a share 
 GROUPS = 4  # that are taken together; a choice
 
 
-def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, list[int], Array]:
-    """Gain of log evidence of the best groups together, their numbers, the best first, and all coefficients, (L,).
+def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, float, list[int], Array]:
+    """What the best groups together gain of log evidence and of log likelihood; their numbers, the best first; and all
+    coefficients, (L,).
 
     gram: inner products of innovations and columns, shape (1 + L, 1 + L); groups: their columns therein. The first
     group is taken whatever it gains.
@@ -38,7 +39,8 @@ def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, list[int], Arra
     used, coefficients = np.flatnonzero(weight), np.zeros(gram.shape[0])
     inner = gram[np.ix_(used, used)] + np.diag(weight[used] ** -2.0)
     coefficients[used] = np.linalg.solve(inner, -gram[used, 0])
-    return total, chosen, coefficients[1:]
+    seen = -float(coefficients @ (gram[:, 0] + 0.5 * gram @ coefficients))
+    return total, seen, chosen, coefficients[1:]
 
 
 def evidence(gram: Array, part: slice) -> tuple[float, float]:

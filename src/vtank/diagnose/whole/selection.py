@@ -68,10 +68,11 @@ class Selection:
         """The filter at the best."""
         return self.best.fit.filter(self.best.vector())
 
-    def gain(self, name: str) -> float:
-        """Log evidence that one of the best's effects brings beside the others."""
+    def gain(self, name: str) -> tuple[float, float]:
+        """Log evidence and log likelihood that one of the best's effects brings beside the others."""
         placed = next(placed for placed in self.best.effects if placed.name == name)
-        return self.best.log_evidence - without(self.best, self.layout, placed, self.found).log_evidence
+        other = without(self.best, self.layout, placed, self.found)
+        return self.best.log_evidence - other.log_evidence, other.cost - self.best.cost
 
 
 def select(

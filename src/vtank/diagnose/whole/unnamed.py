@@ -42,12 +42,14 @@ QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form 
 class Block:
     """A free-form part: where it acts, its gain of log evidence, what it goes with, and its root mean square.
 
-    size: over the usual force of an axis, the full force of a thruster, or the deviation of a column.
+    seen: gain of log likelihood. size: over the usual force of an axis, the full force of a thruster, or the deviation
+    of a column.
     """
 
     place: str
     channel: str
     gain: float
+    seen: float
     goes_with: tuple[str, ...]
     size: float
 
@@ -59,7 +61,7 @@ class Block:
     @property
     def visible(self) -> bool:
         """Whether anybody would call it a gap."""
-        return self.size > VISIBLE or self.gain > PLAIN
+        return self.size > VISIBLE or self.seen > PLAIN
 
 
 Seeker = Callable[[Base], Block]
@@ -280,10 +282,10 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
         gram = base.gram(columns())
     lost = ~(np.abs(np.diag(gram)) < RUNS_AWAY**2)
     gram[lost], gram[:, lost] = 0.0, 0.0
-    gain, chosen, c = pursue(gram, parts)
+    gain, seen, chosen, c = pursue(gram, parts)
     told = [np.hstack(made(n)) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
-    return Block(place, channel, gain, tuple(names[n] for n in chosen), size)
+    return Block(place, channel, gain, seen, tuple(names[n] for n in chosen), size)
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
