@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -28,7 +28,9 @@ PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act t
 MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
+SHARPER = 8  # finer bins to one, where a window begins or ends; a choice
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
+PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro: 0.1 degrees at 0.3 m; a guess
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
@@ -39,7 +41,7 @@ class Piece:
     """Columns made in one go, of all runs together or of one run.
 
     Attributes:
-        kind: "function", "window", "event", "stall" or "line".
+        kind: "function", "window", "event", "stall", "line", or "pitch", which is there beforehand.
         channel: where it acts.
         about: what it goes with, in words.
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
@@ -73,6 +75,7 @@ def pieces(fit: Fitted) -> list[Piece]:
     return [
         *_forces(fed),
         *_errors(read, step),
+        _pitching(read),
         *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
@@ -142,6 +145,17 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
         yield Piece("function", SENSOR, "place, periodic", False, columns, 2)
 
 
+def _pitching(read: list[Motion]) -> Piece:
+    """What a sonar off the axis reads of a hull that thrust and drag pitch, each of root mean square PITCHED_M.
+
+    With the forces, as the hull rights itself faster than a drive turns them round; thrust is what accelerates it and
+    what overcomes its drag.
+    """
+    columns = [np.column_stack([m.variables["acceleration"], m.u * np.abs(m.u)]) for m in read]
+    usual = np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)) + 1e-12
+    return Piece("pitch", SENSOR, "pitch", False, tuple(PITCHED_M * some / usual for some in columns), 2)
+
+
 def _local(k: int, moved: list[tuple[Motion, Motion]], fit: Fitted) -> Iterator[Piece]:
     """What is off in one run for a while: in bins of time, in short events, in packets of waves."""
     fed, read = moved[k]
@@ -209,6 +223,22 @@ def _lines(
     return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
 
 
+def sharper(piece: Piece, k: int, start: float, stop: float, width: float, fit: Fitted) -> Piece:
+    """A term of run k in finer bins about both ends of a window, as far as `width` off them [s]; in between, in one.
+
+    The run's own ends stay where they are.
+    """
+    functions, run = piece.functions[k], fit.problem.runs[k]
+    assert functions is not None
+    stamps, whole, middle = run.input_time_s if piece.force else run.time_s, piece.edges, 0.5 * (start + stop)
+    left = np.linspace(start - width, min(start + width, middle), 2 * SHARPER + 1) if start > whole[0] else whole[:1]
+    right = np.linspace(max(stop - width, middle), stop + width, 2 * SHARPER + 1) if stop < whole[-1] else whole[-1:]
+    finer = np.unique(np.clip(np.concatenate([whole[[0, -1]], left, right]), whole[0], whole[-1]))
+    place = np.clip(np.searchsorted(finer, stamps, side="right") - 1, 0, finer.size - 2)
+    own = functions.sum(axis=1)[:, None] * (place[:, None] == np.arange(finer.size - 1))
+    return replace(piece, functions=tuple(own if f is not None else None for f in piece.functions), edges=finer)
+
+
 def _shares(values: list[np.ndarray]) -> list[np.ndarray]:
     """Values as shares of the range of all runs together."""
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
@@ -234,7 +264,8 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
                  for force in (True, False)]  # fmt: skip
         out = np.empty((run.time_s.size, sum(own.shape[1] for side in sides for own in side)))
         base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
-        for force, columns in zip((True, False), map(np.hstack, sides), strict=True):
+        for force, some_own in zip((True, False), sides, strict=True):
+            columns = np.hstack(some_own) if some_own else np.empty((0, 0))
             for first in range(0, columns.shape[1], TOGETHER):
                 some = columns[:, first : first + TOGETHER]
                 size = np.max(np.abs(some), axis=0) + 1e-300

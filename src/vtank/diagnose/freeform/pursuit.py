@@ -23,7 +23,7 @@ from ...plant.parameters import LAG, slot
 from ..evidence import Fitted
 from ..holdout import held
 from ..score import Linearised, linearise
-from .dictionary import Piece, changes, pieces, scaled
+from .dictionary import SHARPER, Piece, changes, pieces, scaled, sharper
 
 SIZES = np.logspace(
     1.0, 2.5, 4
@@ -31,6 +31,10 @@ SIZES = np.logspace(
 TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
 BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
+BLUNT = (
+    0.5  # share of the best's gain from which a window that begins and ends with bins is looked at closely; a choice
+)
+SHARPENED = 2  # times; a choice
 MOST = 12  # groups found at most; for the time it takes
 KINDS = ("function", "run", "window", "event", "stall", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
@@ -201,26 +205,31 @@ def _followed(columns: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Group:
-    """One candidate: per run that it touches, how its coefficients combine a piece's columns, shape (K, C)."""
+    """One candidate: per run that it touches, how its coefficients combine a piece's columns, shape (K, C).
+
+    columns: of a piece of its own in its one run, shape (M, C); else they are with those of all pieces.
+    """
 
     kind: str
     piece: Piece
     combine: tuple[tuple[int, np.ndarray], ...]
     window: tuple[int, float, float] | None = None
     frequency: float | None = None
+    columns: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
 class _Tried:
     """Groups side by side: their gains and deviations, shapes (G,), each when it is asked for, and how many there were.
 
-    Those that were left out beforehand have been looked at as well.
+    Those that were left out beforehand have been looked at as well. bins: whether they are windows in bins of time.
     """
 
     gains: np.ndarray
     sizes: np.ndarray
     group: Callable[[int], _Group]
     looked: int
+    bins: bool = False
 
 
 class _Pursuit:
@@ -241,6 +250,9 @@ class _Pursuit:
         self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
         self.found: list[tuple[_Group, float, float, np.ndarray]] = []
         self.wandering = True
+        for i, piece in enumerate(self.pieces):
+            if piece.kind == "pitch":
+                self.add(_Group(piece.kind, piece, tuple((k, np.eye(piece.each)) for k in self._runs(i))), 0.0, 1.0)
 
     def _row(self, a: np.ndarray, k: int) -> np.ndarray:
         return a[self.rows[k] : self.rows[k + 1]]
@@ -271,7 +283,7 @@ class _Pursuit:
             each = own.shape[1] if piece.kind == "window" else piece.each
             split = own.reshape(own.shape[0], -1, each).transpose(1, 2, 0)
             parts.append(split @ split.transpose(0, 2, 1))
-        return np.array(parts) if piece.kind != "function" else np.sum(parts, axis=0)[None]
+        return np.array(parts) if piece.kind not in ("function", "pitch") else np.sum(parts, axis=0)[None]
 
     def _left(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Per piece: what remains of its products, and the pull on its coefficients, groups first."""
@@ -307,7 +319,8 @@ class _Pursuit:
         """The group with the largest gain: gain, its coefficients' deviation, itself; and all groups' gain together."""
         tried: dict[str, list[_Tried]] = {kind: [] for kind in KINDS}
         for i, piece in enumerate(self.pieces):
-            tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
+            if piece.kind in tried:
+                tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
         tried["run"] = self._by_run()
         weighed = []
         for some in tried.values():
@@ -316,7 +329,14 @@ class _Pursuit:
         gains, one = max(weighed, key=lambda pair: float(np.max(pair[0])))
         j = int(np.argmax(gains))
         together = float(np.logaddexp.reduce(np.concatenate([gains for gains, _ in weighed])))
-        return float(gains[j]), float(one.sizes[j]), one.group(j), together
+        best = float(gains[j]), float(one.sizes[j]), one.group(j)
+        in_bins = [(g, one) for g, one in weighed if one.bins]
+        wide, windows = max(in_bins, key=lambda pair: float(np.max(pair[0])))
+        j = int(np.argmax(wide))
+        if wide[j] > max(BLUNT * best[0], WORTHWHILE):
+            best = max(best, self._sharpened(float(wide[j]), float(windows.gains[j] - wide[j]), windows.group(j)),
+                       key=lambda found: found[0])  # fmt: skip
+        return *best, together
 
     def _groups(self, i: int) -> _Tried:
         """The groups of a piece: functions of all runs together, lines of each on their own."""
@@ -360,15 +380,35 @@ class _Pursuit:
             _inside(A[0], lo, hi)[:, None, None], (line[hi] - line[lo])[:, None], _inside(self.squares[i][0][0], lo, hi)
         )
 
-        def group(j: int) -> _Group:
-            pick = np.zeros((1, b[0].size))
-            pick[0, lo[j] : hi[j]] = 1.0
-            first, last = int(lo[j]), int(hi[j])
-            if first == 0 and piece.about != "force":  # own parameters take up what is always off: told from its change
-                first, last = last, b[0].size
-            return _Group("window", piece, ((k, pick),), (k, float(piece.edges[first]), float(piece.edges[last])))
+        return _Tried(gains, sizes, lambda j: _window(piece, k, int(lo[j]), int(hi[j])), gains.size, bins=True)
 
-        return _Tried(gains, sizes, group, gains.size)
+    def _sharpened(self, gain: float, paid: float, group: _Group) -> tuple[float, float, _Group]:
+        """A window in bins, or that of another term about the same time, with ends between those of bins.
+
+        gain: of the group, after what was paid for looking through all of them; so is what is looked through here.
+        """
+        (k, pick), best, fit = group.combine[0], (gain, 0.0, group), self.near.fit
+        terms = [piece for piece in self.pieces if piece.kind == "window" and piece.functions[k] is not None]
+        start, stop = group.piece.edges[np.flatnonzero(np.diff(pick[0], prepend=0.0, append=0.0))]
+        width, ahead = float(np.diff(group.piece.edges[:2])[0]), [-np.inf]
+        while best[0] > ahead[-1] + WORTHWHILE and len(ahead) <= SHARPENED:
+            ahead.append(best[0])
+            paid += 2.0 * float(np.log(2 * SHARPER))
+            finer = [sharper(piece, k, start, stop, width, fit) for piece in terms]
+            columns, done, width = _followed(changes(fit, finer)[k]), 0, width / SHARPER
+            for piece in sorted(finer, key=lambda piece: not piece.force):
+                own = columns[:, done : (done := done + piece.edges.size - 1)]
+                E, products = own.T @ self._row(self.W, k), own.T @ own
+                line = np.concatenate([[0.0], np.cumsum(E @ self.g - own.T @ self._row(self.near.residual, k))])
+                first, last = np.column_stack(np.triu_indices(line.size, 1)).T
+                left = _inside(products - E @ E.T, first, last)[:, None, None]
+                gains, sizes = evidence(left, (line[last] - line[first])[:, None], _inside(products, first, last))
+                j = int(np.argmax(gains))
+                if gains[j] - paid > best[0]:
+                    sharp = replace(_window(piece, k, int(first[j]), int(last[j])), columns=own)
+                    best = float(gains[j]) - paid, float(sizes[j]), sharp
+                    start, stop = piece.edges[[first[j], last[j]]]
+        return best
 
     def _by_run(self) -> list[_Tried]:
         """Own terms, each with a factor of its own in every run."""
@@ -408,6 +448,9 @@ class _Pursuit:
         """Whitened columns of a group, shape (sum M, K)."""
         out = np.zeros((self.rows[-1], group.combine[0][1].shape[0]))
         for k, weights in group.combine:
+            if group.columns is not None:
+                self._row(out, k)[:] = group.columns @ weights.T
+                continue
             i = self._piece_in(group, k)
             self._row(out, k)[:] = self._own(i, k) @ weights.T
         return out
@@ -452,7 +495,8 @@ class _Pursuit:
         """A group's functions in a run, shape (I, K) or (M, K)."""
         run, combine = self.near.fit.problem.runs[k], dict(group.combine)
         if k in combine:
-            functions = self.pieces[self._piece_in(group, k)].functions[k]
+            piece = group.piece if group.columns is not None else self.pieces[self._piece_in(group, k)]
+            functions = piece.functions[k]
             assert functions is not None
             made = functions @ combine[k].T
             return made if group.piece.force else scaled(run, made)
@@ -492,6 +536,16 @@ def solve(
     ends = np.cumsum([size, *(c.columns.shape[1] for c in components)])
     parts = [(solution[a:b], sd[a:b]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
     return solution[:size], parts
+
+
+def _window(piece: Piece, k: int, first: int, last: int) -> _Group:
+    """A term of run k in the bins from first to last."""
+    count = piece.edges.size - 1
+    pick = np.zeros((1, count))
+    pick[0, first:last] = 1.0
+    if first == 0 and piece.about != "force":  # own parameters take up what is always off: told from its change
+        first, last = last, count
+    return _Group("window", piece, ((k, pick),), (k, float(piece.edges[first]), float(piece.edges[last])))
 
 
 @cache
