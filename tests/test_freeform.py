@@ -207,6 +207,16 @@ def test_drag_in_a_window_of_one_run_is_found_there() -> None:
     assert [np.any(force != 0.0) for force in found.forces()] == [False, False, True, False]
 
 
+@pytest.mark.parametrize(("start", "stop"), [(41.3, 49.6), (70.8, 92.1)])
+def test_a_window_begins_and_ends_where_it_does(start: float, stop: float) -> None:
+    """A sonar that is off for a while: to within a few pings, however wide the bins of the search."""
+    first, *rest = recordings()
+    found = beside([misread(first, lambda t: 0.02 * ((t > start) & (t < stop))), *rest])
+    [(run, begins, ends)] = found.components[0].windows
+    assert run == 0 and abs(begins - start) < 0.4 and abs(ends - stop) < 0.4
+    assert (found.components[0].kind, found.components[0].channel) == ("window", "sensor")
+
+
 def lined(rad_s: float, sizes_m: tuple[float, ...] = (0.006,) * 4) -> list[Observed]:
     """Four runs whose sonar errs at one frequency, in phases of their own."""
     parts = zip(recordings(), PHASES, sizes_m, strict=True)
@@ -230,6 +240,22 @@ def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, si
     """Faster than any standing wave of a tank, or of another size in every run; else the two are one motion."""
     found = find(lined(rad_s, sizes_m), "seiche", "linear_drag")
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
+
+
+@pytest.mark.parametrize(("pitched_m", "seen"), [(0.5e-3, False), (8e-3, True)])
+def test_a_hull_that_pitches_a_little_is_no_gap(pitched_m: float, seen: bool) -> None:
+    """A sonar off the axis reads what accelerates the hull; a fine sonar, many pings, and each run likewise."""
+
+    def pitched(run: Observed) -> Observed:
+        rate = np.gradient(np.gradient(run.value, run.time_s), run.time_s)
+        smooth = np.convolve(rate, np.hanning(41) / np.hanning(41).sum(), mode="same")
+        return replace(run, value=run.value + pitched_m * smooth / np.sqrt(np.mean(smooth**2)))
+
+    clean = [record(f"run_{k}", sine(*drive), NOMINAL, 0.0, k) for k, drive in enumerate(DRIVES)]
+    rng = np.random.default_rng(3)
+    runs = [replace(run, value=run.value + 1e-3 * rng.normal(size=run.time_s.size)) for run in map(pitched, clean)]
+    found = beside(runs, replace(NOISE, variance=(1e-6, 1e-6, 1e-6)))
+    assert (found.left > 0.0 or bool(found.components)) is seen
 
 
 @pytest.mark.parametrize("rad_s", [2.2, 5.0])

@@ -124,8 +124,9 @@ def test_a_run_without_a_column_adds_nothing_to_the_functions_of_it():
     unnamed = importlib.import_module("vtank.diagnose.whole.unnamed")
     times = [np.linspace(0.0, 9.0, 40), np.empty(0)]
     values = {"reading": [np.sin(times[0]), np.empty(0)], "speed": [np.cos(times[0]), np.empty(0)]}
-    names, columns = unnamed._groups(values, [("reading", "speed")], times)
-    first, lacking = columns(0), columns(1)
-    assert len(first) == len(lacking) == len(names)
+    groups = unnamed._groups(values, [("reading", "speed")], times)
+    first, lacking = groups.made(0), groups.made(1)
+    assert len(first) == len(lacking) == len(groups.names) + len(times)
+    assert first[-2].sum(axis=1).tolist() == [1.0] * 40 and not first[-1].any()
     assert [part.shape[1] for part in first] == [part.shape[1] for part in lacking]
     assert all(part.shape[0] == 0 for part in lacking)

@@ -111,7 +111,8 @@ def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: fl
     seen = [block for block in blocks if block.visible]
     total, found = np.logaddexp.reduce([block.gain for block in seen or blocks]), dict[str, float]()
     for block in seen or blocks:
-        gain = block.gain - of_own(ground, nominal, block.gain)
+        laws = 0.0 if block.channel == "sensor" else of_own(ground, nominal, block.gain)  # no law tells how one errs
+        gain = block.gain - laws
         by_itself = ground.log_evidence + gain + spread if seen else -np.inf
         there = np.logaddexp(by_itself, mimicry + block.gain - total)
         name = f"unknown@{block.place}"

@@ -13,41 +13,76 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # deviation of a function, as a share of what is usual at its place
-GROUPS = 4  # that are taken together; a choice
+GROUPS = 8  # that are taken together; a choice
 
 
-def pursue(gram: Array, groups: Sequence[slice]) -> tuple[float, float, list[int], Array]:
+def pursue(
+    gram: Array, groups: Sequence[slice], windows: Sequence[slice] = ()
+) -> tuple[float, float, list[int], Array]:
     """What the best groups together gain of log evidence and of log likelihood; their numbers, the best first; and all
     coefficients, (L,).
 
-    gram: inner products of innovations and columns, shape (1 + L, 1 + L); groups: their columns therein. The first
-    group is taken whatever it gains.
+    gram: inner products of innovations and columns, shape (1 + L, 1 + L); groups: their columns therein; windows: of
+    bins of time in which something may be off by one amount from any bin to any, numbered after the groups. The first
+    one is taken whatever it gains.
     """
-    K, total, look = gram.copy(), 0.0, float(np.log(max(len(groups), 1)))
-    chosen, weight = list[int](), np.zeros(gram.shape[0])
-    while len(chosen) < min(GROUPS, len(groups)):
+    K, total, look = gram.copy(), 0.0, float(np.log(max(len(groups) + len(windows), 1)))
+    chosen, parts, sizes = list[int](), list[Array](), list[Array]()
+    while len(chosen) < min(GROUPS, len(groups) + len(windows)):
         trials = [(*evidence(K, part), n) for n, part in enumerate(groups) if n not in chosen]
-        gain, size, n = max(trials)
+        gain, size, n = max(trials, default=(-np.inf, 1.0, 0))
+        part = np.eye(gram.shape[0])[:, groups[n]] if groups else np.empty((gram.shape[0], 0))
+        for m, bins in enumerate(windows):
+            there, suits, window = _window(K, bins)
+            if there > gain:
+                gain, size, n, part = there, suits, len(groups) + m, window
         if chosen and gain < look:
             break
         total += gain - look
         chosen.append(n)
-        part = groups[n]
-        weight[part] = size
-        inner = K[part, part] + np.eye(part.stop - part.start) / size**2
-        K -= K[:, part] @ np.linalg.solve(inner, K[part, :])
-    used, coefficients = np.flatnonzero(weight), np.zeros(gram.shape[0])
-    inner = gram[np.ix_(used, used)] + np.diag(weight[used] ** -2.0)
-    coefficients[used] = np.linalg.solve(inner, -gram[used, 0])
+        parts.append(part)
+        sizes.append(np.full(part.shape[1], size**-2.0))
+        pull = K @ part
+        K -= pull @ np.linalg.solve(part.T @ pull + np.diag(sizes[-1]), pull.T)
+    every = np.hstack(parts)
+    coefficients = every @ np.linalg.solve(
+        every.T @ gram @ every + np.diag(np.concatenate(sizes)), -every.T @ gram[:, 0]
+    )
     seen = -float(coefficients @ (gram[:, 0] + 0.5 * gram @ coefficients))
     return total, seen, chosen, coefficients[1:]
+
+
+def _window(gram: Array, bins: slice) -> tuple[float, float, Array]:
+    """The window from some bin to some other that gains most: its gain, its likeliest size, and which bins it spans."""
+    inner = np.pad(np.cumsum(np.cumsum(gram[bins, bins], axis=0), axis=1), (1, 0))
+    line = np.concatenate([[0.0], np.cumsum(gram[bins, 0])])
+    first, last = np.triu_indices(line.size, 1)
+    square = np.maximum(inner[last, last] - inner[first, last] - inner[last, first] + inner[first, first], 0.0)
+    gains, sizes = _of_one(square, line[last] - line[first])
+    k = int(np.argmax(gains))
+    spanned = np.zeros((gram.shape[0], 1))
+    spanned[bins.start + first[k] : bins.start + last[k]] = 1.0
+    return float(gains[k]) - float(np.log(gains.size)), float(sizes[k]), spanned
 
 
 def evidence(gram: Array, part: slice) -> tuple[float, float]:
     """Gain of log evidence of one group, over sizes alike likely; and the likeliest size."""
     values, vectors = np.linalg.eigh(gram[part, part])
     values, b = np.maximum(values, 0.0), vectors.T @ gram[part, 0]
+    return _over_sizes(np.sum(_gains(values, b), axis=1))
+
+
+def _of_one(values: Array, b: Array) -> tuple[Array, Array]:
+    """The same of single columns side by side, (W,), by their inner products with themselves and the innovations."""
+    gains = _gains(values, b)
+    return np.logaddexp.reduce(gains, axis=0) - np.log(len(SIZES)), np.array(SIZES)[np.argmax(gains, axis=0)]
+
+
+def _gains(values: Array, b: Array) -> Array:
+    """Gain at each size of coefficients that do not touch each other, (sizes, C)."""
     s2 = np.array(SIZES)[:, None] ** 2
-    gains = 0.5 * np.sum(s2 * b * b / (1.0 + s2 * values) - np.log1p(s2 * values), axis=1)
-    top = float(gains.max())
-    return top + float(np.log(np.mean(np.exp(gains - top)))), SIZES[int(np.argmax(gains))]
+    return np.asarray(0.5 * (s2 * b * b / (1.0 + s2 * values) - np.log1p(s2 * values)))
+
+
+def _over_sizes(gains: Array) -> tuple[float, float]:
+    return float(np.logaddexp.reduce(gains) - np.log(gains.size)), SIZES[int(np.argmax(gains))]

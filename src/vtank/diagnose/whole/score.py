@@ -48,12 +48,17 @@ class Base:
     def gram(self, columns: Iterable[Array]) -> Array:
         """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors.
 
-        columns: (M, L), in pieces one after the other, such as those of each run, none of which is kept.
+        columns: (M, L), in pieces one after the other, such as those of each run, none of which is kept; what is zero
+        throughout a piece, as what acts in one run is in all others, costs nothing.
         """
-        inner, taken, first = np.zeros(()), np.zeros(()), 0
+        inner, taken, first = np.zeros((0, 0)), np.zeros((0, 0)), 0
         for piece in columns:
-            last = first + len(piece)
-            inner, taken = inner + piece.T @ piece, taken + self.J[first:last].T @ piece
+            if not inner.size:
+                inner, taken = np.zeros((piece.shape[1],) * 2), np.zeros((len(self.whitening), piece.shape[1]))
+            last, some = first + len(piece), np.flatnonzero(piece.any(axis=0))
+            part = piece[:, some]
+            inner[np.ix_(some, some)] += part.T @ part
+            taken[:, some] += self.J[first:last].T @ part
             first = last
         taken = self.whitening @ taken
         return np.asarray(inner - taken.T @ taken)

@@ -1,6 +1,7 @@
-"""What has no name: a free-form force along an axis, of a thruster, or a free-form error of a column.
+"""What has no name: a free-form force along an axis, of a thruster, a fin or all thrusters, or an error of a column.
 
-Each is a smooth function of one or two of: what the vehicle does, what drives it, where it is, and time.
+Each is a smooth function of one or two of: what the vehicle does and did a moment ago, what drives it, where it is, and
+time.
 """
 
 from __future__ import annotations
@@ -23,19 +24,37 @@ from ...rigid.tangent import Path
 from ..freeform.dictionary import COARSE, PERIODS
 from ..freeform.events import waves
 from ..freeform.functions import functions_of, products_of
+from ..freeform.motion import faded
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
 from .score import PIECE, Base, based
 
 Array = NDArray[np.float64]
-Groups = tuple[list[str], Callable[[int], list[Array]]]  # what free-form functions go with; their columns for a run
+Push = Callable[[Path], Array]  # acceleration of a path's steps per unit of a function, (6,) or (N, 6)
 Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
 FORCES = 2  # the strongest, that are sought once more as if no instrument drifted; a choice
 PAIRED = 9  # columns of a function of two variables; the rest carries little
-WINDOWS = 12  # of a recording, for what acts for a while
+MEMORIES_S = (1.0, 4.0)  # [s] over which what was done or asked for a moment ago is remembered; a choice
+TURNED_RAD = 0.01  # [rad] by which a fin is turned to see what that does
+ALL_THRUSTERS = "thrusters"  # the place of what all of them have in common
+BINS = 60  # of a run, for what acts for a while; a choice
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
 QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Free-form functions: what each goes with, its columns for a run, and the instants of each run, (N,)."""
+
+    names: list[str]
+    columns: Callable[[int], list[Array]]
+    times: Sequence[Array]
+
+    def made(self, n: int) -> list[Array]:
+        """Columns for a run, and bins of time of every run, which are empty but for its own."""
+        bins = _bins(self.times[n])
+        return [*self.columns(n), *(bins if k == n else np.zeros_like(bins) for k in range(len(self.times)))]
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +87,7 @@ Seeker = Callable[[Base], Block]
 
 
 def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
-    """A block for every axis that is asked about, every thruster and the least white columns, the strongest first.
+    """A block for every axis that is asked about, all that drives, and the least white columns, the strongest first.
 
     A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
     free-form part that does as well they can be smaller, or none.
@@ -77,14 +96,16 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
     seekers: list[Seeker] = [partial(_axis, sizes=sizes, axis=axis) for axis in asked]
     seekers += [partial(_thruster, k=k) for k in range(len(runs[0].layout.pushes))]
+    seekers += [partial(_fin, f=f) for f, fin in enumerate(runs[0].layout.vehicle.fins) if fin.limit_rad > 0.0]
+    seekers += [_together] if len(runs[0].layout.pushes) > 1 else []
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
     blocks = [seek(base) for seek in seekers]
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
-        if n < len(asked):
-            blocks[n] = _quieter(model, found, sizes, asked[n], blocks[n])
+        if n < forces:
+            blocks[n] = _quieter(model, found, [asked[n]] if n < len(asked) else asked, seekers[n], blocks[n])
     if not model.fit.noise.slow.any():
         return sorted(blocks, key=lambda block: -block.gain)
     here = refit(model, found, model.theta, steps=0).log_evidence
@@ -104,11 +125,12 @@ def _sought(base: Base, seekers: Sequence[Seeker]) -> list[Block]:
 
 
 def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
-    """Free-form parts at a place: an axis, a thruster, or the columns of an instrument."""
+    """Free-form parts at a place: an axis, a thruster, a fin, or the columns of an instrument."""
     layout = base.paths[0].run.layout
     if place in AXES:
         return [_axis(base, sizes, AXES.index(place))]
     blocks = [_thruster(base, k) for k, push in enumerate(layout.pushes) if push.name == place]
+    blocks += [_fin(base, f) for f, fin in enumerate(layout.vehicle.fins) if fin.name == place]
     owners = [layout.vehicle.instrument(name) or "recording" for name in layout.columns]
     columns = [c for c, owner in enumerate(owners) if owner == place and layout.judged[c]]
     return blocks + [_column(base, c) for c in columns]
@@ -120,18 +142,18 @@ def _disturbance(model: Model, sizes: Sizes) -> Array:
     return np.asarray(model.fit.noise.sigma * np.diag(hull.body + hull.water) / sizes.force)
 
 
-def _quieter(model: Model, found: Sequence[Filtered], sizes: Sizes, axis: int, block: Block) -> Block:
-    """The block at the disturbance of its axis that is likeliest beside it; its gain over the likeliest without it."""
+def _quieter(model: Model, found: Sequence[Filtered], axes: Sequence[int], seek: Seeker, block: Block) -> Block:
+    """The block at the disturbance of axes that is likeliest beside it; its gain over the likeliest without it."""
     noise = model.fit.noise
     trials = [(_level(found), block)]
     sigma = noise.sigma.copy()
-    while sigma[axis] > LEAST_SIGMA:
-        sigma[axis] = max(sigma[axis] / QUIETER, LEAST_SIGMA)
+    while np.any(sigma[axes] > LEAST_SIGMA):
+        sigma[axes] = np.where(sigma[axes] > 0.0, np.maximum(sigma[axes] / QUIETER, LEAST_SIGMA), 0.0)
         quiet = replace(model, fit=replace(model.fit, noise=replace(noise, sigma=sigma.copy())))
         there = quiet.fit.filter(model.vector())
         if not all(np.all(f.variance > 0.0) for f in there):
             break  # too quiet for what rounding leaves of a covariance
-        trials.append((_level(there), _axis(based(quiet, there), sizes, axis)))
+        trials.append((_level(there), seek(based(quiet, there))))
         if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
             break
     level, best = max(trials, key=_total)
@@ -161,10 +183,29 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
     others = [f"{AXES[i]} speed" for i in moving if i != axis]
     pairs = [(own, name) for name in (*others, "thrust", place)]
     pairs += [(name, other) for n, name in enumerate(others) for other in others[n + 1 :]]
+    pairs += [(name, place) for name in others]
     times = [path.run.steps.now for path in base.paths]
+    for name in (own, "thrust"):
+        if name in variables:
+            variables |= _remembered(name, variables[name], times)
     push = np.zeros(6)
     push[axis] = unit
-    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times), push)
+    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times), lambda path: push)
+
+
+def _remembered(name: str, values: Sequence[Array], times: Sequence[Array]) -> dict[str, list[Array]]:
+    """Values of each run as they are remembered over a while, by name."""
+    return {f"{name} of the last {memory:g} s": [faded(t, v, memory) for t, v in zip(times, values, strict=True)]
+            for memory in MEMORIES_S}  # fmt: skip
+
+
+def _driven(base: Base, place: str, inputs: list[Array], along: list[Array], push: Push) -> Block:
+    """What a thruster or a fin does otherwise: of what it is told and was told, the flow along it, and time."""
+    times = [path.run.steps.now for path in base.paths]
+    told = _remembered("input", inputs, times)
+    variables = {"input": inputs, "flow along it": along, **told, "time": times}
+    pairs = [("input", "flow along it"), ("input", "time"), *(("input", name) for name in told)]
+    return _forced(base, place, "actuator", _groups(variables, pairs, times), push)
 
 
 def _thruster(base: Base, k: int) -> Block:
@@ -172,25 +213,58 @@ def _thruster(base: Base, k: int) -> Block:
     first = base.paths[0]
     gear, name = first.hull.gears[k], first.run.layout.pushes[k].name
     push = first.hull.inverse @ gear * float(np.abs(first.run.tables[k]).max(initial=1e-9))
-    inputs, along = [], []
+    inputs = []
     for path in base.paths:
         at = np.searchsorted(path.run.stamps, path.run.steps.now + 1e-9, side="right") - 1
         inputs.append(np.where(at >= 0, path.run.inputs[np.maximum(at, 0), k], 0.0))
-        along.append(path.way.states[:-1, 6:12] @ gear)
-    variables = {"input": inputs, "flow along it": along, "time": [path.run.steps.now for path in base.paths]}
-    pairs = [("input", "flow along it"), ("input", "time")]
-    return _forced(base, name, "actuator", _groups(variables, pairs, variables["time"]), push)
+    along = [path.way.states[:-1, 6:12] @ gear for path in base.paths]
+    return _driven(base, name, inputs, along, lambda path: push)
 
 
-def _forced(base: Base, place: str, channel: str, groups: Groups, push: Array) -> Block:
+def _fin(base: Base, f: int) -> Block:
+    """A free-form error of the angle of a fin, over what it is usually turned by."""
+    layout = base.paths[0].run.layout
+    name = layout.vehicle.fins[f].name
+    angles = [path.drive.fins[:, f] for path in base.paths]
+    usual = float(np.std(np.concatenate(angles))) or TURNED_RAD
+
+    def push(path: Path) -> Array:
+        turned = path.p.copy()
+        turned[layout.at([f"offset@{name}"])] += TURNED_RAD
+        caused = path.cause(turned)
+        assert caused is not None
+        return caused[0] * (usual / TURNED_RAD)
+
+    return _driven(base, name, angles, [path.way.states[:-1, 6] for path in base.paths], push)
+
+
+def _together(base: Base) -> Block:
+    """A free-form share of the force of all thrusters: of their load, of the depth, the way, and time."""
+    times, first = [path.run.steps.now for path in base.paths], base.paths[0]
+    most = np.max([path.drive.asked.max(axis=0, initial=1e-9) for path in base.paths], axis=0)
+    load = [np.mean(path.drive.asked / most, axis=1) for path in base.paths]
+    variables = {"load": load, "depth": [path.way.states[:-1, 2] for path in base.paths],
+                 "surge speed": [path.way.states[:-1, 6] for path in base.paths], "time": times,
+                 **_remembered("load", load, times)}  # fmt: skip
+    pairs = [("load", name) for name in variables if name != "load"]
+
+    def push(path: Path) -> Array:
+        return np.where(path.run.moves, path.drive.thrust @ first.hull.inverse.T, 0.0)
+
+    return _forced(base, ALL_THRUSTERS, "actuator", _groups(variables, pairs, times), push)
+
+
+def _forced(base: Base, place: str, channel: str, groups: Groups, push: Push) -> Block:
     """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
+        one = np.atleast_2d(push(path))[:, :, None]
+
         def follow(block: Array) -> Array:
             still = np.zeros((path.run.time_s.size, block.shape[1]))
             if not block.any():  # what acts for a while in another run
                 return still
-            return path.follow(block[:, None, :] * push[:, None], still)
+            return path.follow(block[:, None, :] * one, still)
 
         return share([partial(follow, block) for block in columns])
 
@@ -214,12 +288,20 @@ def _column(base: Base, c: int) -> Block:
         variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]
     pairs = [("reading", name) for name in variables if name != "reading"]
     times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
+    felt = [_felt(path) for path in base.paths]
+    for i in map(int, np.flatnonzero(runs[0].moves[:3])):
+        name = f"{AXES[i]} acceleration"
+        variables[name] = [np.interp(t, path.run.steps.now, a[:, i])
+                           for t, path, a in zip(times, base.paths, felt, strict=True)]  # fmt: skip
+        variables |= _remembered(name, variables[name], times)
     groups = _periodic(_groups(variables, pairs, times), told, resolution(runs, c))
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         def follow(block: Array) -> Array:
             shifts = np.zeros((path.run.time_s.size, block.shape[1]))
             shifts[mine[n]] = unit * block
+            if not block.any():
+                return shifts
             return path.follow(np.zeros((path.run.steps.now.size, 6, block.shape[1])), shifts)
 
         return share([partial(follow, block) for block in columns])
@@ -227,25 +309,34 @@ def _column(base: Base, c: int) -> Block:
     return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
 
 
+def _felt(path: Path) -> Array:
+    """Acceleration of the vehicle's origin along its own axes at the steps of a path, (N, 3): of their turning, too."""
+    velocity = path.way.states[:-1, 6:12]
+    return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))
+
+
 def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]) -> Groups:
-    """Smooth functions of each variable and of pairs of them, a function of time, and windows of it."""
+    """Smooth functions of each variable and of pairs of them, and a function of time."""
     spans, every = dict[str, tuple[float, float]](), {**variables, "time": times}
     for name, values in every.items():
         low, high = np.percentile(np.concatenate(values), [0.1, 99.9])
         if high - low > 1e-9:
             spans[name] = low, high
     both = [(first, second) for first, second in pairs if first in spans and second in spans]
-    names = [*spans, *(f"{a} and {b}" for a, b in both), *(f"a while in run {n + 1}" for n in range(len(times)))]
+    names = [*spans, *(f"{a} and {b}" for a, b in both)]
 
     def columns(n: int) -> list[Array]:
         made = {name: functions_of((every[name][n] - low) / (high - low)) for name, (low, high) in spans.items()}
-        first, last = (times[n].min(), times[n].max()) if times[n].size else (0.0, 0.0)  # a run may lack a column
-        share = (times[n] - first) / max(last - first, 1e-9)
-        bumps = np.exp(-0.5 * ((share[:, None] * WINDOWS - np.arange(WINDOWS) - 0.5) * 1.5) ** 2)
-        windows = [bumps if k == n else np.zeros_like(bumps) for k in range(len(times))]
-        return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both), *windows]
+        return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both)]
 
-    return names, columns
+    return Groups(names, columns, times)
+
+
+def _bins(times: Array) -> Array:
+    """Bins of time of a run, (N, BINS)."""
+    first, last = (times.min(), times.max()) if times.size else (0.0, 0.0)  # a run may lack a column
+    place = ((times - first) / max(last - first, 1e-9) * BINS).astype(int)
+    return np.asarray(np.minimum(place, BINS - 1)[:, None] == np.arange(BINS), dtype=np.float64)
 
 
 def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
@@ -253,23 +344,23 @@ def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
 
     step: of a coarse reading, which is off by a period of its own, and known.
     """
-    names, columns = groups
     low, span = float(np.min(np.concatenate(told))), float(np.ptp(np.concatenate(told)))
     periods = PERIODS[PERIODS * COARSE * step < span]
 
     def waving(n: int) -> list[Array]:
         phase = 2.0 * np.pi * (told[n] - low) / max(span, 1e-9)
-        return [*columns(n), *(waves(phase[:, None] * k) for k in periods)]
+        return [*groups.columns(n), *(waves(phase[:, None] * k) for k in periods)]
 
-    return [*names, *["reading, periodic"] * periods.size], waving
+    return Groups([*groups.names, *["reading, periodic"] * periods.size], waving, groups.times)
 
 
 def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer) -> Block:
     """The block of groups, whose columns change the innovations as `answer` says; they are made run by run, twice."""
-    names, made = groups
+    made = groups.made
     sizes = [values.shape[1] for values in made(0)]
     ends = np.cumsum([1, *sizes])
     parts = [slice(int(end) - size, int(end)) for size, end in zip(sizes, ends[1:], strict=True)]
+    names = [*groups.names, *(f"a while in run {n + 1}" for n in range(len(groups.times)))]
     rows = np.cumsum([0, *(path.run.time_s.size for path in base.paths)])
 
     def columns() -> Iterator[Array]:
@@ -282,10 +373,11 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
         gram = base.gram(columns())
     lost = ~(np.abs(np.diag(gram)) < RUNS_AWAY**2)
     gram[lost], gram[:, lost] = 0.0, 0.0
-    gain, seen, chosen, c = pursue(gram, parts)
+    count = len(groups.names)
+    gain, seen, chosen, c = pursue(gram, parts[:count], parts[count:])
     told = [np.hstack(made(n)) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
-    return Block(place, channel, gain, seen, tuple(names[n] for n in chosen), size)
+    return Block(place, channel, gain, seen, tuple(dict.fromkeys(names[n] for n in chosen)), size)
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
