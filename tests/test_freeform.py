@@ -211,7 +211,7 @@ def test_drag_in_a_window_of_one_run_is_found_there() -> None:
 def test_a_window_begins_and_ends_where_it_does(start: float, stop: float) -> None:
     """A sonar that is off for a while: to within a few pings, however wide the bins of the search."""
     first, *rest = recordings()
-    found = beside([misread(first, lambda t: 0.02 * ((t > start) & (t < stop))), *rest])
+    found = beside([misread(first, lambda t: 0.05 * ((t > start) & (t < stop))), *rest])
     [(run, begins, ends)] = found.components[0].windows
     assert run == 0 and abs(begins - start) < 0.4 and abs(ends - stop) < 0.4
     assert (found.components[0].kind, found.components[0].channel) == ("window", "sensor")

@@ -34,7 +34,7 @@ BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts 
 BLUNT = (
     0.5  # share of the best's gain from which a window that begins and ends with bins is looked at closely; a choice
 )
-SHARPENED = 2  # times; a choice
+SHARPENED, FINER = 6, 2  # windows that are, and how often; choices
 MOST = 12  # groups found at most; for the time it takes
 KINDS = ("function", "run", "window", "event", "stall", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
@@ -330,12 +330,11 @@ class _Pursuit:
         j = int(np.argmax(gains))
         together = float(np.logaddexp.reduce(np.concatenate([gains for gains, _ in weighed])))
         best = float(gains[j]), float(one.sizes[j]), one.group(j)
-        in_bins = [(g, one) for g, one in weighed if one.bins]
-        wide, windows = max(in_bins, key=lambda pair: float(np.max(pair[0])))
-        j = int(np.argmax(wide))
-        if wide[j] > max(BLUNT * best[0], WORTHWHILE):
-            best = max(best, self._sharpened(float(wide[j]), float(windows.gains[j] - wide[j]), windows.group(j)),
-                       key=lambda found: found[0])  # fmt: skip
+        blunt = [(float(np.max(g)), float(np.max(one.gains) - np.max(g)), one) for g, one in weighed if one.bins]
+        for wide, paid, windows in sorted(blunt, key=lambda one: -one[0])[:SHARPENED]:
+            if wide > max(BLUNT * gains[j], WORTHWHILE):
+                window = windows.group(int(np.argmax(windows.gains)))
+                best = max(best, self._sharpened(wide, paid, window), key=lambda found: found[0])
         return *best, together
 
     def _groups(self, i: int) -> _Tried:
@@ -383,31 +382,28 @@ class _Pursuit:
         return _Tried(gains, sizes, lambda j: _window(piece, k, int(lo[j]), int(hi[j])), gains.size, bins=True)
 
     def _sharpened(self, gain: float, paid: float, group: _Group) -> tuple[float, float, _Group]:
-        """A window in bins, or that of another term about the same time, with ends between those of bins.
+        """A window in bins, or one with ends between those of bins.
 
         gain: of the group, after what was paid for looking through all of them; so is what is looked through here.
         """
         (k, pick), best, fit = group.combine[0], (gain, 0.0, group), self.near.fit
-        terms = [piece for piece in self.pieces if piece.kind == "window" and piece.functions[k] is not None]
         start, stop = group.piece.edges[np.flatnonzero(np.diff(pick[0], prepend=0.0, append=0.0))]
-        width, ahead = float(np.diff(group.piece.edges[:2])[0]), [-np.inf]
-        while best[0] > ahead[-1] + WORTHWHILE and len(ahead) <= SHARPENED:
-            ahead.append(best[0])
-            paid += 2.0 * float(np.log(2 * SHARPER))
-            finer = [sharper(piece, k, start, stop, width, fit) for piece in terms]
-            columns, done, width = _followed(changes(fit, finer)[k]), 0, width / SHARPER
-            for piece in sorted(finer, key=lambda piece: not piece.force):
-                own = columns[:, done : (done := done + piece.edges.size - 1)]
-                E, products = own.T @ self._row(self.W, k), own.T @ own
-                line = np.concatenate([[0.0], np.cumsum(E @ self.g - own.T @ self._row(self.near.residual, k))])
-                first, last = np.column_stack(np.triu_indices(line.size, 1)).T
-                left = _inside(products - E @ E.T, first, last)[:, None, None]
-                gains, sizes = evidence(left, (line[last] - line[first])[:, None], _inside(products, first, last))
-                j = int(np.argmax(gains))
-                if gains[j] - paid > best[0]:
-                    sharp = replace(_window(piece, k, int(first[j]), int(last[j])), columns=own)
-                    best = float(gains[j]) - paid, float(sizes[j]), sharp
-                    start, stop = piece.edges[[first[j], last[j]]]
+        width = float(np.diff(group.piece.edges[:2])[0])
+        for _ in range(FINER):
+            ahead, paid = best[0], paid + 2.0 * float(np.log(2 * SHARPER))
+            piece, width = sharper(group.piece, k, start, stop, width, fit), width / SHARPER
+            own = _followed(changes(fit, [piece])[k])
+            E, products = own.T @ self._row(self.W, k), own.T @ own
+            line = np.concatenate([[0.0], np.cumsum(E @ self.g - own.T @ self._row(self.near.residual, k))])
+            first, last = np.column_stack(np.triu_indices(line.size, 1)).T
+            left = _inside(products - E @ E.T, first, last)[:, None, None]
+            gains, sizes = evidence(left, (line[last] - line[first])[:, None], _inside(products, first, last))
+            j = int(np.argmax(gains))
+            if gains[j] - paid < ahead + WORTHWHILE:
+                break
+            sharp = replace(_window(piece, k, int(first[j]), int(last[j])), columns=own)
+            best = float(gains[j]) - paid, float(sizes[j]), sharp
+            start, stop = piece.edges[[first[j], last[j]]]
         return best
 
     def _by_run(self) -> list[_Tried]:
