@@ -1,0 +1,78 @@
+"""What has no name in a whole vehicle: found where it is, in what it goes with, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_rigid_motion import multisine
+
+import vtank as vt
+from vtank.diagnose.freeform.motion import faded
+from vtank.experiment.whole import fly_vehicle
+
+ROV, REMUS = (vt.load_vehicle(name) for name in ("bluerov2", "remus100"))
+FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
+SECONDS = 60.0
+EASY = ("linear_drag", "sensor_latency", "sensor_scale")  # effects that might be named instead
+
+
+def without_noise(vehicle: vt.Vehicle) -> vt.Vehicle:
+    """The vehicle with instruments that err by nothing."""
+    return replace(vehicle, sensors=tuple(replace(s, noise=tuple(0.0 for _ in s.noise)) for s in vehicle.sensors))
+
+
+def known(vehicle: vt.Vehicle, inputs: dict[str, np.ndarray], column: str) -> Callable[[np.ndarray], np.ndarray]:
+    """What a column of a flight would read, at any time."""
+    run = fly_vehicle(without_noise(vehicle), inputs, SECONDS, 1)
+    there = np.isfinite(run.columns[column])
+    return lambda t: np.interp(t, run.time_s[there], run.columns[column][there])
+
+
+def found_in(run: vt.Run, vehicle: vt.Vehicle, **columns: np.ndarray) -> vt.WholeDiagnosis:
+    """The diagnosis of the run with other columns, whose dots are written __."""
+    other = run.columns | {name.replace("__", "."): values for name, values in columns.items()}
+    return vt.diagnose([replace(run, columns=other)], nominal=vehicle, effects=EASY)
+
+
+@pytest.mark.slow
+def test_a_level_that_takes_acceleration_for_tilt_goes_with_the_surge() -> None:
+    inputs = multisine(FEW, SECONDS, 4)
+    surge = known(FEW, inputs, "dvl.surge_m_s")
+    run = fly_vehicle(FEW, inputs, SECONDS, 1)
+    rate = np.gradient(surge(run.time_s), run.time_s)
+    diagnosis = found_in(run, FEW, ahrs__pitch_rad=run.columns["ahrs.pitch_rad"] + 0.1 * faded(run.time_s, rate, 1.0))
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("ahrs",))
+    [block] = [block for block in diagnosis.selection.blocks if block.place == "ahrs" and block.repeats]
+    assert any("surge" in name for name in block.goes_with)
+
+
+@pytest.mark.slow
+def test_what_all_thrusters_lose_together_is_no_fault_of_one() -> None:
+    """Air that is drawn near the surface: less thrust, the less deep."""
+    inputs = multisine(FEW, SECONDS, 4)
+    depth = known(FEW, inputs, "depth.depth_m")
+    run = fly_vehicle(FEW, inputs, SECONDS, 1)
+    told = depth(run.time_s)
+    share = (told - told.min()) / np.ptp(told)
+    asked = {name: values * (1.0 + 0.3 * (share < 0.5)) for name, values in run.columns.items() if "command" in name}
+    diagnosis = found_in(run, FEW, **asked)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("thrusters",))
+    assert diagnosis.verdict.channel == "actuator"
+
+
+@pytest.mark.slow
+def test_a_fin_that_stands_still_for_a_while_is_found_with_its_time() -> None:
+    asked = multisine(REMUS, SECONDS, 2) | {"propeller_rev_s": np.full(int(SECONDS * 5), 20.0)}
+    stuck = (asked["time_s"] > 30.0) & (asked["time_s"] < 38.0)
+    told = {**asked, "rudder_rad": np.where(stuck, 0.1, asked["rudder_rad"])}
+    run = fly_vehicle(REMUS, told, SECONDS, 3)
+    there = np.isfinite(run.columns["rudder_rad"])
+    recorded = np.full(run.time_s.size, np.nan)
+    at = np.searchsorted(asked["time_s"], run.time_s[there] + 1e-9, side="right") - 1
+    recorded[there] = asked["rudder_rad"][at]
+    diagnosis = found_in(run, REMUS, rudder_rad=recorded)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
+    assert diagnosis.selection.blocks[0].goes_with == ("a while in run 1",)
