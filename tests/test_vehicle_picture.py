@@ -32,3 +32,10 @@ def test_what_is_named_is_filled_and_told() -> None:
     filled = re.findall(r'class="place" style="--lit:(0\.[1-9]\d)"', svg)
     assert filled == ["0.98", "0.25"] and "<title>thruster_4: 98 %</title>" in svg
     assert "thruster_4 98 %, yaw 50 %" in svg
+
+
+def test_what_all_thrusters_have_in_common_fills_all_of_them() -> None:
+    vehicle = vt.load_vehicle("bluerov2")
+    svg = vehicle_picture(vehicle, {"thrusters": 0.97})
+    assert all(f"<title>{t.name}: 97 %</title>" in svg for t in vehicle.thrusters if t.direction[2] == 0.0)
+    assert "thrusters 97 %" in svg

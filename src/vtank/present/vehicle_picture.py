@@ -25,7 +25,10 @@ Box = tuple[float, float, float, float]
 
 
 def vehicle_picture(vehicle: Vehicle, lit: Mapping[str, float]) -> str:
-    """An SVG; lit: place -> probability, by which it is filled."""
+    """An SVG; lit: place -> probability, by which it is filled; of "thrusters", all of them are."""
+    said = ", ".join(f"{name} {percent(p)}" for name, p in lit.items()) or "none"
+    if together := lit.get("thrusters", 0.0):
+        lit = {**lit, **{t.name: max(lit.get(t.name, 0.0), together) for t in vehicle.thrusters}}
     places = [(t.name, vehicle.sites[t.site]) for t in vehicle.thrusters]
     places += [(f.name, vehicle.sites[f.site]) for f in vehicle.fins]
     places += [(s.name, s.position_m) for s in vehicle.sensors]
@@ -51,7 +54,6 @@ def vehicle_picture(vehicle: Vehicle, lit: Mapping[str, float]) -> str:
         dx, dy = ARROW * np.asarray(thruster.direction[:2])
         arrows.append(f'<path class="axis" d="M{x:.1f} {y:.1f}l{dx:.1f} {dy:.1f}"/>')
     chips = "".join(_chip(k, height - CHIP, name, lit.get(name, 0.0)) for k, name in enumerate(CHIPS))
-    said = ", ".join(f"{name} {percent(p)}" for name, p in lit.items()) or "none"
     drawing = "\n".join((hull, *arrows, _marks(marks, lit), chips))
     return drawn("vehicle", WIDTH, height, drawing, f"The vehicle from above; places and their probability: {said}.")
 
