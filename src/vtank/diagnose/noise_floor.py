@@ -25,7 +25,7 @@ from .freeform.pursuit import pursue
 # How much more of a disturbance than usual there may be, what is several times as much, and the memory of what is usual
 STILL_SPREAD, SEVERAL, STILL_MEMORY_S = 0.7, 4.0, 2.0  # [powers of e], [-], [s]; guesses
 CONTENDERS = 2  # hypotheses whose own noise level is looked at
-ROUNDS = 3  # alternations of fit and noise level, at most
+ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of the log of deviations that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 LARGEST_SIGMA = float(np.exp(3.0))  # [m/s2, m] disturbance or coloured error beyond any water's
@@ -144,7 +144,7 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
-        found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
+        found.append((fit.log_evidence + free.beforehand + free.gain + log_prior(noise, setting.usual), noise))
         if not free.components or (turn and _apart(noise, before) < SETTLED):
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta, setting.usual)
