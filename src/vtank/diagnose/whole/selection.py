@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import Filtered, Noise
+from ...rigid.filtered import STILL, Filtered, Noise
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
-from ...rigid.noise import first_noise
+from ...rigid.noise import LEAST_SIGMA, first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
@@ -24,7 +24,7 @@ from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
-from .unnamed import Block, at_place, unnamed
+from .unnamed import QUIETER, Block, at_place, unnamed
 
 Array = NDArray[np.float64]
 Start = tuple[Model, Array, list[Filtered]]  # of a fit beside it: a model, its J, and its filter
@@ -99,21 +99,47 @@ def select(
         best, found = settled(replace(best, fit=replace(best.fit, runs=echoes.runs)), floor)
         best, found = trusting(best, found, own)
     strongest = set[str]()
-    for _ in range(MOST - len(best.effects)):
-        mine = list(best.unknowns[: len(own)])
-        own_alone = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
-        fitted, strong = _wider(best, found, own, layout, candidates, say)
-        strongest |= strong
-        fitted += steadied(best, layout, candidates, floor)
-        fitted.sort(key=lambda m: -m.log_evidence)
-        form = _form(best, found, sizes) if best.effects else 0.0
-        if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
-            break
-        best, found = trusting(*settled(fitted[0], floor), own)
-        best, found = _afresh(best, own, noise, floor) or (best, found)
-    again = tuple(placed for placed in candidates if placed.name in strongest)
+
+    def grown(best: Model, found: list[Filtered]) -> Model:
+        for _ in range(MOST - len(best.effects)):
+            mine = list(best.unknowns[: len(own)])
+            own_alone = (
+                refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
+            )
+            fitted, strong = _wider(best, found, own, layout, candidates, say)
+            strongest.update(strong)
+            fitted += steadied(forgetful(best, floor), layout, candidates, floor)
+            fitted.sort(key=lambda m: -m.log_evidence)
+            form = _form(best, found, sizes) if best.effects else 0.0
+            if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
+                break
+            best, found = trusting(*settled(fitted[0], floor), own)
+            best, found = _afresh(best, own, noise, floor) or (best, found)
+        return best
+
+    def judged(best: Model) -> Selection:
+        again = tuple(placed for placed in candidates if placed.name in strongest)
+        return _judged(best, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
+
+    best = grown(best, found)
     del found  # as large as all that is judged by; it is made anew where it is needed
-    return _judged(best, own, candidates, strong=again, sizes=sizes, less=less, echoes=echoes, say=say)
+    selection = judged(best)
+    if named := _as_quiet(selection, candidates, floor):
+        return judged(grown(*trusting(named, named.fit.filter(named.vector()), own)))
+    return selection
+
+
+def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array) -> Model | None:
+    """The best with one more effect, tried at far less of a disturbance, which may stand for what it does."""
+    best, layout, noise = selection.best, selection.layout, selection.best.fit.noise
+    if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
+        return None
+    quiet = replace(noise, sigma=np.where(noise.sigma > 0.0, np.maximum(noise.sigma / QUIETER**2, LEAST_SIGMA), 0.0))
+    calm = replace(best, fit=replace(best.fit, noise=quiet))
+    there = calm.fit.filter(calm.vector())
+    tried = steadied([(refit(calm, there, calm.theta), there)], layout, candidates, floor)
+    top = max(tried, key=lambda model: model.log_evidence, default=best)
+    return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None
 
 
 def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
@@ -181,15 +207,17 @@ def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str
     return tell
 
 
-def steadied(model: Model, layout: Layout, candidates: Sequence[Placed], floor: Array) -> list[Model]:
-    """The model with what promises most beside a disturbance that forgets soon, each at the noise it settles to.
+def steadied(
+    begins: Sequence[tuple[Model, list[Filtered]]], layout: Layout, candidates: Sequence[Placed], floor: Array
+) -> list[Model]:
+    """Models with what promises most beside them, at less of a disturbance, each at the noise it then settles to.
 
     But for those that lie far behind the best at the noise that all have before.
     """
 
     def wider() -> list[Model]:
         found: list[Model] = []
-        for calm, there in forgetful(model, floor):
+        for calm, there in begins:
             promising, J = _promising(calm, there, layout, candidates)
             steadiest = [promise for promise in promising[:STEADIEST] if promise.gain > 0.0]
             found += [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
