@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_rigid_motion import multisine
+from test_whole_causes import flown_with
 
 import vtank as vt
 from vtank.diagnose.freeform.motion import faded
+from vtank.diagnose.whole.model import blank, own_unknowns, refit
+from vtank.diagnose.whole.settling import settled
+from vtank.diagnose.whole.sizes import sizes_of
 from vtank.experiment.whole import fly_vehicle
+from vtank.rigid.fit import Fit
+from vtank.rigid.noise import first_noise
+from vtank.rigid.places import catalogue
+from vtank.rigid.recordings import record
 
 ROV, REMUS = (vt.load_vehicle(name) for name in ("bluerov2", "remus100"))
 FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
@@ -76,3 +86,20 @@ def test_a_fin_that_stands_still_for_a_while_is_found_with_its_time() -> None:
     diagnosis = found_in(run, REMUS, rudder_rad=recorded)
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
     assert diagnosis.selection.blocks[0].goes_with == ("a while in run 1",)
+
+
+@pytest.mark.slow
+def test_a_disturbance_that_stands_for_a_late_thruster_does_not_hide_it() -> None:
+    """At the disturbance that is likeliest without it nothing of it is seen; at far less of one it is, and stays."""
+    selection = importlib.import_module("vtank.diagnose.whole.selection")
+    run = flown_with(FEW, SECONDS, command_delay__thruster_3={"d_s": 0.2})
+    layout, seen, _ = record([run], FEW)
+    own, noise = own_unknowns(layout, seen[0].moves), first_noise(seen)
+    quiet, found = settled(blank(Fit(seen, noise), layout, (), own), noise.variance)
+    some = tuple(c for c in catalogue(layout, seen[0].moves, sizes_of(quiet, found)) if c.effect == "command_delay")
+    loud = replace(quiet, fit=replace(quiet.fit, noise=replace(quiet.fit.noise, sigma=np.full(6, 3.0), memory_s=0.3)))
+    there = loud.fit.filter(loud.vector())
+    loud = refit(loud, there, loud.theta)
+    assert selection._promising(loud, there, layout, some)[0][0].gain < 5.0
+    named = selection._as_quiet(SimpleNamespace(best=loud, layout=layout, own=loud), some, noise.variance)  # type: ignore[arg-type]
+    assert named is not None and named.names == ("command_delay@thruster_3",)
