@@ -329,13 +329,13 @@ class _Pursuit:
         tried["run"] = self._by_run()
         weighed = []
         for some in tried.values():
-            paid = np.log(len(KINDS) * max(sum(one.looked for one in some), 1))
-            weighed += [(one.gains - paid, one) for one in some if one.gains.size]
-        gains, one = max(weighed, key=lambda pair: float(np.max(pair[0])))
+            paid = float(np.log(len(KINDS) * max(sum(one.looked for one in some), 1)))
+            weighed += [(one.gains - paid, one, paid) for one in some if one.gains.size]
+        gains, one, _ = max(weighed, key=lambda weighed: float(np.max(weighed[0])))
         j = int(np.argmax(gains))
-        together = float(np.logaddexp.reduce(np.concatenate([gains for gains, _ in weighed])))
+        together = float(np.logaddexp.reduce(np.concatenate([gains for gains, *_ in weighed])))
         best = float(gains[j]), float(one.sizes[j]), one.group(j)
-        blunt = [(float(np.max(g)), float(np.max(one.gains) - np.max(g)), one) for g, one in weighed if one.bins]
+        blunt = [(float(np.max(g)), paid, one) for g, one, paid in weighed if one.bins]
         for wide, paid, windows in sorted(blunt, key=lambda one: -one[0])[:SHARPENED]:
             if wide > max(BLUNT * gains[j], WORTHWHILE):
                 window = windows.group(int(np.argmax(windows.gains)))

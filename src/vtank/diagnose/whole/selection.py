@@ -131,7 +131,8 @@ def select(
 
 def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array) -> Model | None:
     """The best with one more effect, tried at far less of a disturbance, which may stand for what it does."""
-    best, layout, noise = selection.best, selection.layout, selection.best.fit.noise
+    best, layout = selection.best if selection.best.effects else selection.own, selection.layout
+    noise = best.fit.noise
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
         return None
     quiet = replace(noise, sigma=np.where(noise.sigma > 0.0, np.maximum(noise.sigma / QUIETER**2, LEAST_SIGMA), 0.0))
