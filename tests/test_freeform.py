@@ -242,22 +242,6 @@ def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, si
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
 
 
-@pytest.mark.parametrize(("pitched_m", "seen"), [(0.5e-3, False), (8e-3, True)])
-def test_a_hull_that_pitches_a_little_is_no_gap(pitched_m: float, seen: bool) -> None:
-    """A sonar off the axis reads what accelerates the hull; a fine sonar, many pings, and each run likewise."""
-
-    def pitched(run: Observed) -> Observed:
-        rate = np.gradient(np.gradient(run.value, run.time_s), run.time_s)
-        smooth = np.convolve(rate, np.hanning(41) / np.hanning(41).sum(), mode="same")
-        return replace(run, value=run.value + pitched_m * smooth / np.sqrt(np.mean(smooth**2)))
-
-    clean = [record(f"run_{k}", sine(*drive), NOMINAL, 0.0, k) for k, drive in enumerate(DRIVES)]
-    rng = np.random.default_rng(3)
-    runs = [replace(run, value=run.value + 1e-3 * rng.normal(size=run.time_s.size)) for run in map(pitched, clean)]
-    found = beside(runs, replace(NOISE, variance=(1e-6, 1e-6, 1e-6)))
-    assert (found.left > 0.0 or bool(found.components)) is seen
-
-
 @pytest.mark.parametrize("rad_s", [2.2, 5.0])
 def test_a_broad_peak_of_noise_is_no_line(rad_s: float) -> None:
     """As loud as a line at its top, and nearly so beside it: a resonance that white noise drives, shape after shape."""

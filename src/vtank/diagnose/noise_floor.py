@@ -144,7 +144,7 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
-        found.append((fit.log_evidence + free.beforehand + free.gain + log_prior(noise, setting.usual), noise))
+        found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
         if not free.components or (turn and _apart(noise, before) < SETTLED):
             break
         before, noise = noise, noise_at(free.cleared(), fit.optimum.theta, setting.usual)

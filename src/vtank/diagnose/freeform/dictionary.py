@@ -30,7 +30,6 @@ ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
 SHARPER = 8  # finer bins to one, where a window begins or ends; a choice
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
-PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro: 0.1 degrees at 0.3 m; a guess
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
@@ -41,7 +40,7 @@ class Piece:
     """Columns made in one go, of all runs together or of one run.
 
     Attributes:
-        kind: "function", "window", "event", "stall", "line", or "pitch", which is there beforehand.
+        kind: "function", "window", "event", "stall" or "line".
         channel: where it acts.
         about: what it goes with, in words.
         force: whether a force [m/s2] at the input's stamps, else an error [m or m/s] at the measurements.
@@ -75,7 +74,6 @@ def pieces(fit: Fitted) -> list[Piece]:
     return [
         *_forces(fed),
         *_errors(read, step),
-        _pitching(read),
         *(piece for k in range(len(moved)) for piece in _local(k, moved, fit)),
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
@@ -143,17 +141,6 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
     if periods.size:
         columns = tuple(waves(2.0 * np.pi * np.outer(s, periods)) for s in share)
         yield Piece("function", SENSOR, "place, periodic", False, columns, 2)
-
-
-def _pitching(read: list[Motion]) -> Piece:
-    """What a sonar off the axis reads of a hull that thrust and drag pitch, each of root mean square PITCHED_M.
-
-    With the forces, as the hull rights itself faster than a drive turns them round; thrust is what accelerates it and
-    what overcomes its drag.
-    """
-    columns = [np.column_stack([m.variables["acceleration"], m.u * np.abs(m.u)]) for m in read]
-    usual = np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)) + 1e-12
-    return Piece("pitch", SENSOR, "pitch", False, tuple(PITCHED_M * some / usual for some in columns), 2)
 
 
 def _local(k: int, moved: list[tuple[Motion, Motion]], fit: Fitted) -> Iterator[Piece]:

@@ -97,14 +97,12 @@ class Freeform:
         components: in the order in which they were found.
         left: log evidence that one more thing, whichever, gains: below zero where there is none.
         shift: of the fit's unknowns beside the components, shape (size,).
-        beforehand: log evidence of what is there beforehand, whatever is missing: a hull that pitches a little.
     """
 
     near: Linearised
     components: tuple[Component, ...]
     left: float
     shift: np.ndarray
-    beforehand: float
 
     @property
     def fit(self) -> Fitted:
@@ -251,13 +249,7 @@ class _Pursuit:
         self.taken = [C.T @ self._row(self.W, k) for k, C in enumerate(self.columns)]
         self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
         self.found: list[tuple[_Group, float, float, np.ndarray]] = []
-        self.wandering, self.beforehand = True, 0.0
-        for i, piece in enumerate(self.pieces):
-            if piece.kind == "pitch":
-                A, b = (part[0] for part in self._left(i))
-                inner = A + np.eye(piece.each)
-                self.beforehand += 0.5 * float(b @ np.linalg.solve(inner, b) - np.linalg.slogdet(inner)[1])
-                self.add(_Group(piece.kind, piece, tuple((k, np.eye(piece.each)) for k in self._runs(i))), 0.0, 1.0)
+        self.wandering = True
 
     def _row(self, a: np.ndarray, k: int) -> np.ndarray:
         return a[self.rows[k] : self.rows[k + 1]]
@@ -288,7 +280,7 @@ class _Pursuit:
             each = own.shape[1] if piece.kind == "window" else piece.each
             split = own.reshape(own.shape[0], -1, each).transpose(1, 2, 0)
             parts.append(split @ split.transpose(0, 2, 1))
-        return np.array(parts) if piece.kind not in ("function", "pitch") else np.sum(parts, axis=0)[None]
+        return np.array(parts) if piece.kind not in ("function",) else np.sum(parts, axis=0)[None]
 
     def _left(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Per piece: what remains of its products, and the pull on its coefficients, groups first."""
@@ -297,7 +289,7 @@ class _Pursuit:
         E = [self.taken[k][self.where[i][k]] for k in runs]
         q = [self.pull[k][self.where[i][k]] for k in runs]
         each = E[0].shape[0] if piece.kind == "window" else piece.each
-        if piece.kind in ("function", "pitch"):
+        if piece.kind in ("function",):
             E, q = [np.sum(E, axis=0)], [np.sum(q, axis=0)]
         split = np.array([e.reshape(-1, each, e.shape[1]) for e in E])  # R, G, K, P
         b = np.array([(e @ g - v).reshape(-1, each) for e, v in zip(E, q, strict=True)])
@@ -490,7 +482,7 @@ class _Pursuit:
         for (group, *_), component, (mean, sd) in zip(self.found, found, parts, strict=True):
             windows = (group.window,) if group.window else self._shown(group, mean, sd)
             components.append(replace(component, windows=windows, coefficients=mean, sd=sd))
-        return Freeform(self.near, tuple(components), left, shift, self.beforehand)
+        return Freeform(self.near, tuple(components), left, shift)
 
     def _functions(self, group: _Group, k: int) -> np.ndarray:
         """A group's functions in a run, shape (I, K) or (M, K)."""
