@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from test_rigid_motion import multisine
-from test_whole_causes import flown_with
+from test_whole_causes import FEW, REMUS, flown_with
 
 import vtank as vt
 from vtank.diagnose.freeform.motion import faded
@@ -23,8 +23,6 @@ from vtank.rigid.noise import first_noise
 from vtank.rigid.places import catalogue
 from vtank.rigid.recordings import record
 
-ROV, REMUS = (vt.load_vehicle(name) for name in ("bluerov2", "remus100"))
-FEW = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "ahrs", "dvl", "depth")))
 SECONDS = 60.0
 EASY = ("linear_drag", "sensor_latency", "sensor_scale")  # effects that might be named instead
 

@@ -59,8 +59,10 @@ def loudest(fit: Fitted) -> Lines:
     step = max((float(np.median(np.diff(t))) for t, _ in runs), default=1.0)
     size = max((int(np.ptp(t) / step) + 1 for t, _ in runs), default=1)
     even = [np.interp(np.arange(t[0], t[-1], step), t, e) for t, e in runs]
-    each = np.array([np.abs(np.fft.rfft(e, FINER * size)) ** 2 for e in even]).reshape(len(even), -1)
-    power = each.sum(axis=0) if even else np.zeros(FINER * size // 2 + 1)
+    each = np.empty((len(even), FINER * size // 2 + 1))
+    for e, row in zip(even, each, strict=True):
+        row[:] = np.abs(np.fft.rfft(e, FINER * size)) ** 2
+    power = each.sum(axis=0)
     peak = np.flatnonzero((power[1:-1] >= power[:-2]) & (power[1:-1] > power[2:])) + 1
     peak = peak[peak >= FINER]
     peak = peak[np.argsort(-power[peak])][:LINES]

@@ -140,14 +140,14 @@ def _above(times: float) -> float:
 
 def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     """Log evidence of a hypothesis with what has no name beside it, and the noise level that then is left."""
-    found, before = [], noise
+    found = []
     for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
         free = pursue(fit)
         found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
-        if not free.components or (turn and _apart(noise, before) < SETTLED):
+        if not free.components or turn == ROUNDS - 1:
             break
-        before, noise = noise, noise_at(free.cleared(), fit.optimum.theta, setting.usual)
+        noise = noise_at(free.cleared(), fit.optimum.theta, setting.usual)
     return max(found, key=lambda pair: pair[0])
 
 

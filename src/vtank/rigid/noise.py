@@ -132,8 +132,7 @@ def _moves(
     enough = np.maximum(KEPT * np.minimum(floor, _fastest(runs, start)), least)
     white = np.maximum(_white(runs, start), enough)
     spare = np.minimum(COLOURED * start.noise.variance, np.maximum(start.noise.variance - enough, 0.0))
-    slow, none = start.noise.slow**2, np.zeros_like(spare)
-    slower = {"slow": _slower(runs, start, [none]), "coloured": _slower(runs, start, [none, spare, -slow])}
+    slower = dict(zip(("slow", "coloured"), _slower(runs, start, spare), strict=True))
     moves = [(str(axis), partial(_sized, axis=int(axis), factor=by))
              for axis in np.flatnonzero(start.noise.sigma > 0.0) for by in (factor, 1.0 / factor)]  # fmt: skip
     moves += [("memory", partial(_remembering, factor=by, longest_s=longest_s)) for by in (factor, 1.0 / factor)]
@@ -241,13 +240,14 @@ def _white(runs: Sequence[Recorded], tried: Tried) -> Array:
     return variance
 
 
-def _slower(runs: Sequence[Recorded], tried: Tried, lesser: Sequence[Array]) -> Noise:
+def _slower(runs: Sequence[Recorded], tried: Tried, spare: Array) -> list[Noise]:
     """The noise with the slow error of each column that is likeliest in what its filter leaves beside it, or none.
 
-    That holds the slow error itself, however much of it was foreseen. lesser: by what white errors, as variances, may
-    be less at once, (C,) each.
+    That holds the slow error itself, however much of it was foreseen. With white errors as they are; and where these
+    may be less at once by the variance spare, (C,), or more by that of the slow error.
     """
-    noise = replace(tried.noise.even, variance=tried.noise.variance.copy())
+    lesser = (np.zeros_like(spare), spare, -(tried.noise.slow**2))
+    found = [replace(tried.noise.even, variance=tried.noise.variance.copy()) for _ in range(2)]
     shares, memories = (grid.ravel() for grid in np.meshgrid(SLOW, SLOW_S))
     for c, white in enumerate(tried.noise.variance):
         each = [(run.time_s, f.innovation + f.told.slow, f.told.apart, run.column == c)
@@ -261,7 +261,8 @@ def _slower(runs: Sequence[Recorded], tried: Tried, lesser: Sequence[Array]) -> 
         for less, row in zip(lesser, gains, strict=True):
             likelihoods(time_s, e, variance, first, less[c], sizes, even, row)
         gains[:, 0] += SURELY
-        which, best = divmod(int(np.argmax(gains)), sizes.size)
-        noise.slow[c], noise.slow_s[c] = sizes[best], even[best]
-        noise.variance[c] -= lesser[which][c]
-    return noise
+        for noise, some in zip(found, (gains[:1], gains), strict=True):
+            which, best = divmod(int(np.argmax(some)), sizes.size)
+            noise.slow[c], noise.slow_s[c] = sizes[best], even[best]
+            noise.variance[c] -= lesser[which][c]
+    return found

@@ -251,8 +251,8 @@ def changes(fit: Fitted, made: list[Piece]) -> list[np.ndarray]:
                  for force in (True, False)]  # fmt: skip
         out = np.empty((run.time_s.size, sum(own.shape[1] for side in sides for own in side)))
         base, done = (f.innovation / np.sqrt(f.variance))[:, None], 0
-        for force, some_own in zip((True, False), sides, strict=True):
-            columns = np.hstack(some_own) if some_own else np.empty((0, 0))
+        for force, side in zip((True, False), sides, strict=True):
+            columns = np.hstack(side) if side else np.empty((0, 0))
             for first in range(0, columns.shape[1], TOGETHER):
                 some = columns[:, first : first + TOGETHER]
                 size = np.max(np.abs(some), axis=0) + 1e-300

@@ -31,10 +31,8 @@ SIZES = np.logspace(
 TAKEN_UP = 1e-4  # share of a group's square that must survive the refit; less is rounding of the derivatives
 WORTHWHILE = 3.0  # log evidence that a further group must gain, as a named effect must
 BEYOND_DOUBT = 3.0  # deviations from which a moment of a wandering term counts as off
-BLUNT = (
-    0.5  # share of the best's gain from which a window that begins and ends with bins is looked at closely; a choice
-)
-SHARPENED, FINER = 6, 2  # windows that are, and how often; choices
+BLUNT = 0.5  # share of the best's gain from which the ends of a window are sought between those of bins; a choice
+SHARPENED, FINER = 6, 2  # windows of which they are, at most, and how often; choices
 MOST = 12  # groups found at most; for the time it takes
 KINDS = ("function", "run", "window", "event", "stall", "line")  # each has an even share of the prior
 OWN = {"drag": "alpha", "thrust": "beta", "lag": LAG}  # own parameter that goes with a term
@@ -280,7 +278,7 @@ class _Pursuit:
             each = own.shape[1] if piece.kind == "window" else piece.each
             split = own.reshape(own.shape[0], -1, each).transpose(1, 2, 0)
             parts.append(split @ split.transpose(0, 2, 1))
-        return np.array(parts) if piece.kind not in ("function",) else np.sum(parts, axis=0)[None]
+        return np.array(parts) if piece.kind != "function" else np.sum(parts, axis=0)[None]
 
     def _left(self, i: int) -> tuple[np.ndarray, np.ndarray]:
         """Per piece: what remains of its products, and the pull on its coefficients, groups first."""
@@ -289,7 +287,7 @@ class _Pursuit:
         E = [self.taken[k][self.where[i][k]] for k in runs]
         q = [self.pull[k][self.where[i][k]] for k in runs]
         each = E[0].shape[0] if piece.kind == "window" else piece.each
-        if piece.kind in ("function",):
+        if piece.kind == "function":
             E, q = [np.sum(E, axis=0)], [np.sum(q, axis=0)]
         split = np.array([e.reshape(-1, each, e.shape[1]) for e in E])  # R, G, K, P
         b = np.array([(e @ g - v).reshape(-1, each) for e, v in zip(E, q, strict=True)])
@@ -316,8 +314,7 @@ class _Pursuit:
         """The group with the largest gain: gain, its coefficients' deviation, itself; and all groups' gain together."""
         tried: dict[str, list[_Tried]] = {kind: [] for kind in KINDS}
         for i, piece in enumerate(self.pieces):
-            if piece.kind in tried:
-                tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
+            tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
         tried["run"] = self._by_run()
         weighed = []
         for some in tried.values():
@@ -330,8 +327,9 @@ class _Pursuit:
         blunt = [(float(np.max(g)), paid, one) for g, one, paid in weighed if one.bins]
         for wide, paid, windows in sorted(blunt, key=lambda one: -one[0])[:SHARPENED]:
             if wide > max(BLUNT * gains[j], WORTHWHILE):
-                window = windows.group(int(np.argmax(windows.gains)))
-                best = max(best, self._sharpened(wide, paid, window), key=lambda found: found[0])
+                i = int(np.argmax(windows.gains))
+                sharp = self._sharpened(wide, float(windows.sizes[i]), windows.group(i), paid)
+                best = max(best, sharp, key=lambda found: found[0])
         return *best, together
 
     def _groups(self, i: int) -> _Tried:
@@ -370,20 +368,16 @@ class _Pursuit:
         """All windows of a term in one run."""
         piece, (k,) = self.pieces[i], self._runs(i)
         A, b = self._left(i)
-        line = np.concatenate([[0.0], np.cumsum(b[0])])
         lo, hi = spans(b[0].size).T
-        gains, sizes = evidence(
-            _inside(A[0], lo, hi)[:, None, None], (line[hi] - line[lo])[:, None], _inside(self.squares[i][0][0], lo, hi)
-        )
-
+        gains, sizes = _over_spans(A[0], b[0], self.squares[i][0][0], lo, hi)
         return _Tried(gains, sizes, lambda j: _window(piece, k, int(lo[j]), int(hi[j])), gains.size, bins=True)
 
-    def _sharpened(self, gain: float, paid: float, group: _Group) -> tuple[float, float, _Group]:
-        """A window in bins, or one with ends between those of bins.
+    def _sharpened(self, gain: float, size: float, group: _Group, paid: float) -> tuple[float, float, _Group]:
+        """A window in bins, or one with ends between those of bins: its gain, its coefficient's deviation, itself.
 
-        gain: of the group, after what was paid for looking through all of them; so is what is looked through here.
+        gain, size: of the group; paid: for looking through all windows in bins. So is what is looked through here.
         """
-        (k, pick), best, fit = group.combine[0], (gain, 0.0, group), self.near.fit
+        (k, pick), best, fit = group.combine[0], (gain, size, group), self.near.fit
         start, stop = group.piece.edges[np.flatnonzero(np.diff(pick[0], prepend=0.0, append=0.0))]
         width = float(np.diff(group.piece.edges[:2])[0])
         for _ in range(FINER):
@@ -391,10 +385,9 @@ class _Pursuit:
             piece, width = sharper(group.piece, k, start, stop, width, fit), width / SHARPER
             own = _followed(changes(fit, [piece])[k])
             E, products = own.T @ self._row(self.W, k), own.T @ own
-            line = np.concatenate([[0.0], np.cumsum(E @ self.g - own.T @ self._row(self.near.residual, k))])
-            first, last = np.column_stack(np.triu_indices(line.size, 1)).T
-            left = _inside(products - E @ E.T, first, last)[:, None, None]
-            gains, sizes = evidence(left, (line[last] - line[first])[:, None], _inside(products, first, last))
+            pull = E @ self.g - own.T @ self._row(self.near.residual, k)
+            first, last = np.triu_indices(pull.size + 1, 1)
+            gains, sizes = _over_spans(products - E @ E.T, pull, products, first, last)
             j = int(np.argmax(gains))
             if gains[j] - paid < ahead + WORTHWHILE:
                 break
@@ -548,7 +541,20 @@ def spans(count: int) -> np.ndarray:
     return found[found[:, 1] - found[:, 0] < count]
 
 
-def _inside(products: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+def _over_spans(
+    A: np.ndarray, b: np.ndarray, raw: np.ndarray, lo: np.ndarray, hi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`evidence` of windows from bin lo to bin hi, shapes (W,); A, b, raw: of bins, shapes (B, B), (B,), (B, B)."""
+    return evidence(inside(A, lo, hi)[:, None, None], along(b, lo, hi)[:, None], inside(raw, lo, hi))
+
+
+def along(values: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
+    """Sum of values (B,) over the bins from lo to hi, shape (W,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    return np.asarray(total[hi] - total[lo])
+
+
+def inside(products: np.ndarray, lo: np.ndarray, hi: np.ndarray) -> np.ndarray:
     """Sum of products (B, B) over the square of bins from lo to hi, shape (W,)."""
     total = np.zeros((products.shape[0] + 1,) * 2)
     total[1:, 1:] = np.cumsum(np.cumsum(products, axis=0), axis=1)

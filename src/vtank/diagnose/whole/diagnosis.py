@@ -249,7 +249,7 @@ def _diagnosed(
     spent = budget(selection)
     hidden = {name for name, most in spent.visible.items() if most < SEEN}
     hidden |= {placed.name for placed in selection.best.effects if selection.best.tiny(placed)}
-    hidden -= {name for name in hidden if selection.gain(name)[1] > PLAIN}
+    hidden -= {name for name in hidden if selection.gain(name) > PLAIN}
     if hidden:
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))

@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..freeform.pursuit import along, inside
+
 Array = NDArray[np.float64]
 SIZES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # deviation of a function, as a share of what is usual at its place
 GROUPS = 8  # that are taken together; a choice
@@ -54,11 +56,9 @@ def pursue(
 
 def _window(gram: Array, bins: slice) -> tuple[float, float, Array]:
     """The window from some bin to some other that gains most: its gain, its likeliest size, and which bins it spans."""
-    inner = np.pad(np.cumsum(np.cumsum(gram[bins, bins], axis=0), axis=1), (1, 0))
-    line = np.concatenate([[0.0], np.cumsum(gram[bins, 0])])
-    first, last = np.triu_indices(line.size, 1)
-    square = np.maximum(inner[last, last] - inner[first, last] - inner[last, first] + inner[first, first], 0.0)
-    gains, sizes = _of_one(square, line[last] - line[first])
+    first, last = np.triu_indices(bins.stop - bins.start + 1, 1)
+    square = np.maximum(inside(gram[bins, bins], first, last), 0.0)
+    gains, sizes = _over_sizes(_gains(square, along(gram[bins, 0], first, last)))
     k = int(np.argmax(gains))
     spanned = np.zeros((gram.shape[0], 1))
     spanned[bins.start + first[k] : bins.start + last[k]] = 1.0
@@ -69,13 +69,8 @@ def evidence(gram: Array, part: slice) -> tuple[float, float]:
     """Gain of log evidence of one group, over sizes alike likely; and the likeliest size."""
     values, vectors = np.linalg.eigh(gram[part, part])
     values, b = np.maximum(values, 0.0), vectors.T @ gram[part, 0]
-    return _over_sizes(np.sum(_gains(values, b), axis=1))
-
-
-def _of_one(values: Array, b: Array) -> tuple[Array, Array]:
-    """The same of single columns side by side, (W,), by their inner products with themselves and the innovations."""
-    gains = _gains(values, b)
-    return np.logaddexp.reduce(gains, axis=0) - np.log(len(SIZES)), np.array(SIZES)[np.argmax(gains, axis=0)]
+    gains, sizes = _over_sizes(np.sum(_gains(values, b), axis=1, keepdims=True))
+    return float(gains[0]), float(sizes[0])
 
 
 def _gains(values: Array, b: Array) -> Array:
@@ -84,5 +79,6 @@ def _gains(values: Array, b: Array) -> Array:
     return np.asarray(0.5 * (s2 * b * b / (1.0 + s2 * values) - np.log1p(s2 * values)))
 
 
-def _over_sizes(gains: Array) -> tuple[float, float]:
-    return float(np.logaddexp.reduce(gains) - np.log(gains.size)), SIZES[int(np.argmax(gains))]
+def _over_sizes(gains: Array) -> tuple[Array, Array]:
+    """Gains over sizes alike likely, and the likeliest size, (C,), of gains at each, (sizes, C)."""
+    return np.logaddexp.reduce(gains, axis=0) - np.log(len(SIZES)), np.array(SIZES)[np.argmax(gains, axis=0)]

@@ -14,7 +14,7 @@ from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise
 from ...rigid.fit import Fit
 from ...rigid.layout import Layout
-from ...rigid.noise import LEAST_SIGMA, first_noise
+from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
@@ -24,7 +24,7 @@ from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
-from .unnamed import QUIETER, Block, at_place, unnamed
+from .unnamed import QUIETER, Block, at_place, calmed, unnamed
 
 Array = NDArray[np.float64]
 Start = tuple[Model, Array, list[Filtered]]  # of a fit beside it: a model, its J, and its filter
@@ -68,11 +68,10 @@ class Selection:
         """The filter at the best."""
         return self.best.fit.filter(self.best.vector())
 
-    def gain(self, name: str) -> tuple[float, float]:
-        """Log evidence and log likelihood that one of the best's effects brings beside the others."""
+    def gain(self, name: str) -> float:
+        """Log likelihood that one of the best's effects brings beside the others."""
         placed = next(placed for placed in self.best.effects if placed.name == name)
-        other = without(self.best, self.layout, placed, self.found)
-        return self.best.log_evidence - other.log_evidence, other.cost - self.best.cost
+        return without(self.best, self.layout, placed, self.found).cost - self.best.cost
 
 
 def select(
@@ -135,8 +134,7 @@ def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array
     noise = best.fit.noise
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
         return None
-    quiet = replace(noise, sigma=np.where(noise.sigma > 0.0, np.maximum(noise.sigma / QUIETER**2, LEAST_SIGMA), 0.0))
-    calm = replace(best, fit=replace(best.fit, noise=quiet))
+    calm = replace(best, fit=replace(best.fit, noise=calmed(noise, range(noise.sigma.size), QUIETER**2)))
     there = calm.fit.filter(calm.vector())
     tried = steadied([(refit(calm, there, calm.theta), there)], layout, candidates, floor)
     top = max(tried, key=lambda model: model.log_evidence, default=best)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
-from ...rigid.filtered import Filtered, share
+from ...rigid.filtered import Filtered, Noise, share
 from ...rigid.fit import partial_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, PROMISE, resolution
@@ -146,10 +146,9 @@ def _quieter(model: Model, found: Sequence[Filtered], axes: Sequence[int], seek:
     """The block at the disturbance of axes that is likeliest beside it; its gain over the likeliest without it."""
     noise = model.fit.noise
     trials = [(_level(found), block)]
-    sigma = noise.sigma.copy()
-    while np.any(sigma[axes] > LEAST_SIGMA):
-        sigma[axes] = np.where(sigma[axes] > 0.0, np.maximum(sigma[axes] / QUIETER, LEAST_SIGMA), 0.0)
-        quiet = replace(model, fit=replace(model.fit, noise=replace(noise, sigma=sigma.copy())))
+    while np.any(noise.sigma[axes] > LEAST_SIGMA):
+        noise = calmed(noise, axes, QUIETER)
+        quiet = replace(model, fit=replace(model.fit, noise=noise))
         there = quiet.fit.filter(model.vector())
         if not all(np.all(f.variance > 0.0) for f in there):
             break  # too quiet for what rounding leaves of a covariance
@@ -158,6 +157,13 @@ def _quieter(model: Model, found: Sequence[Filtered], axes: Sequence[int], seek:
             break
     level, best = max(trials, key=_total)
     return replace(best, gain=level + best.gain - max(level for level, _ in trials))
+
+
+def calmed(noise: Noise, axes: Sequence[int], factor: float) -> Noise:
+    """A noise whose disturbances of some axes, where there are any, are less by a factor."""
+    sigma = noise.sigma.copy()
+    sigma[axes] = np.where(sigma[axes] > 0.0, np.maximum(sigma[axes] / factor, LEAST_SIGMA), 0.0)
+    return replace(noise, sigma=sigma)
 
 
 def _level(found: Sequence[Filtered]) -> float:
