@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from test_rigid_motion import multisine
-from test_whole_causes import FEW, REMUS, flown_with
+from test_whole_causes import FEW, REMUS, ROV, flown_with
 
 import vtank as vt
 from vtank.diagnose.freeform.motion import faded
@@ -101,3 +101,39 @@ def test_a_disturbance_that_stands_for_a_late_thruster_does_not_hide_it() -> Non
     assert selection._promising(loud, there, layout, some)[0][0].gain < 5.0
     named = selection._as_quiet(SimpleNamespace(best=loud, layout=layout, own=loud), some, noise.variance)  # type: ignore[arg-type]
     assert named is not None and named.names == ("command_delay@thruster_3",)
+
+
+def test_what_goes_with_an_error_knows_nothing_of_the_reading() -> None:
+    """Filter and pilot answer to a reading at once; what came of that would explain the reading's noise."""
+    unnamed = importlib.import_module("vtank.diagnose.whole.unnamed")
+    layout, [seen], _ = record([fly_vehicle(FEW, multisine(FEW, 20.0, 4), 20.0, 1)], FEW)
+    mine = np.flatnonzero(seen.column == layout.columns.index("ahrs.pitch_rad"))
+    m = mine[mine.size // 2]
+    other = replace(seen, value=seen.value + 0.05 * (np.arange(seen.value.size) == m))
+    felt = []
+    for run in (seen, other):
+        fit = Fit((run,), first_noise([seen]))
+        [path] = fit.paths(layout.null, fit.filter(layout.null))
+        felt.append(unnamed._felt(path))
+    known = seen.time_s <= seen.time_s[m]
+    assert np.array_equal(felt[0][known], felt[1][known])
+    assert not np.array_equal(felt[0][~known], felt[1][~known])
+
+
+def test_a_model_is_judged_by_its_own_filter() -> None:
+    """Not by that of one whose force goes with a place, of which speeds then seem to tell before anything else does."""
+    selection = importlib.import_module("vtank.diagnose.whole.selection")
+    vehicle = replace(ROV, sensors=tuple(s for s in ROV.sensors if s.name in ("imu", "dvl", "mocap")))
+    run = fly_vehicle(vehicle, multisine(vehicle, 20.0, 4), 20.0, 1)
+    late = {name: np.where(run.time_s < 2.0, np.nan, values) for name, values in run.columns.items() if "mocap" in name}
+    layout, seen, _ = record([replace(run, columns=run.columns | late)], vehicle)
+    own = blank(Fit(seen, first_noise(seen)), layout, (), own_unknowns(layout, seen[0].moves))
+    there = own.fit.filter(own.vector())
+    [tether] = [c for c in catalogue(layout, seen[0].moves, sizes_of(own, there)) if c.name == "tether@sway"]
+    tied = blank(own.fit, layout, (tether,), own.unknowns)
+    tied = replace(tied, theta=np.append(own.theta, 5.0))
+    by_another = tied.fit.filter(tied.vector())
+    right, wrong = (refit(own, found, own.theta).log_evidence for found in (there, by_another))
+    judged = selection.by_itself(refit(own, by_another, own.theta), by_another)
+    assert wrong < right - 10.0
+    assert judged.log_evidence == pytest.approx(right, abs=1.0)

@@ -34,6 +34,8 @@ PER_DEVIATION = 4  # classes of innovations to a robust deviation; a choice
 ROUNDS = 60  # of expectation and maximisation; a choice
 FEWEST = 3  # flags from which an outlier effect is considered
 NEIGHBOURS = 3  # pairs of neighbours, before and after, that are asked
+LEADING = (1, 3), (2, 4)  # readings after the first, through which lines lead to it
+PASSES = 5  # at most, through the readings: where many stand alone they hide each other; a choice
 CUT, SHRUNK = 0.92, 1.03  # quantile at which deviations are cut off, and what that leaves of white noise (simulated)
 
 
@@ -49,6 +51,8 @@ def _away(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     more than usual, and the distance is cut down by as much.
     """
     t, x = (np.pad(v, NEIGHBOURS, mode="reflect", reflect_type="odd") for v in (time, values))
+    x[:NEIGHBOURS] += 2.0 * (_end(time, values) - values[0])  # mirrored about what the end should be
+    x[-NEIGHBOURS:] += 2.0 * (_end(time[::-1], values[::-1]) - values[-1])
     here, off = slice(NEIGHBOURS, -NEIGHBOURS), []
     for j in range(1, NEIGHBOURS + 1):
         before, after = slice(NEIGHBOURS - j, -NEIGHBOURS - j), slice(NEIGHBOURS + j, x.size - NEIGHBOURS + j)
@@ -59,8 +63,14 @@ def _away(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.asarray(np.median(off, axis=0))
 
 
+def _end(time: np.ndarray, values: np.ndarray) -> float:
+    """What the first reading should be: the median of it and of where lines through others lead."""
+    lines = [values[a] + (values[b] - values[a]) * (time[0] - time[a]) / (time[b] - time[a]) for a, b in LEADING]
+    return float(np.median([values[0], *lines]))
+
+
 def _stands_alone(time: np.ndarray, values: np.ndarray, floor: float) -> np.ndarray:
-    if values.size <= NEIGHBOURS:
+    if values.size <= NEIGHBOURS + 1:
         return np.zeros(values.size, dtype=bool)
     away = np.abs(_away(time, values))
     spread = float(np.sqrt(np.mean(np.minimum(away, np.quantile(away, CUT)) ** 2))) / SHRUNK
@@ -71,13 +81,24 @@ def _stands_alone(time: np.ndarray, values: np.ndarray, floor: float) -> np.ndar
     return alone
 
 
+def _alone(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Which readings stand alone, once those are gone that hid them; shape (M,) of bool."""
+    alone, floor = np.zeros(values.size, dtype=bool), 4.0 * resolution(values)
+    for _ in range(PASSES):
+        rest = np.flatnonzero(~alone)
+        new = _stands_alone(time[rest], values[rest], floor)
+        if not new.any():
+            break
+        alone[rest[new]] = True
+    return alone
+
+
 def long_ranges(run: Observed) -> np.ndarray:
     """Which measurements of a run are lone outliers, shape (M,) of bool."""
     flags = np.zeros(run.time_s.size, dtype=bool)
     for kind in np.unique(run.kind[run.placed]):
         chosen = run.kind == kind
-        values = run.value[chosen]
-        flags[chosen] = _stands_alone(run.time_s[chosen], values, 4.0 * resolution(values))
+        flags[chosen] = _alone(run.time_s[chosen], run.value[chosen])
     return flags
 
 

@@ -51,7 +51,7 @@ class Plant:
         curves: corrections of its thrusters' curves [N]. fitted, flow: of `Layout`, in place of the file's.
         inputs: column of each thruster's input, whose curve, lag and delay were found.
         sigma: disturbance that stands for what the plant misses of each axis [m/s2, rad/s2], (6,).
-        mimicry: log evidence that effects find in the simulator's own runs, by EFFECT@PLACE or unknown@PLACE.
+        mimicry: log evidence that is found in the simulator's own runs, as of `mimicry`.
     """
 
     file: Vehicle

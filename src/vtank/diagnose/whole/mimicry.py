@@ -10,21 +10,21 @@ from .model import blank, own_unknowns
 from .score import based, promises
 from .settling import settled
 from .sizes import sizes_of
-from .unnamed import unnamed
+from .unnamed import NAMELESS, unnamed
 
 
 def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
-    """Log evidence that EFFECT@PLACE and unknown@PLACE find beside own parameters, at least 0."""
+    """Log evidence that EFFECT@PLACE finds beside own parameters, and NAMELESS the most wherever; at least 0.
+
+    Other runs take the vehicle elsewhere, where what a plant misses may come up at another place.
+    """
     moves = fit.runs[0].moves
     model, found = settled(
         blank(fit, layout, (), own_unknowns(layout, moves)), fit.noise.variance, KEPT * fit.noise.variance
     )
     sizes, base = sizes_of(model, found), based(model, found)
-    tried = [(promise.placed.effect, promise.placed.place, promise.gain)
-             for promise in promises(model, base, layout, catalogue(layout, moves, sizes))]  # fmt: skip
-    tried += [("unknown", block.place, block.gain) for block in unnamed(model, found, base, sizes)]
-    gains: dict[str, float] = {}
-    for effect, place, gain in tried:
-        name = f"{effect}@{place}"
-        gains[name] = max(float(gain), gains.get(name, 0.0))
+    gains = {NAMELESS: max([0.0, *(float(block.gain) for block in unnamed(model, found, base, sizes))])}
+    for promise in promises(model, base, layout, catalogue(layout, moves, sizes)):
+        name = f"{promise.placed.effect}@{promise.placed.place}"
+        gains[name] = max(float(promise.gain), gains.get(name, 0.0))
     return gains

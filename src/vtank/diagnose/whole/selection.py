@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise
-from ...rigid.fit import Fit
+from ...rigid.fit import Fit, level, partial_likelihood
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
@@ -24,7 +24,7 @@ from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
-from .unnamed import QUIETER, Block, at_place, calmed, unnamed
+from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
 
 Array = NDArray[np.float64]
 Start = tuple[Model, Array, list[Filtered]]  # of a fit beside it: a model, its J, and its filter
@@ -38,6 +38,7 @@ STEADIEST = 3  # that promise most beside one that does not, and are fitted; a c
 LIKELIER = 4.6  # log evidence from which a noise sought afresh takes the place of one sought on the way; a choice
 LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
+BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
@@ -80,7 +81,7 @@ def select(
 ) -> Selection:  # fmt: skip
     """Forward selection, with the noise level found anew beside every effect that is taken in.
 
-    mimicry: log evidence by EFFECT@PLACE, or unknown@PLACE, which is taken off what is found there.
+    mimicry: log evidence, which is taken off what is found: by EFFECT@PLACE there, of NAMELESS everywhere.
     """
     say = progress or (lambda text: None)
     say("noise of the recordings")
@@ -387,6 +388,8 @@ def _judged(
     for model, behind in _elsewhere(best, layout, found, candidates):
         if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
             sets[_key(model)] = refit(model, found, best.theta)
+    sets = {name: by_itself(model, found) for name, model in sets.items()}
+    best, nominal, refitted = sets[_key(best)], sets["none"], by_itself(refitted, found)
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
@@ -406,7 +409,7 @@ def _judged(
 
     def free_form(model: Model, there: list[Filtered]) -> list[Block]:
         every = unnamed(model, there, based(model, there), sizes)
-        every = [replace(block, gain=block.gain - less.get(f"unknown@{block.place}", 0.0)) for block in every]
+        every = [replace(block, gain=block.gain - less.get(NAMELESS, 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
     blocks = alone = free_form(best, found)
@@ -420,13 +423,32 @@ def _judged(
         mimicry = weights[_key(best)] + imitated(left, best, refitted)
         weights[_key(best)] += imperfect(left, best, refitted)
     weights |= nameless(alone, ground, nominal, mimicry)
-    level = max(weights.values())
-    total = sum(np.exp(w - level) for w in weights.values())
-    chances = {name: float(np.exp(w - level) / total) for name, w in weights.items()}
+    most = max(weights.values())
+    total = sum(np.exp(w - most) for w in weights.values())
+    chances = {name: float(np.exp(w - most) / total) for name, w in weights.items()}
     return Selection(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def by_itself(model: Model, found: Sequence[Filtered]) -> Model:
+    """A model that was fitted by the filter of another, judged by its own.
+
+    Another's gains may suit it badly: where a force goes with a place that nobody has told yet, speeds tell of it.
+    """
+
+    def behind(model: Model, there: Sequence[Filtered]) -> float:
+        e = model.fit.residuals([model.vector()], there)[:, 0]
+        return sum(map(partial_likelihood, model.fit.filter(model.vector()))) - level(there) + 0.5 * float(e @ e)
+
+    for _ in range(LEAPS):
+        gained = behind(model, found)
+        if abs(gained) < BADLY:
+            break
+        found = model.fit.filter(model.vector())
+        model, gained = refit(model, found, model.theta), 0.0
+    return replace(model, log_evidence=model.log_evidence + gained)
 
 
 def narrowed(selection: Selection, hidden: set[str]) -> Selection:

@@ -36,6 +36,7 @@ FORCES = 2  # the strongest, that are sought once more as if no instrument drift
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 MEMORIES_S = (1.0, 4.0)  # [s] over which what was done or asked for a moment ago is remembered; a choice
 TURNED_RAD = 0.01  # [rad] by which a fin is turned to see what that does
+NAMELESS = "unknown"  # a cause without a name, wherever
 ALL_THRUSTERS = "thrusters"  # the place of what all of them have in common
 BINS = 60  # of a run, for what acts for a while; a choice
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
@@ -297,8 +298,7 @@ def _column(base: Base, c: int) -> Block:
     felt = [_felt(path) for path in base.paths]
     for i in map(int, np.flatnonzero(runs[0].moves[:3])):
         name = f"{AXES[i]} acceleration"
-        variables[name] = [np.interp(t, path.run.steps.now, a[:, i])
-                           for t, path, a in zip(times, base.paths, felt, strict=True)]  # fmt: skip
+        variables[name] = [a[at, i] for a, at in zip(felt, mine, strict=True)]
         variables |= _remembered(name, variables[name], times)
     groups = _periodic(_groups(variables, pairs, times), told, resolution(runs, c))
 
@@ -316,9 +316,15 @@ def _column(base: Base, c: int) -> Block:
 
 
 def _felt(path: Path) -> Array:
-    """Acceleration of the vehicle's origin along its own axes at the steps of a path, (N, 3): of their turning, too."""
-    velocity = path.way.states[:-1, 6:12]
-    return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))
+    """Acceleration of the vehicle's origin along its own axes, with what their turning makes, at measurements, (M, 3).
+
+    Of the step before the last: the last one's end already answers to the reading, as do filter and pilot, and would
+    explain its noise.
+    """
+    steps, velocity = path.run.steps, path.way.states[:-1, 6:12]
+    before = np.empty(path.run.time_s.size, np.int64)
+    before[steps.which] = np.maximum(steps.upto - 2, 0)
+    return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))[before]
 
 
 def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]) -> Groups:
