@@ -338,3 +338,20 @@ def test_readings_of_two_sensors_at_the_same_instants_are_pursued() -> None:
         value, kind = np.concatenate([run.value, speed]), np.concatenate([run.kind, np.full(run.kind.size, SPEED)])
         runs.append(replace(run, time_s=both[order], value=value[order], kind=kind[order]))
     assert np.isfinite(find(runs, "linear_drag").selection.beyond.left)
+
+
+@pytest.mark.parametrize(("pitched_m", "gap"), [(0.5e-3, False), (8e-3, True)])
+def test_a_hull_that_pitches_a_little_is_no_gap(pitched_m: float, gap: bool) -> None:
+    """A sonar off the axis reads what accelerates the hull; a fine sonar, many pings, and each run likewise."""
+
+    def pitched(run: Observed) -> Observed:
+        rate = np.gradient(np.gradient(run.value, run.time_s), run.time_s)
+        smooth = np.convolve(rate, np.hanning(41) / np.hanning(41).sum(), mode="same")
+        return replace(run, value=run.value + pitched_m * smooth / np.sqrt(np.mean(smooth**2)))
+
+    clean = [record(f"run_{k}", sine(*drive), NOMINAL, 0.0, k) for k, drive in enumerate(DRIVES)]
+    rng = np.random.default_rng(3)
+    runs = [replace(run, value=run.value + 1e-3 * rng.normal(size=run.time_s.size)) for run in map(pitched, clean)]
+    found = beside(runs, replace(NOISE, variance=(1e-6, 1e-6, 1e-6)))
+    assert found.components
+    assert (found.pitching > 0.0) is gap

@@ -127,7 +127,8 @@ def nameless_gains(selection: Selection) -> dict[str, list[float]]:
             explained = max(fit.log_evidence - refit.log_evidence, 0.0) if fit.hypothesis.effects else 0.0
             form = explained if foreign else IMPERFECT * explained
             out["unknown"].append(
-                base + max(free.gain - form, -np.inf if fit.hypothesis.effects else _strange(selection))
+                base
+                + max(min(free.gain, free.pitching) - form, -np.inf if fit.hypothesis.effects else _strange(selection))
             )
     return out
 

@@ -30,6 +30,7 @@ ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
 SHARPER = 8  # finer bins to one, where a window begins or ends; a choice
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
+PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro: 0.1 degrees at 0.3 m; a guess
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
@@ -141,6 +142,18 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
     if periods.size:
         columns = tuple(waves(2.0 * np.pi * np.outer(s, periods)) for s in share)
         yield Piece("function", SENSOR, "place, periodic", False, columns, 2)
+
+
+def pitching(fit: Fitted) -> Piece:
+    """What a sonar off the axis reads of a hull that thrust and drag pitch, each of root mean square PITCHED_M.
+
+    With the forces, as the hull rights itself faster than a drive turns them round; thrust is what accelerates it and
+    what overcomes its drag.
+    """
+    read = [pair[1] for pair in motions(fit)]
+    columns = [np.column_stack([m.variables["acceleration"], m.u * np.abs(m.u)]) for m in read]
+    usual = np.sqrt(np.mean(np.concatenate(columns) ** 2, axis=0)) + 1e-12
+    return Piece("pitch", SENSOR, "pitch", False, tuple(PITCHED_M * some / usual for some in columns), 2)
 
 
 def _local(k: int, moved: list[tuple[Motion, Motion]], fit: Fitted) -> Iterator[Piece]:

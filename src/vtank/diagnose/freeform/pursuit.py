@@ -23,7 +23,7 @@ from ...plant.parameters import LAG, slot
 from ..evidence import Fitted
 from ..holdout import held
 from ..score import Linearised, linearise
-from .dictionary import SHARPER, Piece, changes, pieces, scaled, sharper
+from .dictionary import SHARPER, Piece, changes, pieces, pitching, scaled, sharper
 
 SIZES = np.logspace(
     1.0, 2.5, 4
@@ -95,12 +95,14 @@ class Freeform:
         components: in the order in which they were found.
         left: log evidence that one more thing, whichever, gains: below zero where there is none.
         shift: of the fit's unknowns beside the components, shape (size,).
+        pitching: as `gain`, beside a hull that pitches a little, which is no gap; of a model without effects.
     """
 
     near: Linearised
     components: tuple[Component, ...]
     left: float
     shift: np.ndarray
+    pitching: float = np.inf
 
     @property
     def fit(self) -> Fitted:
@@ -300,6 +302,20 @@ class _Pursuit:
             return S - flat @ flat.transpose(0, 2, 1), b.transpose(1, 0, 2).reshape(G, R * K)
         return self.squares[i][0] - split[0] @ split[0].transpose(0, 2, 1), b[0]
 
+    def likeliest(self) -> Freeform:
+        """All that is found, with terms that wander or without, whichever has more evidence.
+
+        Such a term can pass for nearly anything, and what is found one by one cannot undo it.
+        """
+        free = self.followed(wandering=True)
+        if all(c.kind != "wander" for c in free.components):
+            return free
+        return max(free, self.followed(wandering=False), key=lambda found: found.gain)
+
+    def pitched(self) -> None:
+        """Let a hull that pitches a little join the parameters."""
+        self._join(np.concatenate([_followed(C) for C in changes(self.near.fit, [pitching(self.near.fit)])]), 1.0)
+
     def followed(self, wandering: bool) -> Freeform:
         """What is found from here on, one after the other; wandering: with terms that come and go without a rule."""
         path = copy(self)
@@ -454,6 +470,11 @@ class _Pursuit:
     def add(self, group: _Group, gain: float, size: float) -> None:
         """Let a group join the parameters."""
         C = self._columns_of(group)
+        self._join(C, size)
+        self.found.append((group, gain, size, C))
+
+    def _join(self, C: np.ndarray, size: float) -> None:
+        """Let columns (sum M, K) join the parameters, each coefficient of deviation `size` beforehand."""
         taken = self.W.T @ C
         m = cholesky(C.T @ C + np.eye(C.shape[1]) / size**2 - taken.T @ taken, lower=True)
         new = solve_triangular(m, (C - self.W @ taken).T, lower=True).T
@@ -461,7 +482,6 @@ class _Pursuit:
         pull = C.T @ self.near.residual - taken.T @ self.g
         self.g = np.concatenate([self.g, solve_triangular(m, pull, lower=True)])
         self.taken = [np.hstack([E, self.columns[k].T @ self._row(new, k)]) for k, E in enumerate(self.taken)]
-        self.found.append((group, gain, size, C))
 
     def solved(self, left: float) -> Freeform:
         """All groups found and the parameters together."""
@@ -587,13 +607,10 @@ def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
 
 
 def pursue(fit: Fitted) -> Freeform:
-    """Everything that a fitted model lacks.
-
-    A term that wanders can pass for nearly anything, and what is found one by one cannot undo it: the pursuit is made
-    without such terms as well, and the one with more evidence is kept.
-    """
+    """Everything that a fitted model lacks."""
     start = _Pursuit(fit)
-    free = start.followed(wandering=True)
-    if all(c.kind != "wander" for c in free.components):
+    free = start.likeliest()
+    if not free.components or fit.hypothesis.effects:
         return free
-    return max(free, start.followed(wandering=False), key=lambda found: found.gain)
+    start.pitched()
+    return replace(free, pitching=start.likeliest().gain)
