@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise
-from ...rigid.fit import Fit, level, partial_likelihood
+from ...rigid.fit import Fit, level
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
@@ -388,8 +388,9 @@ def _judged(
     for model, behind in _elsewhere(best, layout, found, candidates):
         if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
             sets[_key(model)] = refit(model, found, best.theta)
-    sets = {name: by_itself(model, found) for name, model in sets.items()}
-    best, nominal, refitted = sets[_key(best)], sets["none"], by_itself(refitted, found)
+    least = best.log_evidence - LOST
+    sets = {name: by_itself(model, found, least) for name, model in sets.items()}
+    best, nominal, refitted = sets[_key(best)], sets["none"], by_itself(refitted, found, least)
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
@@ -432,23 +433,31 @@ def _judged(
     )  # fmt: skip
 
 
-def by_itself(model: Model, found: Sequence[Filtered]) -> Model:
-    """A model that was fitted by the filter of another, judged by its own.
+def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -> Model:
+    """A model that was fitted by the filter of another, judged by its own; as it was where that leaves it below least.
 
     Another's gains may suit it badly: where a force goes with a place that nobody has told yet, speeds tell of it.
+    least: log evidence from which it is a rival.
     """
 
-    def behind(model: Model, there: Sequence[Filtered]) -> float:
+    def likelihood(model: Model, there: Sequence[Filtered]) -> float:
         e = model.fit.residuals([model.vector()], there)[:, 0]
-        return sum(map(partial_likelihood, model.fit.filter(model.vector()))) - level(there) + 0.5 * float(e @ e)
+        return level(there) - 0.5 * float(e @ e)
 
+    def ahead(model: Model, there: Sequence[Filtered]) -> float:
+        return likelihood(model, model.fit.filter(model.vector())) - likelihood(model, there)
+
+    judged, gained = model, ahead(model, found)
+    if 2.0 * gained < least - model.log_evidence:  # it is behind for other reasons
+        return model
     for _ in range(LEAPS):
-        gained = behind(model, found)
         if abs(gained) < BADLY:
             break
-        found = model.fit.filter(model.vector())
-        model, gained = refit(model, found, model.theta), 0.0
-    return replace(model, log_evidence=model.log_evidence + gained)
+        found = judged.fit.filter(judged.vector())
+        judged = refit(judged, found, judged.theta)
+        gained = ahead(judged, found)
+    judged = replace(judged, log_evidence=judged.log_evidence + gained)
+    return judged if judged.log_evidence > least else model
 
 
 def narrowed(selection: Selection, hidden: set[str]) -> Selection:
