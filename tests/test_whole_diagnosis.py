@@ -72,11 +72,9 @@ def test_a_dead_thruster_is_told_from_the_other_seven():
     dead = replace(NOMINAL, thrusters=tuple(
         replace(t, curve=tuple((n, 1e-9 * f) for n, f in t.curve)) if t.site == "thruster_6" else t
         for t in NOMINAL.thrusters))  # fmt: skip
-    diagnosis = vt.diagnose([flight(dead, 4)], nominal=NOMINAL, effects=SOME)
-    verdict = diagnosis.verdict
+    verdict = vt.diagnose([flight(dead, 4)], nominal=NOMINAL, effects=SOME).verdict
     assert (verdict.effects, verdict.places) == (("thruster_dead",), ("thruster_6",))
-    assert set(verdict.rivals) <= {"thruster_dead@thruster_6", "thrust_deadband@thruster_6"}  # as wide as all inputs
-    assert diagnosis.where["thruster_6"] > 0.95
+    assert verdict.probability > 0.95
 
 
 @pytest.mark.slow
