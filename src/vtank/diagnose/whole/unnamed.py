@@ -101,7 +101,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     seekers += [_together] if len(runs[0].layout.pushes) > 1 else []
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
-    blocks = _sought(base, seekers)
+    blocks = [seek(base) for seek in seekers]
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
@@ -122,7 +122,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
 
 def _sought(base: Base, seekers: Sequence[Seeker]) -> list[Block]:
     """What seekers find beside a linearisation, which nothing holds on to once they are through."""
-    return share([partial(seek, base) for seek in seekers])
+    return [seek(base) for seek in seekers]
 
 
 def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
