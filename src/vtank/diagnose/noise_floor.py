@@ -143,7 +143,7 @@ def _beyond(setting: Setting, fit: Fitted, noise: Noise) -> tuple[float, Noise]:
     found = []
     for turn in range(ROUNDS):
         fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
-        free = pursue(fit)
+        free = pursue(fit, pitching=False)
         found.append((fit.log_evidence + free.gain + log_prior(noise, setting.usual), noise))
         if not free.components or turn == ROUNDS - 1:
             break

@@ -606,11 +606,11 @@ def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
     return total, SIZES[np.argmax(gains, axis=0)] / scale
 
 
-def pursue(fit: Fitted) -> Freeform:
-    """Everything that a fitted model lacks."""
+def pursue(fit: Fitted, pitching: bool = True) -> Freeform:
+    """Everything that a fitted model lacks; pitching: and how much of it beside a hull that pitches a little."""
     start = _Pursuit(fit)
     free = start.likeliest()
-    if not free.components or fit.hypothesis.effects:
+    if not pitching or not free.components or fit.hypothesis.effects:
         return free
     start.pitched()
     return replace(free, pitching=start.likeliest().gain)
