@@ -89,17 +89,17 @@ def differing(effects: Sequence[dict[str, float]], seed: int = 0, force: Force =
             for k, (drive, own) in enumerate(pairs)]  # fmt: skip
 
 
-def select(runs: list[Observed], names: tuple[str, ...]) -> Selection:
+def select(runs: list[Observed], names: tuple[str, ...], noise: Noise = NOISE) -> Selection:
     """A comparison of few hypotheses at the noise level that the recordings were made with."""
-    setting = prepare(runs, NOMINAL).with_noise(NOISE)
+    setting = prepare(runs, NOMINAL).with_noise(noise)
     nominal, refit = evaluate(setting, Hypothesis(refit=False)), evaluate(setting, Hypothesis())
     singles = [Hypothesis((BY_NAME[name],)) for name in names]
     named = tuple(evaluate(setting, single, _near(setting, refit, single)) for single in singles)
     return with_nameless(Selection(setting, nominal, refit, named))
 
 
-def find(runs: list[Observed], *names: str) -> Found:
+def find(runs: list[Observed], *names: str, noise: Noise = NOISE) -> Found:
     """Verdict and place of the gap, the named effects considered."""
-    selection = select(runs, names)
+    selection = select(runs, names, noise)
     verdict = decide(selection, probabilities(selection))
     return Found(selection, verdict, locate(selection, verdict))

@@ -242,23 +242,33 @@ def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, si
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
 
 
+def ringing(rad_s: float, damping: float, seed: int, t: np.ndarray) -> np.ndarray:
+    """A resonance that white noise drives, as large as the sonar's noise; damping [1/s]."""
+    step, rng = float(np.median(np.diff(t))), np.random.default_rng((seed, 7))
+    keep, out = np.exp((-damping + 1j * rad_s) * step), np.zeros(t.size, complex)
+    driven = rng.normal(size=(2, t.size)) * np.sqrt(1.0 - abs(keep) ** 2) * NOISE_M
+    for k in range(1, t.size):
+        out[k] = keep * out[k - 1] + driven[0, k] + 1j * driven[1, k]
+    return out.real
+
+
 @pytest.mark.parametrize("rad_s", [2.2, 5.0])
 def test_a_broad_peak_of_noise_is_no_line(rad_s: float) -> None:
     """As loud as a line at its top, and nearly so beside it: a resonance that white noise drives, shape after shape."""
     damping = 0.08 * rad_s
-
-    def ringing(seed: int, t: np.ndarray) -> np.ndarray:
-        step, rng = float(np.median(np.diff(t))), np.random.default_rng((seed, 7))
-        keep, out = np.exp((-damping + 1j * rad_s) * step), np.zeros(t.size, complex)
-        driven = rng.normal(size=(2, t.size)) * np.sqrt(1.0 - abs(keep) ** 2) * NOISE_M
-        for k in range(1, t.size):
-            out[k] = keep * out[k - 1] + driven[0, k] + 1j * driven[1, k]
-        return out.real
-
-    found = beside([misread(run, partial(ringing, k)) for k, run in enumerate(recordings())])
+    found = beside([misread(run, partial(ringing, rad_s, damping, k)) for k, run in enumerate(recordings())])
     lines = loudest(found.fit)
     assert lines.level[0] > 3.0 and abs(lines.rad_s[0] - rad_s) < 2.0 * damping
     assert not any(c.kind == "line" for c in found.components)
+
+
+@pytest.mark.parametrize("rad_s", [0.9, 1.3])
+def test_a_sonar_that_swings_with_no_phase_for_long_is_no_seiche(rad_s: float) -> None:
+    """A boom or a bracket in waves: a band of frequencies, where a standing wave has one."""
+    runs = [misread(run, partial(ringing, rad_s, 0.05, k)) for k, run in enumerate(recordings())]
+    found = find(runs, "seiche", "linear_drag")
+    assert (found.verdict.kind, found.verdict.channel) == ("unknown", "sensor")
+    assert found.selection.beyond.components[0].about == "error in a band"
 
 
 def test_a_seiche_is_no_line_of_the_sensor() -> None:

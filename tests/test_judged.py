@@ -8,6 +8,7 @@ import pytest
 from recorded import recordings, select
 
 from vtank.diagnose.budget import Budget, Line
+from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.judged import judged
 from vtank.diagnose.selection import Selection
 from vtank.diagnose.verdict import Verdict, decide, probabilities
@@ -86,3 +87,18 @@ def test_what_a_large_gap_of_the_nominal_dwarfs_is_seen_beside_what_own_paramete
     assert judged(said, budget, setting).doubt == ""
     nothing = replace(budget, lines=(budget.lines[0], Line("noise", "noise", 0.0005, (0.0, 0.001))))
     assert judged(said, nothing, setting).doubt == "unseen"
+
+
+def test_what_all_probable_sets_have_in_common_is_named() -> None:
+    """What acts beside it is not decided; where they have nothing in common, nothing is."""
+    selection = select(recordings({"linear_drag.c": 0.15}), ("linear_drag", "tether", "seiche"))
+    drag, tether, seiche = selection.named
+    both = [replace(drag, hypothesis=Hypothesis((*drag.hypothesis.effects, *other.hypothesis.effects)))
+            for other in (tether, seiche)]  # fmt: skip
+    selection = replace(selection, named=(drag, *both, tether))
+    names = [fit.hypothesis.name for fit in selection.named]
+    found = decide(selection, dict(zip((*names, "unknown"), (0.25, 0.4, 0.25, 0.0, 0.1), strict=True)))
+    assert (found.kind, found.effects, found.doubt) == ("effect", ("linear_drag",), "beside")
+    assert found.probability == pytest.approx(0.9)
+    apart = decide(selection, dict(zip((*names, "unknown"), (0.0, 0.4, 0.15, 0.35, 0.1), strict=True)))
+    assert (apart.kind, apart.doubt) == ("undecided", "")

@@ -7,13 +7,16 @@ what is enough to know of a single frequency.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ..estimate.observed import Observed
 from .evidence import Fitted
 
 LINES = 24  # frequencies that are looked at; a choice
+WIDE = (1, 2, 4, 8)  # half of a band, in what the longest run resolves; choices
 FINER = 4  # points of the periodogram to what the longest run resolves, so that no line falls between two
 BESIDE = (-2, -1, 1, 2)  # what a run resolves, off a line: where it hides nothing of what is beside it; a choice
 
@@ -69,9 +72,22 @@ def loudest(fit: Fitted) -> Lines:
     left, top, right = (np.log(power[peak + i]) for i in (-1, 0, 1))
     bend = np.maximum(2.0 * top - left - right, 1e-12)
     periods = (peak + 0.5 * (right - left) / bend) / FINER  # in the longest run, at the top of a parabola
-    all_told = np.sum(1.0 / np.arange(1, max(size // 2, 1) + 1))
     level = np.array([_beside(each, [e.size for e in even], int(k)) for k in peak])
-    return Lines(2.0 * np.pi * periods / (size * step), -np.log(periods * all_told), np.maximum(level, 1.0))
+    return Lines(2.0 * np.pi * periods / (size * step), _log_share(periods, size // 2), np.maximum(level, 1.0))
+
+
+def _log_share(periods: np.ndarray, most: int) -> np.ndarray:
+    """Log probability beforehand of lines of so many periods in the longest run, which tells up to `most` apart."""
+    return np.asarray(-np.log(periods * np.sum(1.0 / np.arange(1, max(most, 1) + 1))))
+
+
+def bands(runs: Sequence[Observed], rad_s: float) -> list[tuple[np.ndarray, float]]:
+    """Bands of frequencies about one, each as what the longest run resolves [rad/s], and its log probability."""
+    longest = max((run for run in runs), key=lambda run: float(np.ptp(run.time_s)))
+    apart = 2.0 * np.pi / max(float(np.ptp(longest.time_s)), 1e-9)
+    share = float(_log_share(np.array([max(rad_s / apart, 1.0)]), longest.time_s.size // 2)[0])
+    each = [rad_s + apart * np.arange(-wide, wide + 1) for wide in WIDE]
+    return [(band, share) for band in each if band[0] > 0.0]
 
 
 def _beside(power: np.ndarray, sizes: list[int], peak: int) -> float:

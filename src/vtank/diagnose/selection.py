@@ -12,8 +12,10 @@ import numpy as np
 from ..errors import InputError
 from ..estimate.observed import Observed
 from ..estimate.problem import FLAGGED, Noise
+from ..plant.parameters import slot
 from ..rigid.thinned import scatter
 from . import outliers
+from .bursts import uneven
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .freeform import Freeform, pursue
 from .hypothesis import Hypothesis, about_their_mean, candidates
@@ -160,11 +162,30 @@ def _with_own_noise(selection: Selection, likely: float) -> Selection:
 def with_nameless(selection: Selection) -> Selection:
     """The selection, with what has no name laid over the refit, the best explanation, and parameters that vary."""
     bases = {id(fit): fit for fit in (selection.refit, selection.best)}.values()
+    swells = [_swell(selection.best), None]
     with ThreadPoolExecutor(2) as pool:
-        free = tuple(pool.map(pursue, bases))
+        free = tuple(pool.map(partial(_pursued, selection.setting), bases, swells))
     if by_run := free[0].by_run():
         free = (*free, pursue(_varying(selection, by_run)))
     return replace(selection, free=free)
+
+
+def _swell(fit: Fitted) -> float | None:
+    """Frequency of a fit's wave [rad/s], None without one."""
+    wave = next((effect.wave for effect in fit.hypothesis.effects if effect.wave), None)
+    return float(fit.vector()[slot(wave[1])]) if wave else None
+
+
+def _pursued(setting: Setting, fit: Fitted, swell: float | None) -> Freeform:
+    """What has no name beside a fit, and how well uneven water would do instead; swell: as of `pieces`.
+
+    That comes and goes as it likes: it is no rival of what mostly repeats.
+    """
+    free = pursue(fit, swell=swell)
+    again = sum(c.gain for c in free.components if c.repeats)
+    if setting.foreign or not free.components or again > 0.5 * free.gain:
+        return free
+    return replace(free, uneven=uneven(fit, setting.usual))
 
 
 def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:

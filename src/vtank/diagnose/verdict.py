@@ -17,6 +17,7 @@ from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
 
 BEYOND_CHANCE = 4.6  # log evidence that noise alone feigns in one of a hundred cases at most (Markov's inequality)
+COMMON = 0.8  # probability of sets that have effects in common from which these are named; a choice
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
 
@@ -32,7 +33,8 @@ class Verdict:
         probability: of the verdict's class, or of the kind.
         fit: the explanation that goes with it.
         varying: own parameters that differ from run to run.
-        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats, disturbance or unseen.
+        doubt: why it is undecided, where the gap budget says so (`judged.py`): worse, repeats, disturbance or unseen;
+            or, beside effects that are named: "beside", where what else acts is not decided.
     """
 
     kind: str
@@ -63,6 +65,8 @@ def probabilities(selection: Selection) -> dict[str, float]:
     for kind, gains in nameless_gains(selection).items():
         before[kind] = frozen.prior[kind]
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
+    for name, gain in _uneven(selection).items():
+        logits[name] += gain
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
     best = selection.best.hypothesis.name
@@ -133,6 +137,13 @@ def nameless_gains(selection: Selection) -> dict[str, list[float]]:
     return out
 
 
+def _uneven(selection: Selection) -> dict[str, float]:
+    """Log evidence that uneven water adds to explanations, by name, beside which what has no name was sought."""
+    found = {free.fit.hypothesis.name: free.uneven for free in selection.free if not free.fit.hypothesis.varying}
+    plain = found.get("parameters", 0.0)
+    return {"none": plain, **found} if plain else found
+
+
 def imitated(selection: Selection, best: str) -> float:
     """Odds that the best explanation imitates a cause without a name, which then leaves nothing beside it.
 
@@ -171,12 +182,33 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
             channel, named = selection.free[0].channel, selection.refit
         return Verdict(kind, (), (), None if channel == "none" else channel, chances[leader], named, own)
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
+    probability, doubt = chances[leader], ""
+    if probability < NAMED and (common := _common(selection, chances)):
+        (fit, probability), doubt = common, "beside"
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)
-    kind, probability = "effects", chances[leader]
+    kind = "effects"
     if len(effects) == 1:
-        kind, probability = "effect", sum(chances.get(name, 0.0) for name in rivals)
+        kind = "effect"
+        probability = max(probability, sum(chances.get(name, 0.0) for name in rivals))
     seen = fit.hypothesis.outliers or separation(selection.setting, fit, selection.refit) >= SEPARABLE
     if probability < NAMED or not seen:
-        kind = "undecided"
-    return Verdict(kind, tuple(e.name for e in effects), rivals, effects[0].channel, probability, fit)
+        kind, doubt = "undecided", ""
+    return Verdict(kind, tuple(e.name for e in effects), rivals, effects[0].channel, probability, fit, doubt=doubt)
+
+
+def _common(selection: Selection, chances: dict[str, float]) -> tuple[Fitted, float] | None:
+    """The most effects that all but a few of the probable sets have in common, and the probability of these sets.
+
+    None where there are none: sets that differ in what acts beside, each by a little, leave those beyond doubt.
+    """
+
+    def names(fit: Fitted) -> frozenset[str]:
+        return frozenset(effect.name for effect in fit.hypothesis.effects)
+
+    def held(fit: Fitted) -> float:
+        return sum(chances.get(o.hypothesis.name, 0.0) for o in selection.named if names(fit) <= names(o))
+
+    sure = [fit for fit in selection.named if held(fit) >= COMMON]
+    most = max(sure, key=lambda fit: (len(names(fit)), held(fit)), default=None)
+    return (most, held(most)) if most else None

@@ -39,6 +39,7 @@ class Linear(NamedTuple):
         row: derivative of the measurement with respect to place, speed and the sonar's error, shape (3 M, W).
         share: of the variance of each of C channels in that of the measurement, shape (C M, W).
         used: 1 where it counts, else 0, shape (M, W).
+        loud: the disturbance since the measurement before over what it is elsewhere, shape (M, W).
     """
 
     error: np.ndarray
@@ -47,6 +48,12 @@ class Linear(NamedTuple):
     row: np.ndarray
     share: np.ndarray
     used: np.ndarray
+    loud: np.ndarray
+
+
+def apart(problem: Problem, theta: np.ndarray) -> list[Linear]:
+    """Every run of a problem along its simulation at theta, by itself, in all lanes."""
+    return [_stacked([_along(problem, theta, k)]) for k in range(len(problem.runs))]
 
 
 def linearised(problem: Problem, theta: np.ndarray) -> list[tuple[int, Linear]]:
@@ -71,21 +78,21 @@ def _along(problem: Problem, theta: np.ndarray, k: int) -> tuple[np.ndarray, ...
     share = weight[:, None] * (run.kind[:, None] == np.arange(len(CHANNELS)))
     order = plan.which
     used = problem.used(k)[order, None]
-    return error[:, None], gap[:, None], transition.reshape(size, 6), row, share[order], used
+    return error[:, None], gap[:, None], transition.reshape(size, 6), row, share[order], used, np.ones((size, 1))
 
 
 def _parts(run: tuple[np.ndarray, ...], count: int) -> list[tuple[np.ndarray, ...]]:
     """A run in parts, each with BEFORE_S of what was before it, which counts for nothing."""
     if count < 2:
         return [run]
-    gap, *_, used = run[1:]
+    gap, *_, used, loud = run[1:]
     time_s, found = np.cumsum(gap[:, 0]), []
     for rows in np.array_split(np.arange(time_s.size), count):
         begin = int(np.searchsorted(time_s, time_s[rows[0]] - BEFORE_S)) if rows[0] else 0
         there = slice(begin, rows[-1] + 1)
         counts = used[there].copy()
         counts[: rows[0] - begin] = 0.0
-        found.append((*(part[there] for part in run[:-1]), counts))
+        found.append((*(part[there] for part in run[:-2]), counts, loud[there]))
     return found
 
 
@@ -111,7 +118,7 @@ def squares_and_logs(runs: Sequence[tuple[int, Linear]], noises: Sequence[Noise]
 
     Shapes (L,); and the number of innovations that count.
     """
-    levels = np.array([(n.sigma, n.correlation_time, n.colour_sigma, n.colour_time, *n.variance) for n in noises])
+    levels = rows_of(noises)
     total, count = np.zeros((2, len(noises))), 0
     for size, linear in runs:
         count += int(linear.used[:, :size].sum())
@@ -122,6 +129,11 @@ def squares_and_logs(runs: Sequence[tuple[int, Linear]], noises: Sequence[Noise]
             whiten(linear, np.ascontiguousarray(levels[some].T), found)
             total[:, here] += found[:, : each * size].reshape(2, each, size).sum(axis=2)[:, : len(noises) - first]
     return total[0], total[1], count
+
+
+def rows_of(noises: Sequence[Noise]) -> np.ndarray:
+    """Noise levels as `whiten` takes them, shape (L, 4 + C)."""
+    return np.array([(n.sigma, n.correlation_time, n.colour_sigma, n.colour_time, *n.variance) for n in noises])
 
 
 @law
@@ -157,8 +169,10 @@ def whiten(runs, noise, found):
             xx, xu, uu = p0 * f00 + p1 * f01 + p2 * f02, p0 * f10 + p1 * f11 + p2 * f12, q0 * f10 + q1 * f11 + q2 * f12
             xd, ud, dd = keep * p2, keep * q2, keep * keep * dd
             bb = fade * fade * bb + (1.0 - fade * fade) * colour_sigma * colour_sigma
-            xx, xu, uu = xx + 3.0 / 20.0 * h * h * fed, xu + 3.0 / 8.0 * h * fed, uu + fed
-            xd, ud, dd = xd + h / 3.0 * met, ud + met, dd + sigma * sigma * (1.0 - keep * keep)
+            times = load(runs.loud, k) * load(runs.loud, k)
+            xx, xu, uu = xx + 3.0 / 20.0 * h * h * times * fed, xu + 3.0 / 8.0 * h * times * fed, uu + times * fed
+            xd, ud = xd + h / 3.0 * times * met, ud + times * met
+            dd = dd + times * sigma * sigma * (1.0 - keep * keep)
         r0, r1, r2 = load(runs.row, 3 * k), load(runs.row, 3 * k + 1), load(runs.row, 3 * k + 2)
         e = load(runs.error, k) - r0 * x - r1 * u - r2 * b
         cx, cu = r0 * xx + r1 * xu + r2 * xb, r0 * xu + r1 * uu + r2 * ub

@@ -93,15 +93,16 @@ def verdict(document: Document) -> str:
     if v["kind"] == "none":
         return f"No gap: {document.get('nominal', 'the simulator')} as it is explains these recordings."
     effects, rivals = [effect_name(e) for e in v["effects"]], [effect_name(e) for e in v["class"]]
+    beside = " Whether something else acts beside is not decided." * (v.get("doubt") == "beside")
     match v["kind"]:
         case "parameters":
             return "The simulator's structure is right, but its parameters are off."
         case "effect" if len(rivals) > 1:
-            return f"The gap is caused by {listed(rivals, 'or')}."
+            return f"The gap is caused by {listed(rivals, 'or')}.{beside}"
         case "effect":
-            return f"The gap is caused by {effects[0]}."
+            return f"The gap is caused by {effects[0]}.{beside}"
         case "effects":
-            return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}."
+            return f"The gap has {COUNTS.get(len(effects), len(effects))} causes: {listed(effects)}.{beside}"
         case "varying":
             text = f"{varying(document)} from run to run"
             alone = f"The simulator's structure is right, but its {text}."

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...estimate.observed import SPEED, Observed
 from ..evidence import Fitted
-from ..lines import Lines, judging, loudest
+from ..lines import Lines, bands, judging, loudest
 from ..outliers import resolution
 from .events import Events, events, packets, waves
 from .functions import functions_of, products_of
@@ -66,8 +66,11 @@ class Piece:
     events: Events | None = None
 
 
-def pieces(fit: Fitted) -> list[Piece]:
-    """All that could be missing from a fitted model."""
+def pieces(fit: Fitted, swell: float | None = None) -> list[Piece]:
+    """All that could be missing from a fitted model; swell: frequency of a wave that may be one [rad/s].
+
+    Else an error of the readings in a band about it.
+    """
     moved, alone = motions(fit), simulated(fit.problem, fit.optimum.theta)
     fed, read, lines = [pair[0] for pair in moved], [pair[1] for pair in moved], loudest(fit)
     step = max(resolution(run.value[run.kind == np.min(run.kind)]) for run in fit.problem.runs)
@@ -79,6 +82,7 @@ def pieces(fit: Fitted) -> list[Piece]:
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
         _lines("error", SENSOR, False, lines, [m.t for m in read], of_errors),
+        *(_bands(fit, swell, [m.t for m in read]) if swell else ()),
     ]
 
 
@@ -221,6 +225,14 @@ def _lines(
     """Sines and cosines of time, of a phase of its own in every run; rounding: as of `Piece`."""
     columns = tuple(waves(np.outer(t - t[0], lines.rad_s)) for t in stamps)
     return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
+
+
+def _bands(fit: Fitted, rad_s: float, stamps: list[np.ndarray]) -> Iterator[Piece]:
+    """An error of the readings in a band of frequencies about one: a swinging instrument, not of one phase for long."""
+    for band, share in bands(fit.problem.runs, rad_s):
+        columns = tuple(waves(np.outer(t - t[0], band)) for t in stamps)
+        line = Lines(np.array([rad_s]), np.array([share]), np.ones(1))
+        yield Piece("line", SENSOR, "error in a band", False, columns, 2 * band.size, lines=line, rounding=np.zeros(1))
 
 
 def sharper(piece: Piece, k: int, start: float, stop: float, width: float, fit: Fitted) -> Piece:

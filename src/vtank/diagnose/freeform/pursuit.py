@@ -96,6 +96,7 @@ class Freeform:
         left: log evidence that one more thing, whichever, gains: below zero where there is none.
         shift: of the fit's unknowns beside the components, shape (size,).
         pitching: as `gain`, beside a hull that pitches a little, which is no gap; of a model without effects.
+        uneven: log evidence of a disturbance that is louder for a while instead.
     """
 
     near: Linearised
@@ -103,6 +104,7 @@ class Freeform:
     left: float
     shift: np.ndarray
     pitching: float = np.inf
+    uneven: float = 0.0
 
     @property
     def fit(self) -> Fitted:
@@ -235,9 +237,9 @@ class _Tried:
 class _Pursuit:
     """Normal equations of all columns beside the parameters and groups found so far."""
 
-    def __init__(self, fit: Fitted) -> None:
+    def __init__(self, fit: Fitted, swell: float | None) -> None:
         self.near = linearise(fit)
-        self.pieces = pieces(fit)
+        self.pieces = pieces(fit, swell)
         self.columns = [_followed(C) for C in changes(fit, self.pieces)]
         self.rows = np.cumsum([0] + [f.innovation.size for f in fit.filtered])
         self.where = self._layout(len(self.columns))
@@ -606,9 +608,12 @@ def evidence(A: np.ndarray, b: np.ndarray, raw: np.ndarray) -> tuple[np.ndarray,
     return total, SIZES[np.argmax(gains, axis=0)] / scale
 
 
-def pursue(fit: Fitted, pitching: bool = True) -> Freeform:
-    """Everything that a fitted model lacks; pitching: and how much of it beside a hull that pitches a little."""
-    start = _Pursuit(fit)
+def pursue(fit: Fitted, pitching: bool = True, swell: float | None = None) -> Freeform:
+    """Everything that a fitted model lacks.
+
+    pitching: and how much of it beside a hull that pitches a little. swell: as of `pieces`.
+    """
+    start = _Pursuit(fit, swell)
     free = start.likeliest()
     if not pitching or not free.components or fit.hypothesis.effects:
         return free

@@ -1,0 +1,83 @@
+"""Water that is uneven in time: stretches in which a disturbance is several times as strong.
+
+A rival of forces that are there for a while: these have a shape, a burst of turbulence has but a size. Stretches are
+found one after the other, each for what it adds to the likelihood of the innovations, less what was looked through.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..estimate.noise_likelihood import Linear, apart, rows_of, squares_and_logs, whiten
+from ..estimate.problem import Noise
+from ..lanes import WIDTH
+from .evidence import Fitted
+from .noise_floor import log_prior
+
+Array = NDArray[np.float64]
+LOUDER = (2.5, 6.0)  # times as strong a disturbance as elsewhere, that are tried; they multiply where stretches overlap
+BINS, SHORTEST_S = 40, 3.0  # of a run, at most, and the shortest [s], from which stretches begin; choices
+LENGTHS = (1, 2, 4, 8, 16)  # of stretches, in bins; choices
+QUIETER = (1.0, 0.8, 0.6, 0.45)  # of the disturbance as it was, that there then is elsewhere; choices
+UNEVEN = 0.1  # prior odds that a disturbance is uneven; a guess
+WORTHWHILE, MOST = 3.0, 8  # log-likelihood that another stretch has to add, and how many there are at most; choices
+
+
+def uneven(fit: Fitted, usual: float) -> float:
+    """Log evidence of a fit by a disturbance that is louder for a while, over that by an even one; 0 where none is.
+
+    usual: disturbance that is no surprise [m/s2].
+    """
+    if fit.problem.noise.sigma == 0.0:
+        return 0.0
+    before, runs = fit.problem.noise, apart(fit.problem, fit.optimum.theta)
+    noise, spans = before, [_spans(run) for run in runs]
+    looked = float(np.log(len(LOUDER) * sum(map(len, spans))))
+    start = likelihood = float(_likelihoods(runs, [noise])[0])
+    loudest, found = 1.0, 0
+    while found < MOST:
+        tried = [_tried(run, noise, own) for run, own in zip(runs, spans, strict=True)]
+        k = int(np.argmax([gains.max(initial=-np.inf) for gains, _ in tried]))
+        gains, loud = tried[k]
+        if gains.max(initial=-np.inf) - looked < WORTHWHILE:
+            break
+        column = loud[:, int(np.argmax(gains))]
+        runs[k] = runs[k]._replace(loud=np.repeat(column[:, None], WIDTH, axis=1))
+        loudest, found = max(loudest, float(column.max())), found + 1
+        quieter = [replace(noise, sigma=share * noise.sigma) for share in QUIETER]
+        likelihoods = _likelihoods(runs, quieter)
+        noise, likelihood = quieter[int(np.argmax(likelihoods))], float(likelihoods.max())
+    prior = log_prior(noise, usual, loudest) - log_prior(before, usual)
+    return max(likelihood - start - found * looked + prior + float(np.log(UNEVEN)), 0.0) if found else 0.0
+
+
+def _likelihoods(runs: Sequence[Linear], noises: Sequence[Noise]) -> Array:
+    squares, logs, _ = squares_and_logs([(1, run) for run in runs], noises)
+    return np.asarray(-0.5 * (squares + logs))
+
+
+def _spans(run: Linear) -> NDArray[np.bool_]:
+    """Stretches of a run: which measurements each holds, (L, M)."""
+    time_s = np.cumsum(run.gap_s[:, 0])
+    count = int(min(max(time_s[-1] // SHORTEST_S, 1), BINS))
+    bins = np.minimum((time_s / max(time_s[-1], 1e-9) * count).astype(int), count - 1)
+    begins = [(first, length) for length in LENGTHS if 2 * length < count
+              for first in range(0, count - length + 1, max(length // 2, 1))]  # fmt: skip
+    return np.array([(first <= bins) & (bins < first + length) for first, length in begins]).reshape(-1, bins.size)
+
+
+def _tried(run: Linear, noise: Noise, spans: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """What a louder stretch adds to the log-likelihood of a run, (L,), and how loud measurements then are, (M, L)."""
+    now = run.loud[:, :1]
+    loud = np.hstack([now, *(np.where(spans.T, times * now, now) for times in LOUDER)])
+    level, totals = np.repeat(rows_of([noise]).T, WIDTH, axis=1), np.empty(loud.shape[1])
+    for first in range(0, loud.shape[1], WIDTH):
+        some = np.minimum(np.arange(first, first + WIDTH), loud.shape[1] - 1)
+        found = np.empty((2, WIDTH))
+        whiten(run._replace(loud=np.ascontiguousarray(loud[:, some])), level, found)
+        totals[first : first + WIDTH] = -0.5 * found.sum(axis=0)[: loud.shape[1] - first]
+    return totals[1:] - totals[0], loud[:, 1:]

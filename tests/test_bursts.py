@@ -1,0 +1,49 @@
+"""Uneven water is no cause: a disturbance that is several times as strong for a while, and a force that is not one."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from recorded import DRIVES, NOISE, NOISE_M, NOMINAL, Force, find, record, recordings, sine, turbulent
+
+from vtank.diagnose.bursts import uneven
+from vtank.estimate.observed import Observed
+
+SIGMA, MEMORY_S, USUAL = 5e-4, 1.0, 1e-3  # [m/s2, s, m/s2]
+WATER = replace(NOISE, sigma=SIGMA, correlation_time=MEMORY_S)
+
+
+def bursting(times: float, seed: int, start: float = 40.0, stop: float = 52.0) -> Force:
+    """Turbulence that is so many times as strong for a while."""
+    even = turbulent(SIGMA, MEMORY_S, seed)
+    return lambda t, u, n: even(t, u, n) * (times if start <= t < stop else 1.0)
+
+
+def kicked(size_m_s2: float, seed: int, start: float = 40.0, stop: float = 52.0) -> Force:
+    """Turbulence, and a force for a while."""
+    even = turbulent(SIGMA, MEMORY_S, seed)
+    return lambda t, u, n: even(t, u, n) + (size_m_s2 if start <= t < stop else 0.0)
+
+
+def with_third(force: Force, seed: int) -> list[Observed]:
+    """Four runs in even water, of which the third sees a force besides."""
+    runs = recordings(seed=seed, force=turbulent(SIGMA, MEMORY_S, seed))
+    return [*runs[:2], record("run_2", sine(*DRIVES[2]), NOMINAL, NOISE_M, seed + 2, force), runs[3]]
+
+
+@pytest.mark.parametrize("seed", [31, *(pytest.param(s, marks=pytest.mark.slow) for s in (32, 33, 34))])
+def test_a_burst_of_turbulence_is_no_cause(seed: int) -> None:
+    found = find(with_third(bursting(8.0, seed), seed), "linear_drag", noise=WATER)
+    assert found.verdict.kind in ("none", "parameters")
+
+
+@pytest.mark.parametrize("seed", [31, *(pytest.param(s, marks=pytest.mark.slow) for s in (32, 33, 34))])
+def test_a_force_for_a_while_is_a_cause(seed: int) -> None:
+    found = find(with_third(kicked(4e-3, seed), seed), "linear_drag", noise=WATER)
+    assert found.verdict.kind == "unknown"
+
+
+def test_even_water_is_even() -> None:
+    selection = find(recordings(force=turbulent(SIGMA, MEMORY_S, 7)), "linear_drag", noise=WATER).selection
+    assert uneven(selection.refit, USUAL) == 0.0
