@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from .evidence import Fitted
+from .freeform.dictionary import SWINGING
 from .imitation import IMPERFECT, imitating
 from .noise_floor import plausible, rarity
 from .prior import calibration, log_prior, weight
@@ -17,6 +18,7 @@ from .selection import Selection
 from .ties import SEPARABLE, separation, tied_class
 
 BEYOND_CHANCE = 4.6  # log evidence that noise alone feigns in one of a hundred cases at most (Markov's inequality)
+SWINGS = 0.1  # prior odds that the noise of a sonar swings in a band; a guess
 COMMON = 0.8  # probability of sets that have effects in common from which these are named; a choice
 NAMED = 0.5  # probability that the winner's class must have for a verdict; below it the answer is "undecided"
 
@@ -65,7 +67,7 @@ def probabilities(selection: Selection) -> dict[str, float]:
     for kind, gains in nameless_gains(selection).items():
         before[kind] = frozen.prior[kind]
         logits[kind] = float(np.logaddexp.reduce(gains)) + float(np.log(frozen.prior[kind]))
-    for name, gain in _uneven(selection).items():
+    for name, gain in _by_noise(selection).items():
         logits[name] += gain
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
@@ -137,9 +139,17 @@ def nameless_gains(selection: Selection) -> dict[str, list[float]]:
     return out
 
 
-def _uneven(selection: Selection) -> dict[str, float]:
-    """Log evidence that uneven water adds to explanations, by name, beside which what has no name was sought."""
-    found = {free.fit.hypothesis.name: free.uneven for free in selection.free if not free.fit.hypothesis.varying}
+def _by_noise(selection: Selection) -> dict[str, float]:
+    """Log evidence that noise of another kind adds to explanations, by name, beside which what has no name was sought.
+
+    Uneven water, and a sonar that swings in a band, which is a cause to one and noise to another.
+    """
+    found = dict[str, float]()
+    for free in selection.free:
+        if free.fit.hypothesis.varying:
+            continue
+        swinging = bool(free.components) and all(c.about == SWINGING for c in free.components)
+        found[free.fit.hypothesis.name] = max(free.uneven, free.gain + log(SWINGS) if swinging else 0.0)
     plain = found.get("parameters", 0.0)
     return {"none": plain, **found} if plain else found
 

@@ -79,23 +79,32 @@ def settle(
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
+    Sought from the fit's and from white errors alone, each to its end: what is coloured passes for motion and motion
+    for what is coloured, with a hill between.
+
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
     the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
     which none is believed whatever the innovations are. near: whether the likeliest is near the fit's. longest_s:
     memory of the disturbance, at most.
     """
     runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
+
+    def descended(noise: Noise, floor: Array, factors: Sequence[float]) -> tuple[Tried, Array]:
+        for factor in factors:
+            for _ in range(ROUNDS):
+                here = replace(fit, runs=runs, noise=noise)
+                before, best = _round(here, p, floor, least, factor, longest_s)
+                floor, noise = np.minimum(floor, _fastest(runs, best)), best.noise
+                if best.likelihood - before < PROMISE:
+                    break
+        return best, floor
+
     begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
-    for factor in FACTORS[1:] if near else FACTORS:
-        for _ in range(ROUNDS):
-            rounds = share([
-                partial(_round, replace(fit, runs=runs, noise=noise), p, floor, least, factor, longest_s)
-                for noise in begins
-            ])  # fmt: skip
-            before, best = max(rounds, key=lambda pair: pair[1].likelihood)
-            floor, begins = np.minimum(floor, _fastest(runs, best)), [best.noise]
-            if best.likelihood - before < PROMISE:
-                break
+    wide = FACTORS[1:] if near else FACTORS[:1]
+    best, floor = max(share([partial(descended, noise, floor, wide) for noise in begins]),
+                      key=lambda end: end[0].likelihood)  # fmt: skip
+    if not near:
+        best, _ = descended(best.noise, floor, FACTORS[1:])
     return best.noise, replace(fit, noise=best.noise).filter(p)
 
 

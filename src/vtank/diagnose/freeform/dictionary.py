@@ -34,6 +34,7 @@ PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
+SWINGING = "error in a band"  # of frequencies: what it goes with, in words
 
 
 @dataclass(frozen=True)
@@ -232,7 +233,7 @@ def _bands(fit: Fitted, rad_s: float, stamps: list[np.ndarray]) -> Iterator[Piec
     for band, share in bands(fit.problem.runs, rad_s):
         columns = tuple(waves(np.outer(t - t[0], band)) for t in stamps)
         line = Lines(np.array([rad_s]), np.array([share]), np.ones(1))
-        yield Piece("line", SENSOR, "error in a band", False, columns, 2 * band.size, lines=line, rounding=np.zeros(1))
+        yield Piece("line", SENSOR, SWINGING, False, columns, 2 * band.size, lines=line, rounding=np.zeros(1))
 
 
 def sharper(piece: Piece, k: int, start: float, stop: float, width: float, fit: Fitted) -> Piece:
