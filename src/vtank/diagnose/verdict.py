@@ -142,16 +142,19 @@ def nameless_gains(selection: Selection) -> dict[str, list[float]]:
 def _by_noise(selection: Selection) -> dict[str, float]:
     """Log evidence that noise of another kind adds to explanations, by name, beside which what has no name was sought.
 
-    Uneven water, and a sonar that swings in a band, which is a cause to one and noise to another.
+    Uneven water; and a sonar that swings in a band, which is a cause to one and noise to another: no more beside the
+    simulator as it is than beside own parameters, as the cause is sought.
     """
-    found = dict[str, float]()
+    found, exact = dict[str, float](), max(selection.nominal.log_evidence - selection.refit.log_evidence, 0.0)
     for free in selection.free:
-        if free.fit.hypothesis.varying:
-            continue
         swinging = bool(free.components) and all(c.about == SWINGING for c in free.components)
-        found[free.fit.hypothesis.name] = max(free.uneven, free.gain + log(SWINGS) if swinging else 0.0)
-    plain = found.get("parameters", 0.0)
-    return {"none": plain, **found} if plain else found
+        swings = min(free.gain, free.pitching) + log(SWINGS) if swinging else 0.0
+        name = free.fit.hypothesis.name
+        if not free.fit.hypothesis.varying:
+            found[name] = max(free.uneven, swings)
+        if free.fit is selection.refit:
+            found["none"] = max(free.uneven, swings - exact)
+    return found
 
 
 def imitated(selection: Selection, best: str) -> float:
