@@ -16,14 +16,14 @@ from ..estimate.noise_likelihood import Linear, apart, rows_of, squares_and_logs
 from ..estimate.problem import Noise
 from ..lanes import WIDTH
 from .evidence import Fitted
-from .noise_floor import log_prior
+from .noise_floor import SEVERAL, log_prior
 
 Array = NDArray[np.float64]
 LOUDER = (2.5, 6.0)  # times as strong a disturbance as elsewhere, that are tried; they multiply where stretches overlap
 BINS, SHORTEST_S = 40, 3.0  # of a run, at most, and the shortest [s], from which stretches begin; choices
 LENGTHS = (1, 2, 4, 8, 16)  # of stretches, in bins; choices
 QUIETER = (1.0, 0.8, 0.6, 0.45)  # of the disturbance as it was, that there then is elsewhere; choices
-UNEVEN = 0.1  # prior odds that a disturbance is uneven; a guess
+UNEVEN = 1e-4  # prior odds that a disturbance is uneven; a guess: of one burst, a force for a while is the likelier
 WORTHWHILE, MOST = 3.0, 8  # log-likelihood that another stretch has to add, and how many there are at most; choices
 
 
@@ -40,13 +40,14 @@ def uneven(fit: Fitted, usual: float) -> float:
     start = likelihood = float(_likelihoods(runs, [noise])[0])
     loudest, found = 1.0, 0
     while found < MOST:
-        tried = [_tried(run, noise, own) for run, own in zip(runs, spans, strict=True)]
+        most = SEVERAL * usual / noise.sigma
+        tried = [_tried(run, noise, own, most) for run, own in zip(runs, spans, strict=True)]
         k = int(np.argmax([gains.max(initial=-np.inf) for gains, _ in tried]))
         gains, loud = tried[k]
         if gains.max(initial=-np.inf) - looked < WORTHWHILE:
             break
         column = loud[:, int(np.argmax(gains))]
-        runs[k] = runs[k]._replace(loud=np.repeat(column[:, None], WIDTH, axis=1))
+        runs[k] = runs[k].louder(np.repeat(column[:, None], WIDTH, axis=1))
         loudest, found = max(loudest, float(column.max())), found + 1
         quieter = [replace(noise, sigma=share * noise.sigma) for share in QUIETER]
         likelihoods = _likelihoods(runs, quieter)
@@ -70,14 +71,17 @@ def _spans(run: Linear) -> NDArray[np.bool_]:
     return np.array([(first <= bins) & (bins < first + length) for first, length in begins]).reshape(-1, bins.size)
 
 
-def _tried(run: Linear, noise: Noise, spans: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """What a louder stretch adds to the log-likelihood of a run, (L,), and how loud measurements then are, (M, L)."""
+def _tried(run: Linear, noise: Noise, spans: NDArray[np.bool_], most: float) -> tuple[Array, Array]:
+    """What a louder stretch adds to the log-likelihood of a run, (L,), and how loud measurements then are, (M, L).
+
+    None is louder than `most` times the disturbance, beyond which no water is plausible.
+    """
     now = run.loud[:, :1]
     loud = np.hstack([now, *(np.where(spans.T, times * now, now) for times in LOUDER)])
     level, totals = np.repeat(rows_of([noise]).T, WIDTH, axis=1), np.empty(loud.shape[1])
     for first in range(0, loud.shape[1], WIDTH):
         some = np.minimum(np.arange(first, first + WIDTH), loud.shape[1] - 1)
         found = np.empty((2, WIDTH))
-        whiten(run._replace(loud=np.ascontiguousarray(loud[:, some])), level, found)
+        whiten(run.louder(loud[:, some]), level, found)
         totals[first : first + WIDTH] = -0.5 * found.sum(axis=0)[: loud.shape[1] - first]
-    return totals[1:] - totals[0], loud[:, 1:]
+    return np.where(loud[:, 1:].max(axis=0) <= most, totals[1:] - totals[0], -np.inf), loud[:, 1:]

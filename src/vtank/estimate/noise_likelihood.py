@@ -50,6 +50,10 @@ class Linear(NamedTuple):
     used: np.ndarray
     loud: np.ndarray
 
+    def louder(self, loud: np.ndarray) -> Linear:
+        """The same under a disturbance that is as loud, shape (M, W)."""
+        return Linear(*self[:-1], loud=np.ascontiguousarray(loud))
+
 
 def apart(problem: Problem, theta: np.ndarray) -> list[Linear]:
     """Every run of a problem along its simulation at theta, by itself, in all lanes."""

@@ -237,7 +237,7 @@ class _Tried:
 class _Pursuit:
     """Normal equations of all columns beside the parameters and groups found so far."""
 
-    def __init__(self, fit: Fitted, swell: float | None) -> None:
+    def __init__(self, fit: Fitted, swell: float | None = None) -> None:
         self.near = linearise(fit)
         self.pieces = pieces(fit, swell)
         self.columns = [_followed(C) for C in changes(fit, self.pieces)]
