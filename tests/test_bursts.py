@@ -8,6 +8,9 @@ import pytest
 from recorded import DRIVES, NOISE, NOISE_M, NOMINAL, Force, find, record, recordings, sine, turbulent
 
 from vtank.diagnose.bursts import uneven
+from vtank.diagnose.evidence import evaluate
+from vtank.diagnose.hypothesis import Hypothesis
+from vtank.diagnose.selection import prepare
 from vtank.estimate.observed import Observed
 
 SIGMA, MEMORY_S, USUAL = 5e-4, 1.0, 1e-3  # [m/s2, s, m/s2]
@@ -57,3 +60,9 @@ def test_a_force_for_a_while_is_a_cause(seed: int) -> None:
 def test_even_water_is_even() -> None:
     selection = find(recordings(force=turbulent(SIGMA, MEMORY_S, 7)), "linear_drag", noise=WATER).selection
     assert uneven(selection.refit, USUAL) == 0.0
+
+
+def test_runs_too_short_for_a_stretch_are_even() -> None:
+    """Once it ended in an error."""
+    runs = [record(f"run_{k}", sine(*drive, 8.0), NOMINAL, NOISE_M, k) for k, drive in enumerate(DRIVES)]
+    assert uneven(evaluate(prepare(runs, NOMINAL).with_noise(WATER), Hypothesis()), USUAL) == 0.0

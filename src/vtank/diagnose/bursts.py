@@ -16,15 +16,16 @@ from ..estimate.noise_likelihood import Linear, apart, rows_of, squares_and_logs
 from ..estimate.problem import Noise
 from ..lanes import WIDTH
 from .evidence import Fitted
+from .freeform.dictionary import BINS, SHORTEST_S
+from .freeform.pursuit import WORTHWHILE
 from .noise_floor import SEVERAL, log_prior
 
 Array = NDArray[np.float64]
 LOUDER = (2.5, 6.0)  # times as strong a disturbance as elsewhere, that are tried; they multiply where stretches overlap
-BINS, SHORTEST_S = 40, 3.0  # of a run, at most, and the shortest [s], from which stretches begin; choices
 LENGTHS = (1, 2, 4, 8, 16)  # of stretches, in bins; choices
 QUIETER = (1.0, 0.8, 0.6, 0.45)  # of the disturbance as it was, that there then is elsewhere; choices
 UNEVEN = 1e-4  # prior odds that a disturbance is uneven; a guess: of one burst, a force for a while is the likelier
-WORTHWHILE, MOST = 3.0, 8  # log-likelihood that another stretch has to add, and how many there are at most; choices
+MOST = 8  # stretches at most; a choice
 
 
 def uneven(fit: Fitted, usual: float) -> float:
@@ -32,27 +33,28 @@ def uneven(fit: Fitted, usual: float) -> float:
 
     usual: disturbance that is no surprise [m/s2].
     """
-    if fit.problem.noise.sigma == 0.0:
-        return 0.0
     before, runs = fit.problem.noise, apart(fit.problem, fit.optimum.theta)
     noise, spans = before, [_spans(run) for run in runs]
+    if noise.sigma == 0.0 or not any(map(len, spans)):
+        return 0.0
     looked = float(np.log(len(LOUDER) * sum(map(len, spans))))
     start = likelihood = float(_likelihoods(runs, [noise])[0])
     loudest, found = 1.0, 0
     while found < MOST:
         most = SEVERAL * usual / noise.sigma
         tried = [_tried(run, noise, own, most) for run, own in zip(runs, spans, strict=True)]
-        k = int(np.argmax([gains.max(initial=-np.inf) for gains, _ in tried]))
-        gains, loud = tried[k]
-        if gains.max(initial=-np.inf) - looked < WORTHWHILE:
+        best = [float(gains.max(initial=-np.inf)) for gains, _ in tried]
+        k = int(np.argmax(best))
+        if best[k] - looked < WORTHWHILE:
             break
+        gains, loud = tried[k]
         column = loud[:, int(np.argmax(gains))]
         runs[k] = runs[k].louder(np.repeat(column[:, None], WIDTH, axis=1))
         loudest, found = max(loudest, float(column.max())), found + 1
         quieter = [replace(noise, sigma=share * noise.sigma) for share in QUIETER]
         likelihoods = _likelihoods(runs, quieter)
         noise, likelihood = quieter[int(np.argmax(likelihoods))], float(likelihoods.max())
-    prior = log_prior(noise, usual, loudest) - log_prior(before, usual)
+    prior = log_prior(replace(noise, sigma=loudest * noise.sigma), usual) - log_prior(before, usual)
     return max(likelihood - start - found * looked + prior + float(np.log(UNEVEN)), 0.0) if found else 0.0
 
 

@@ -83,7 +83,7 @@ def _log_share(periods: np.ndarray, most: int) -> np.ndarray:
 
 def bands(runs: Sequence[Observed], rad_s: float) -> list[tuple[np.ndarray, float]]:
     """Bands of frequencies about one, each as what the longest run resolves [rad/s], and its log probability."""
-    longest = max((run for run in runs), key=lambda run: float(np.ptp(run.time_s)))
+    longest = max(runs, key=lambda run: float(np.ptp(run.time_s)))
     apart = 2.0 * np.pi / max(float(np.ptp(longest.time_s)), 1e-9)
     share = float(_log_share(np.array([max(rad_s / apart, 1.0)]), longest.time_s.size // 2)[0])
     each = [rad_s + apart * np.arange(-wide, wide + 1) for wide in WIDE]

@@ -121,13 +121,12 @@ def plausible(noise: Noise, usual: float = STILL_SIGMA) -> bool:
     return noise.sigma <= SEVERAL * usual
 
 
-def log_prior(noise: Noise, usual: float = STILL_SIGMA, loudest: float = 1.0) -> float:
+def log_prior(noise: Noise, usual: float = STILL_SIGMA) -> float:
     """Log density of a disturbance beforehand, over its largest: falls where it moves more than still water does.
 
-    By its size, and by the speed that it gives in its memory: a weak one that lasts moves a vehicle as far. loudest:
-    times that it is as strong for a while.
+    By its size, and by the speed that it gives in its memory: a weak one that lasts moves a vehicle as far.
     """
-    return _above(loudest * noise.sigma / usual * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
+    return _above(noise.sigma / usual * max(noise.correlation_time / STILL_MEMORY_S, 1.0))
 
 
 def rarity(noise: Noise, usual: float = STILL_SIGMA) -> float:

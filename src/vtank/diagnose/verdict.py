@@ -200,9 +200,8 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
         (fit, probability), doubt = common, "beside"
     effects = fit.hypothesis.effects
     rivals = tied_class(selection, fit)
-    kind = "effects"
-    if len(effects) == 1:
-        kind = "effect"
+    kind = "effect" if len(effects) == 1 else "effects"
+    if kind == "effect":
         probability = max(probability, sum(chances.get(name, 0.0) for name in rivals))
     seen = fit.hypothesis.outliers or separation(selection.setting, fit, selection.refit) >= SEPARABLE
     if probability < NAMED or not seen:

@@ -101,7 +101,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     seekers += [_together] if len(runs[0].layout.pushes) > 1 else []
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
-    blocks = [seek(base) for seek in seekers]
+    blocks = _sought(base, seekers)
     ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
     disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
     for n in dict.fromkeys([disturbed, ranked[0]]):
