@@ -71,7 +71,6 @@ def settle(
     fit: Fit,
     p: Array,
     floor: Array,
-    enough: int = ENOUGH,
     least: Array | float = 0.0,
     *,
     near: bool = False,
@@ -79,15 +78,15 @@ def settle(
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
 
-    Sought from the fit's and from white errors alone, each to its end: what is coloured passes for motion and motion
-    for what is coloured, with a hill between.
+    Sought on a part of the recordings, from the fit's and from white errors alone, each to its end: what is coloured
+    passes for motion and motion for what is coloured, with a hill between. All of them say which it is.
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
-    the motion itself is fast, a share is always left. enough: measurements to seek it on. least: variances, (C,), below
-    which none is believed whatever the innovations are. near: whether the likeliest is near the fit's. longest_s:
+    the motion itself is fast, a share is always left. least: variances, (C,), below which none is believed whatever the
+    innovations are. near: whether the likeliest is near the fit's, and sought on all of the recordings. longest_s:
     memory of the disturbance, at most.
     """
-    runs, least = cut(fit.runs, enough), np.maximum(least, KEPT * _rounding(fit.runs))
+    runs, least = cut(fit.runs, ALL if near else ENOUGH), np.maximum(least, KEPT * _rounding(fit.runs))
 
     def descended(noise: Noise, floor: Array, factors: Sequence[float]) -> tuple[Tried, Array]:
         for factor in factors:
@@ -99,13 +98,14 @@ def settle(
                     break
         return best, floor
 
-    begins = [fit.noise, *([] if near else [_all_white(replace(fit, runs=runs), p)])]
-    wide = FACTORS[1:] if near else FACTORS[:1]
-    best, floor = max(share([partial(descended, noise, floor, wide) for noise in begins]),
-                      key=lambda end: end[0].likelihood)  # fmt: skip
-    if not near:
-        best, _ = descended(best.noise, floor, FACTORS[1:])
-    return best.noise, replace(fit, noise=best.noise).filter(p)
+    def found(noise: Noise) -> tuple[Noise, list[Filtered]]:
+        return noise, replace(fit, noise=noise).filter(p)
+
+    if near:
+        return found(descended(fit.noise, floor, FACTORS)[0].noise)
+    begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
+    ends = share([partial(descended, noise, floor, FACTORS) for noise in begins])
+    return max((found(end.noise) for end, _ in ends), key=lambda pair: sum(map(log_likelihood, pair[1])))
 
 
 def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longest_s: float) -> tuple[float, Tried]:

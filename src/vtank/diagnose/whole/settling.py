@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...rigid.filtered import Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
-from ...rigid.noise import ALL, ENOUGH, MEMORIES_S, settle
+from ...rigid.noise import MEMORIES_S, settle
 from .model import Model, Unknown, refit, trusted
 from .unfinished import digest, step
 
@@ -24,36 +24,35 @@ def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Mod
     """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise.settle`."""
     p = model.vector()
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
-    for n, enough in enumerate((ENOUGH, *[ALL] * SETTLING)):
+    for n in range(1 + SETTLING):
         before = model.fit.noise
-        model = _once(model, floor, enough, least, near=n > 1)
+        model = _once(model, floor, least, near=n > 0)
         if n and model.fit.noise.like(before):
             break
     give_back()
     return model, model.fit.filter(model.vector())
 
 
-def _once(model: Model, floor: Array, enough: int, least: Array | float, near: bool) -> Model:
+def _once(model: Model, floor: Array, least: Array | float, near: bool) -> Model:
     """The walls and the noise at the fit, and the fit at these; the filters of all runs go with the call."""
     give_back()
     p, fit = model.vector(), model.fit
     if any(run.wall for run in fit.runs):
         fit = walled(fit, fit.filter(p))
-    noise, found = _noise(fit, p, floor, enough, least, near=near)
+    noise, found = _noise(fit, p, floor, least, near=near)
     return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
 
 
 def _noise(
-    fit: Fit, p: Array, floor: Array, enough: int, least: Array | float = 0.0, *, near: bool,
-    longest_s: float = MEMORIES_S[1],
-) -> tuple[Noise, list[Filtered]]:  # fmt: skip
+    fit: Fit, p: Array, floor: Array, least: Array | float = 0.0, *, near: bool, longest_s: float = MEMORIES_S[1]
+) -> tuple[Noise, list[Filtered]]:
     """As `rigid.noise.settle`."""
     parts = tuple(vars(fit.noise))
 
     def told() -> str:
         runs = [part for run in fit.runs for part in (run.start, run.spread, run.wall, run.value, run.steps.which)]
         now = [getattr(fit.noise, part) for part in parts]
-        return digest(["noise", p, floor, enough, np.asarray(least), near, longest_s, *now, *runs])
+        return digest(["noise", p, floor, np.asarray(least), near, longest_s, *now, *runs])
 
     def plain(settled: tuple[Noise, list[Filtered]]) -> list[Any]:
         return [np.asarray(getattr(settled[0], part)).tolist() for part in parts]
@@ -63,7 +62,7 @@ def _noise(
         noise = Noise(**dict(zip(parts, values, strict=True)))
         return noise, replace(fit, noise=noise).filter(p)
 
-    return step(told, lambda: settle(fit, p, floor, enough, least, near=near, longest_s=longest_s), plain, again)
+    return step(told, lambda: settle(fit, p, floor, least, near=near, longest_s=longest_s), plain, again)
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
@@ -83,7 +82,7 @@ def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
     if model.fit.noise.memory_s <= steady_s:
         return []
     fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
-    noise, there = _noise(fit, model.vector(), floor, ALL, near=True, longest_s=steady_s)
+    noise, there = _noise(fit, model.vector(), floor, near=True, longest_s=steady_s)
     return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
 
 
