@@ -23,34 +23,46 @@ def fast_run():
 
 
 def test_a_thinned_run_is_simulated_alike():
-    """Held inputs are averaged in n|n|: what is left is the average's place within the step."""
+    """Two levels of n|n| have the impulse and its moment; an average alone is off by its place within the step."""
     run = fast_run()
+
+    def error(slow):
+        return np.abs(innovations(slow, P, np.zeros(4), Noise(), no_gain(slow))).max()
+
     slow = thin(run, 0.15)
     assert slow.time_s.size < run.time_s.size / 7
-    error = innovations(slow, P, np.zeros(4), Noise(), no_gain(slow))
-    assert np.abs(error).max() < 3e-4  # 5 % of 6 mm
-    early = thin(straightened(run), 0.15)  # straight between samples, half a tick early
-    worse = innovations(early, P, np.zeros(4), Noise(), no_gain(early))
-    assert np.abs(worse).max() > 3.0 * np.abs(error).max()
+    assert error(slow) < 1e-5
+    assert error(thin(run, 0.15, levels=1)) > 20.0 * error(slow)
+    assert error(thin(straightened(run), 0.15)) > 20.0 * error(slow)  # straight between samples, half a tick early
+
+
+def test_of_two_ticks_each_nothing_is_left_out():
+    run = fast_run()
+    slow = thin(run, 0.04)
+    assert slow.time_s.size == run.time_s.size // 2
+    whole = np.interp(slow.input_time_s, run.input_time_s, np.arange(run.input.size)).round().astype(int)
+    np.testing.assert_allclose(slow.input, run.input[whole], atol=1e-9)
+    assert np.abs(innovations(slow, P, np.zeros(4), Noise(), no_gain(slow))).max() < 1e-9
 
 
 @pytest.mark.parametrize(("input_name", "every_s"), [("n_rev_s", 0.02), ("command", 0.05), ("thrust_N", 0.1)])
 def test_the_impulse_of_a_held_input_is_exact_at_every_stamp_kept(input_name, every_s):
-    """At any rate, on uneven stamps, whatever the period asked for."""
+    """At any rate, on uneven stamps, whatever the period asked for; and how far it moves a free body, but for few."""
     rng = np.random.default_rng(5)
     time = np.cumsum(rng.uniform(0.7, 1.3, 400)) * every_s
     held = rng.normal(size=time.size)
     run = Observed("run", input_name, time, held, time, held, np.full(time.size, RANGE))
-    slow = thin(run, 0.31)
-    assert slow.input.size < time.size / 2 and np.isin(slow.input_time_s, time).all()
+    slow, every = thin(run, 0.31), int(np.ceil(0.31 / np.median(np.diff(time))))
+    assert slow.input.size <= 2 * np.ceil(time.size / every) and np.isin(slow.input_time_s, time).all()
 
     def impulse(run, end):
         thrust = run.input if input_name == "thrust_N" else run.input * np.abs(run.input)
         return np.cumsum(thrust[:end] * np.diff(run.input_time_s)[:end])
 
-    kept = np.isin(time[1:], slow.input_time_s)
-    np.testing.assert_allclose(impulse(slow, slow.input.size - 1), impulse(run, time.size - 1)[kept], atol=1e-12)
-    np.testing.assert_array_equal(slow.time_s, slow.input_time_s)
+    edges = time[every::every]
+    np.testing.assert_array_equal(slow.time_s[1:], edges)
+    ours = impulse(slow, slow.input.size - 1)[np.isin(slow.input_time_s[1:], edges)]
+    np.testing.assert_allclose(ours, impulse(run, time.size - 1)[np.isin(time[1:], edges)], atol=1e-12)
 
 
 def test_thinning_a_null_invents_no_delay():
@@ -62,7 +74,7 @@ def test_thinning_a_null_invents_no_delay():
         prior = Prior(*(np.full(problem.size, value) for value in (0.0, np.inf, -np.inf, np.inf)))
         optimum = descend(problem, problem.initial(), prior, problem.filter(problem.initial()))
         found.append(optimum.theta[3])
-    assert found[0] == pytest.approx(0.0, abs=0.01) and found[1] == pytest.approx(0.05, abs=0.01)  # [s]
+    assert found[0] == pytest.approx(0.0, abs=3e-3) and found[1] == pytest.approx(0.05, abs=0.01)  # [s]
 
 
 def test_runs_that_are_short_enough_are_left_alone():

@@ -33,13 +33,14 @@ def explained(
     """All hypotheses about runs without a nominal, weighed; names: the effects to consider (default: the catalogue).
 
     A command, and a speed that a governor sets, are held. A measured force is held, or the record of a smooth one:
-    it is what is explained better.
+    it is what is explained better. Averages will do: to the micrometres that an encoder tells, laws without a nominal
+    are not known (dry friction turns round over a speed that is a guess).
     """
-    held = grow(select(_setting(thinned(runs, FOREIGN_SAMPLES)), names, say), say)
+    held = grow(select(_setting(thinned(runs, FOREIGN_SAMPLES, levels=1)), names, say), say)
     if runs[0].input_name != "thrust_N":
         return held
     say("the same, with a force that goes straight from sample to sample")
-    smooth = thinned([straightened(run) for run in runs], FOREIGN_SAMPLES)
+    smooth = thinned([straightened(run) for run in runs], FOREIGN_SAMPLES, levels=1)
     straight = grow(select(_setting(smooth), names, say), say)
     return straight if straight.best.log_evidence > held.best.log_evidence + PAIR_GAIN else held
 

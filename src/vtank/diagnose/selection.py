@@ -17,7 +17,7 @@ from ..rigid.thinned import scatter
 from . import outliers
 from .bursts import uneven
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
-from .freeform import Freeform, pursue
+from .freeform import OWN, WORTHWHILE, Freeform, pursue
 from .hypothesis import Hypothesis, about_their_mean, candidates
 from .lone_speeds import with_lone_speeds
 from .noise_floor import noise_at, settle
@@ -34,6 +34,7 @@ PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pa
 MOST_PAIRS = 6  # pairs that are fitted, and larger sets
 HOPELESS = 50.0  # log evidence behind the best at which no other noise level helps; a choice
 LARGEST = 3  # effects together at most
+ALSO = 0.02  # share of an own parameter by which it differs, where others do; a guess that the fit corrects
 TURNS, SETTLED = 4, 1.0  # of own parameters that vary and their spread, at most, and log evidence another must gain
 Report = Callable[[str], None]
 
@@ -189,15 +190,32 @@ def _pursued(setting: Setting, fit: Fitted, swell: float | None) -> Freeform:
 
 
 def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:
+    """Own parameters of every run, and others that differ as well if that is likelier: what changes one changes more.
+
+    by_run: their values to first order.
+    """
+    refit = selection.refit
+    best = _spread(selection.setting, about_their_mean(by_run), {**refit.start(), **by_run})
+    rest = [name for name in OWN.values() if name in refit.problem.free and name not in by_run]
+    while rest:
+        start, own = best.start(), best.hypothesis.varying
+        also = [(name, float(start[name]), ALSO * abs(float(start[name]))) for name in rest]
+        wider = max((_spread(selection.setting, (*own, one), start) for one in also), key=lambda f: f.log_evidence)
+        if wider.log_evidence < best.log_evidence + WORTHWHILE:
+            break
+        best, rest = wider, [name for name in rest if name not in wider.problem.per_run]
+    return best
+
+
+def _spread(setting: Setting, about: tuple[tuple[str, float, float], ...], start: Start) -> Fitted:
     """Own parameters of every run, fitted about their mean and spread, which are worked out anew from the fit.
 
-    by_run: their values to first order. Where they differ much, these are far from what fits.
+    about: as of `Hypothesis`. Where they differ much, what is told to first order is far from what fits.
     """
-    setting, start = selection.setting, {**selection.refit.start(), **by_run}
-    best = evaluate(setting, Hypothesis(varying=about_their_mean(by_run)), [start])
+    best = evaluate(setting, Hypothesis(varying=about), [start])
     for _ in range(TURNS):
         start = best.start()
-        about = about_their_mean({name: np.asarray(start[name]) for name in by_run})
+        about = about_their_mean({name: np.asarray(start[name]) for name, _, _ in about})
         if min(spread for _, _, spread in about) <= 0.0:
             break
         fit = evaluate(setting, Hypothesis(varying=about), [start])

@@ -1,4 +1,6 @@
-"""Long recordings, thinned: the input, held from stamp to stamp, averaged over a few stamps each; the rest is left out.
+"""Long recordings, thinned: of the input, held from stamp to stamp, two levels stand for a few stamps.
+
+An average alone would have its impulse, but not when: the vehicle would be off by a share of what the thrust changes.
 
 A measured force may have been the record of a smooth signal instead: `straightened` says the same in held values.
 """
@@ -20,25 +22,28 @@ NEARLY = 1e-4  # of the mean step, within which two rows are one; a choice
 ROUNDING = 1e-6  # share of a sample by which stamps may be off
 
 
-def thinned(runs: Sequence[Observed], most: int = MOST_SAMPLES) -> tuple[Observed, ...]:
-    """The runs with as few samples as there is time for, `most` of a channel; the same runs where they have no more."""
+def thinned(runs: Sequence[Observed], most: int = MOST_SAMPLES, levels: int = 2) -> tuple[Observed, ...]:
+    """The runs with as few samples as there is time for, `most` of a channel; the same runs where they have no more.
+
+    levels: as of `thin`.
+    """
     length = sum(float(run.time_s[-1] - run.time_s[0]) for run in runs)
-    return tuple(thin(run, max(SHORTEST_S, length / most)) for run in runs)
+    return tuple(thin(run, max(SHORTEST_S, length / most), levels) for run in runs)
 
 
-def thin(run: Observed, period: float) -> Observed:
+def thin(run: Observed, period: float, levels: int = 2) -> Observed:
     """The run at a period of at least so many seconds, on stamps of its own; the same run where it is no faster.
 
-    A step holds the mean of what was held within it, of thrust (n|n|) where the input is no force, so that the impulse
-    up to each stamp kept is exact; measurements are those at these stamps, or the first ones after.
+    A step holds two levels of what was held within it, of thrust (n|n|) where the input is no force, so that the
+    impulse up to each stamp kept, and how far it has moved a free body, are exact; measurements are those at these
+    stamps, or the first ones after. levels: 2, or 1 for the average, which acts a share of a step early.
     """
     tick = _tick(run.input_time_s)
     every = int(np.ceil(period / tick - ROUNDING))
     faster = [_tick(run.time_s[run.kind == kind]) < period * (1.0 - ROUNDING) for kind in run.first]
     if every < 2 and not any(faster):
         return run
-    first = np.arange(0, run.input.size, every)
-    edges = run.input_time_s[first] if every > 1 else np.arange(run.time_s[0], run.time_s[-1] + period, period)
+    edges = run.input_time_s[::every] if every > 1 else np.arange(run.time_s[0], run.time_s[-1] + period, period)
     keep = np.zeros(run.time_s.size, dtype=bool)
     for kind in run.first:
         own = np.flatnonzero(run.kind == kind)
@@ -46,17 +51,49 @@ def thin(run: Observed, period: float) -> Observed:
         keep[own[np.unique(after[after < own.size])]] = True
     square = run.input_name != "thrust_N"
     value = run.input * np.abs(run.input) if square else run.input
-    held_s = np.diff(run.input_time_s, append=run.input_time_s[-1] + tick)
-    mean = np.add.reduceat(value * held_s, first) / np.add.reduceat(held_s, first)
+    stamps, level = run.input_time_s, value
+    if every > 1 and levels == 1:
+        first, held_s = np.arange(0, value.size, every), np.diff(run.input_time_s, append=run.input_time_s[-1] + tick)
+        stamps, level = stamps[first], np.add.reduceat(value * held_s, first) / np.add.reduceat(held_s, first)
+    elif every > 1:
+        stamps, level = _two_levels(run.input_time_s, value, tick, every)
     return replace(
         run,
-        input_time_s=run.input_time_s[first],
-        input=np.sign(mean) * np.sqrt(np.abs(mean)) if square else mean,
-        lone=np.zeros(first.size),
+        input_time_s=stamps,
+        input=np.sign(level) * np.sqrt(np.abs(level)) if square else level,
+        lone=np.zeros(stamps.size),
         time_s=run.time_s[keep],
         value=run.value[keep],
         kind=run.kind[keep],
     )
+
+
+def _two_levels(time_s: np.ndarray, value: np.ndarray, tick: float, every: int) -> tuple[np.ndarray, np.ndarray]:
+    """Stamps and levels that stand for so many held values each, of the same integral and the same moment.
+
+    They change where the values differ the most before and after; and lie no farther out than these, which may leave a
+    part of the moment out. What does not change has one level.
+    """
+    spare = -time_s.size % every
+    held = np.append(np.diff(time_s), [tick, *np.zeros(spare)]).reshape(-1, every)
+    given = np.append(value, np.repeat(value[-1], spare)).reshape(-1, every)
+    until, impulse = np.cumsum(held, axis=1), np.cumsum(given * held, axis=1)
+    whole, total = until[:, -1], impulse[:, -1]
+    moment = np.sum(given * held * (until - 0.5 * held), axis=1)
+    ahead = np.maximum(whole[:, None] - until, 1e-300)
+    apart = (impulse / until - (total[:, None] - impulse) / ahead) ** 2 * until * ahead
+    split = np.argmax(apart[:, :-1], axis=1)
+    rows = np.arange(split.size)
+    d1, d2 = until[rows, split], ahead[rows, split]
+    low, high = given.min(axis=1), given.max(axis=1)
+    second = 2.0 * (moment - 0.5 * total * d1) / (d2 * whole)
+    second = np.clip(second, np.maximum(low, (total - high * d1) / d2), np.minimum(high, (total - low * d1) / d2))
+    first = (total - second * d2) / d1
+    changes = (high > low) & (d2 > 1e-300)
+    first = np.where(changes, first, total / whole)
+    stamps = np.column_stack((time_s[::every], time_s[np.minimum(rows * every + split + 1, time_s.size - 1)]))
+    keep = np.column_stack((np.ones(split.size, bool), changes))
+    return stamps[keep], np.column_stack((first, second))[keep]
 
 
 def _tick(time_s: np.ndarray) -> float:

@@ -34,8 +34,20 @@ DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 7
 MIDDLE, WALL_DRAG, WALL_MASS = 110, 111, 112
 HULL = 113
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
-DELAY, LOSS, SAG, LOST, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED = 14, 15, 16, 17, 18, 19, 20, 21, 22, 23
-THRUSTER = 24
+DELAY, LOSS, SAG, LOST, SLOWER, MISREAD, YAWED, PITCHED, WIRED, SPIKED, ROTOR = (
+    14,
+    15,
+    16,
+    17,
+    18,
+    19,
+    20,
+    21,
+    22,
+    23,
+    24,
+)
+THRUSTER = 25
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, GONE, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
 FIN = 15
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
@@ -66,7 +78,7 @@ def _hull_names() -> list[str]:
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked")  # fmt: skip
+                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "lost",
              "offset", "induced_drag", "late", "suction")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),

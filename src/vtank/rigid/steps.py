@@ -22,6 +22,7 @@ from .layout import (
     LAG,
     LOST,
     MISREAD,
+    ROTOR,
     SAG,
     SATURATION,
     SKEWED,
@@ -99,16 +100,26 @@ def spike(inputs: np.ndarray) -> float:
     return float(np.median(lone[lone >= 0.5 * lone.max()])) if lone.any() else 0.0
 
 
+@term
+def steady(n, t, table, reach, p, i):
+    """Force [N] of the thruster at slot i of p under an input n that it gets at time t [s]; table: of -reach..reach."""
+    place = min(max((n / reach + 1.0) * 0.5 * (table.size - 1), 0.0), table.size - 1.0)
+    left = min(int(place), table.size - 2)
+    force = table[left] + (place - left) * (table[left + 1] - table[left])
+    return p[i + GAIN] * (1.0 - p[i + LOST]) * (force + p[i + SKEWED] * abs(force)) * math.exp(-p[i + SAG] * t)
+
+
 @law
 def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
 
     inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
-    forces begin at nothing, else where the first inputs bring them, which have been there before.
+    forces begin at nothing, else where the first inputs bring them, which have been there before. A share of the lag
+    may be that of a rotor, whose input lags and not its force.
     """
     steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
-    samples, points = stamps.size, tables.shape[1]
-    made, turned, upto = np.empty(samples), np.empty(samples), np.empty(samples)
+    samples = stamps.size
+    made, turned, upto, told = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
     for k in range(thrusters):
         i = HULL + THRUSTER * k
         wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
@@ -119,18 +130,15 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
                 n = repaired(n, lone, p[i + SPIKED])
             n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
             n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
-            place = min(max((n / reach[k] + 1.0) * 0.5 * (points - 1), 0.0), points - 1.0)
-            left = min(int(place), points - 2)
-            steady = tables[k, left] + (place - left) * (tables[k, left + 1] - tables[k, left])
-            steady = p[i + GAIN] * (1.0 - p[i + LOST]) * (steady + p[i + SKEWED] * abs(steady))
-            made[j], turned[j] = steady * math.exp(-p[i + SAG] * stamps[j]), abs(n)
-            upto[j] = stamps[j]
-        z, tau, j = 0.0, p[i + LAG] + p[i + SLOWER], 0
+            made[j] = steady(n, stamps[j], tables[k], reach[k], p, i)
+            turned[j], told[j], upto[j] = abs(n), n, stamps[j]
+        z, tau, rotor, j = 0.0, p[i + LAG] + p[i + SLOWER], p[i + ROTOR], 0
+        turns = 0.0 if resting else told[0]
         for s in range(steps):
             a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
             while j + 1 < samples and upto[j + 1] <= a + TOUCH_S:
                 j += 1
-            t, goal, spin, q = a, 0.0, 0.0, j
+            t, goal, spin, wanted, q = a, 0.0, 0.0, 0.0, j
             while t < b - TOUCH_S:
                 stop = b
                 if t < upto[0] - TOUCH_S:
@@ -138,11 +146,13 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
                     if not resting:
                         goal += (stop - t) * made[0]
                         spin += (stop - t) * turned[0]
+                        wanted += (stop - t) * told[0]
                 elif q + 1 < samples and upto[q + 1] < b:
                     stop = max(upto[q + 1], t)
                 if t >= upto[0] - TOUCH_S:
                     goal += (stop - t) * made[q]
                     spin += (stop - t) * turned[q]
+                    wanted += (stop - t) * told[q]
                 t = stop
                 if q + 1 < samples and upto[q + 1] <= t + TOUCH_S:
                     q += 1
@@ -155,6 +165,15 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
                 force[s, k] = goal + (z - goal) * (tau / length[s]) * (1.0 - fade)
                 swing[s, k] = 0.5 * (goal - z) * (1.0 - fade)
                 z = goal + (z - goal) * fade
+                if rotor != 0.0:
+                    wanted = wanted / length[s]
+                    amid, ends = wanted + (turns - wanted) * math.sqrt(fade), wanted + (turns - wanted) * fade
+                    first = steady(turns, now[s], tables[k], reach[k], p, i)
+                    middle = steady(amid, now[s] + 0.5 * length[s], tables[k], reach[k], p, i)
+                    last = steady(ends, now[s] + length[s], tables[k], reach[k], p, i)
+                    force[s, k] += rotor * ((first + 4.0 * middle + last) / 6.0 - force[s, k])  # Simpson's rule
+                    swing[s, k] += rotor * (0.5 * (last - first) - swing[s, k])
+                    turns = ends
             else:
                 force[s, k] = goal
     return force, swing, size

@@ -2,7 +2,7 @@
 
 The corrections are numbers of `rigid.layout`, QUANTITY@PLACE; those that the file has take its numbers' places, the
 others become effects of `tank.places`. What spoils a recording alone (lone wrong readings, echoes) is not flown, nor
-what belongs to one recording (how the wall stood).
+what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags.
 """
 
 from __future__ import annotations

@@ -9,6 +9,6 @@ from ...facade import facade
 if TYPE_CHECKING:
     from .dictionary import PROBE_M_S2
     from .motion import drive_frequency, simulated, simulated_tracks
-    from .pursuit import OWN, Component, Freeform, pursue
+    from .pursuit import OWN, WORTHWHILE, Component, Freeform, pursue
 
 __all__ = facade(__name__)

@@ -28,8 +28,10 @@ Array = NDArray[np.float64]
 T = TypeVar("T", Push, Fin)
 STEPS = 8  # of a fit, at most
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
+ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
+EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
 WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
@@ -59,7 +61,8 @@ class Unknown:
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
-    And what no file states: how a wall stands, and how much of their lift fins pay for with drag.
+    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether rotors lag
+    or their force, how a wall stands, and how much of their lift fins pay for with drag.
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
@@ -69,6 +72,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         "lift": _groups("fins", layout.vehicle.fins, _section),
     }
     groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
+    groups |= {f"{EACH}@{name}": [f"gain@{name}"] for names in alike["gain"].values() if len(names) > 1
+               for name in names}  # fmt: skip
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
@@ -83,6 +88,10 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
             low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
             found.append(Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, 1e-3 * size))
+    rotors = [p for p in layout.pushes if p.thruster and p.thruster.input != "N" and p.lag_s > 0.0]
+    if rotors:
+        at = layout.at([f"rotor@{push.name}" for push in rotors])
+        found.append(Unknown("rotor@thrusters", at, np.zeros(at.size), ROTOR, 0.0, 1.0, 1e-3, stated=False))
     fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
     if fins.size:
         found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))

@@ -19,7 +19,7 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import Model, Unknown, blank, even, own_unknowns, refit
+from .model import EACH, Model, Unknown, blank, even, own_unknowns, refit, trusted
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
@@ -40,6 +40,7 @@ LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
+ALIKE = 1e-3  # of their gain, by which thrusters of a kind differ that are alike; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
 
@@ -182,7 +183,7 @@ def _wider(
 ) -> tuple[list[Model], set[str]]:  # fmt: skip
     """The best with what promises most beside it, fitted one at a time; and the names of the strongest."""
     say(f"score tests of {len(candidates)} effects at their places")
-    begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
+    begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own), *_alike(best, found))]
     ranked, where = _from_all([*begins, *even(best)], layout, candidates)
     fitted: list[Model] = []
     near = _near(ranked)
@@ -317,6 +318,16 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
     return [refit(best, found, np.concatenate([np.zeros(len(own)), best.theta[len(own) :]]), steps=0)]
 
 
+def _alike(best: Model, found: Sequence[Filtered]) -> list[Model]:
+    """The model with thrusters of a kind alike, where a search begins once more: one that lacks much is not of them."""
+    each = np.array([u.name.startswith(f"{EACH}@") for u in best.unknowns])
+    unknowns = tuple(replace(u, scale=min(ALIKE, u.scale)) if own else u
+                     for u, own in zip(best.unknowns, each, strict=True))  # fmt: skip
+    if all(now.scale == then.scale for now, then in zip(unknowns, best.unknowns, strict=True)):
+        return []
+    return [refit(replace(best, unknowns=unknowns), found, np.where(each, 0.0, best.theta))]
+
+
 def _from_all(
     begins: Sequence[tuple[Model, list[Filtered]]], layout: Layout, candidates: Sequence[Placed]
 ) -> tuple[list[Promise], dict[str, Start]]:
@@ -360,11 +371,14 @@ def _judged(
     mine = list(best.unknowns[: len(own)])
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
-    differing = refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])
+    differing = [refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])]
+    if best.effects:  # beside which own parameters may be trusted more than they can be alone
+        wide = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
+        differing.append(refit(replace(wide, unknowns=tuple(trusted(wide, own))), found, wide.theta))
     loose = [(u, value) for u, value in zip(best.unknowns, best.theta, strict=True) if not u.stated]
     plain = blank(best.fit, layout, (), [u for u, _ in loose])  # what no file states is not the simulator's
     nominal = refit(plain, found, np.array([value for _, value in loose]))
-    sets = {"none": nominal, _key(best): best, "parameters": differing}
+    sets = {"none": nominal, _key(best): best, "parameters": max(differing, key=lambda model: model.log_evidence)}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
     lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
                         for placed in two.effects]  # fmt: skip
