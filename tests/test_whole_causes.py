@@ -145,7 +145,10 @@ def test_measurements_are_put_in_order_at_other_delays_only_where_these_are_far_
 
 @pytest.mark.slow
 def test_moments_of_added_mass_are_own_parameters():
-    """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right."""
+    """The file of a Phoenix has the one between sway and yaw by a quarter too small; the rest of it is right.
+
+    Which leaves a part of it to two tunnel thrusters that are not quite alike.
+    """
     true = PHOENIX.added_mass.copy()
     true[1, 5] = true[5, 1] = 1.25 * true[1, 5]
     time_s = np.arange(0.0, 60.0, 0.1)
@@ -154,7 +157,7 @@ def test_moments_of_added_mass_are_own_parameters():
     best = vt.diagnose([run], nominal=PHOENIX, effects=["linear_drag"]).selection.best
     i = next(i for i, unknown in enumerate(best.unknowns) if unknown.name == "added_mass_sway_yaw@hull")
     found, sd = best.unknowns[i].base[0] + best.theta[i], best.sd[i]
-    assert abs(found - true[1, 5]) < 2.5 * sd and sd < 0.25 * (true[1, 5] - PHOENIX.added_mass[1, 5])
+    assert abs(found - true[1, 5]) < 2.5 * sd and sd < 0.3 * (true[1, 5] - PHOENIX.added_mass[1, 5])
 
 
 @pytest.mark.parametrize("name", ["phoenix", "remus100", "kingfisher", "bluerov2"])
