@@ -200,11 +200,19 @@ def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:
     while rest:
         start, own = best.start(), best.hypothesis.varying
         also = [(name, float(start[name]), ALSO * abs(float(start[name]))) for name in rest]
-        wider = max((_spread(selection.setting, (*own, one), start) for one in also), key=lambda f: f.log_evidence)
-        if wider.log_evidence < best.log_evidence + WORTHWHILE:
+        wider = [_spread(selection.setting, (*own, one), start) for one in also]
+        gains = [fit.log_evidence - _learnt(best, name) for fit, name in zip(wider, rest, strict=True)]
+        if max(gains) < best.log_evidence + WORTHWHILE:
             break
-        best, rest = wider, [name for name in rest if name not in wider.problem.per_run]
+        best = wider[int(np.argmax(gains))]
+        rest = [name for name in rest if name not in best.problem.per_run]
     return best
+
+
+def _learnt(fit: Fitted, name: str) -> float:
+    """Log evidence that an own parameter of all runs pays for what is learnt of it, as its mean over runs does not."""
+    i = fit.problem.free.index(name)
+    return -0.5 * float(np.log(fit.prior.weight[i] * fit.covariance()[i, i]))
 
 
 def _spread(setting: Setting, about: tuple[tuple[str, float, float], ...], start: Start) -> Fitted:
