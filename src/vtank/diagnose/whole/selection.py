@@ -183,7 +183,7 @@ def _wider(
 ) -> tuple[list[Model], set[str]]:  # fmt: skip
     """The best with what promises most beside it, fitted one at a time; and the names of the strongest."""
     say(f"score tests of {len(candidates)} effects at their places")
-    begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own), *_alike(best, found))]
+    begins = [(model, found) for model in (best, *_as_the_file_has_it(best, found, own))]
     ranked, where = _from_all([*begins, *even(best)], layout, candidates)
     fitted: list[Model] = []
     near = _near(ranked)
@@ -192,7 +192,8 @@ def _wider(
         fitting(promise.placed.name)
         if not _hopeless(promise, fitted, best):
             fitted.append(extended(*where[promise.placed.name], layout, promise.placed, promise.begin))
-    return fitted, {promise.placed.name for promise in ranked[:STRONGEST]}
+    fitted += (weak := _weakest(best, found, layout, candidates))
+    return fitted, {*(p.placed.name for p in ranked[:STRONGEST]), *(model.effects[-1].name for model in weak)}
 
 
 def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str], None]:
@@ -318,14 +319,33 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
     return [refit(best, found, np.concatenate([np.zeros(len(own)), best.theta[len(own) :]]), steps=0)]
 
 
-def _alike(best: Model, found: Sequence[Filtered]) -> list[Model]:
-    """The model with thrusters of a kind alike, where a search begins once more: one that lacks much is not of them."""
-    each = np.array([u.name.startswith(f"{EACH}@") for u in best.unknowns])
-    unknowns = tuple(replace(u, scale=min(ALIKE, u.scale)) if own else u
-                     for u, own in zip(best.unknowns, each, strict=True))  # fmt: skip
-    if all(now.scale == then.scale for now, then in zip(unknowns, best.unknowns, strict=True)):
+def _weakest(best: Model, found: Sequence[Filtered], layout: Layout, candidates: Sequence[Placed]) -> list[Model]:
+    """The model with a weak thruster in place of the gain that is farthest below those of its kind.
+
+    The rest of them may differ as they did, or be alike. No score test need lead there: as own parameters have it, it
+    lacks nothing.
+    """
+    each = {u.name.partition("@")[2]: i for i, u in enumerate(best.unknowns) if u.name.startswith(f"{EACH}@")}
+    weak = {c.place: c for c in candidates if c.effect == "thruster_dead" and c.name not in best.names}
+    below = {place: i for place, i in each.items() if place in weak and best.theta[i] < 0.0}
+    if not below:
         return []
-    return [refit(replace(best, unknowns=unknowns), found, np.where(each, 0.0, best.theta))]
+    place = min(below, key=lambda place: best.theta[below[place]])
+    k, theta = below[place], best.theta.copy()
+    kind = next(i for i, u in enumerate(best.unknowns)
+                if u.name.startswith("gain@") and best.unknowns[k].slots[0] in u.slots)  # fmt: skip
+    alike = [i for i in each.values() if best.unknowns[i].slots[0] in best.unknowns[kind].slots]
+    usual = float(np.median(theta[alike]))
+    theta[kind] += usual
+    theta[alike] -= usual
+    share, theta[k] = -theta[k] / (best.unknowns[k].base[0] + theta[kind]), 0.0
+    narrow = tuple(replace(u, scale=min(u.scale, ALIKE)) if i in alike else u for i, u in enumerate(best.unknowns))
+    models = []
+    for unknowns in (best.unknowns, narrow):
+        own = [u for u in unknowns if u.name.rpartition(".")[0] not in best.names]
+        wider = blank(best.fit, layout, (*best.effects, weak[place]), own)
+        models.append(refit(wider, found, np.append(theta, np.clip(share, 0.0, 1.0))))
+    return models
 
 
 def _from_all(
