@@ -242,6 +242,27 @@ def test_an_error_of_the_sonar_that_no_water_makes_is_no_seiche(rad_s: float, si
     assert found.verdict.kind == "unknown" and found.verdict.channel == "sensor"
 
 
+def test_a_force_that_goes_by_posts_is_periodic_in_place() -> None:
+    """Too fast over the way for a smooth function."""
+    component = first(recordings(force=placed(lambda x: 0.001 * float(np.sin(2.0 * np.pi * x / 0.3)))))
+    assert (component.channel, component.about, component.repeats) == ("hydrodynamics", "place, periodic", True)
+
+
+@pytest.mark.parametrize("period_s", [3.5, 11.0])
+def test_a_delay_that_two_clocks_beat_is_a_line_of_the_latency(period_s: float) -> None:
+    """A sonar that is polled by another clock is late by a sawtooth; the range is off by that times the speed."""
+
+    def late(run: Observed, phase: float) -> Observed:
+        speed = np.gradient(run.value, run.time_s)
+        smooth = np.convolve(speed, np.ones(15) / 15.0, mode="same")
+        return misread(run, lambda t: -0.15 * smooth * (np.mod(t / period_s + phase, 1.0) - 0.5))
+
+    found = beside([late(run, phase) for run, phase in zip(recordings(), PHASES, strict=True)])
+    assert (found.components[0].kind, found.components[0].about) == ("line", "latency, periodic")
+    assert found.components[0].frequency == pytest.approx(2.0 * np.pi / period_s, rel=0.02)
+    assert found.channel == "sensor" and found.gain > SEEN
+
+
 def ringing(rad_s: float, damping: float, seed: int, t: np.ndarray) -> np.ndarray:
     """A resonance that white noise drives, as large as the sonar's noise; damping [1/s]."""
     step, rng = float(np.median(np.diff(t))), np.random.default_rng((seed, 7))

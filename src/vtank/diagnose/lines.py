@@ -51,13 +51,16 @@ def judging(fit: Fitted, k: int) -> tuple[np.ndarray, np.ndarray]:
     return run.kind == np.min(run.kind), f.innovation / np.sqrt(f.variance)
 
 
-def loudest(fit: Fitted) -> Lines:
-    """The loudest frequencies of all runs together, each with a phase of its own, from one period to a run upwards."""
+def loudest(fit: Fitted, times: Sequence[np.ndarray] | None = None) -> Lines:
+    """The loudest frequencies of all runs together, each with a phase of its own, from one period to a run upwards.
+
+    times: of innovations multiplied by something, per run shape (M,), with which what is sought goes.
+    """
     runs = []
     for k, run in enumerate(fit.problem.runs):
         own, off = judging(fit, k)
         counts = own & fit.problem.used(k)
-        runs.append((run.time_s[counts], off[counts]))
+        runs.append((run.time_s[counts], (off if times is None else off * times[k])[counts]))
     runs = [(t, e) for t, e in runs if t.size > 1]
     step = max((float(np.median(np.diff(t))) for t, _ in runs), default=1.0)
     size = max((int(np.ptp(t) / step) + 1 for t, _ in runs), default=1)

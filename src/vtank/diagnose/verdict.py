@@ -71,7 +71,7 @@ def probabilities(selection: Selection) -> dict[str, float]:
         logits[name] += gain
     top = max(logits.values())
     weights = {name: float(np.exp(value - top)) for name, value in logits.items()} if np.isfinite(top) else before
-    best = selection.best.hypothesis.name
+    best = max((f.hypothesis.name for f in fits), key=lambda name: logits[name])
     for small, simpler in (*_invisible(selection), *_by_chance(selection, logits)):
         weights[simpler] += weights[small]
         weights[small] = 0.0

@@ -187,7 +187,9 @@ def place(c: dict[str, Any], document: Document) -> str:
         case "wander":
             return f"{c['about']} comes and goes without a rule" + f", clearly {spans}" * bool(spans)
         case "line":
-            what = "a force" if c["force"] else f"an error of {sensor(document)}"
+            late = c["about"].startswith("latency")
+            what = "a delay" if late else "a force" if c["force"] else "an error"
+            what += f" of {sensor(document)}" * (not c["force"])
             return f"at {c['frequency_rad_s']:.2f} rad/s there is {what}"
         case "run":
             return f"it looks {looks}, of another size in every run"

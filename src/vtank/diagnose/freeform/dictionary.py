@@ -31,6 +31,7 @@ BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s
 SHARPER = 8  # finer bins to one, where a window begins or ends; a choice
 PERIODS = np.arange(0.5, 30.0, 0.5)  # over the whole range, of an error periodic in place; half of one is resolved
 PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro: 0.1 degrees at 0.3 m; a guess
+RESOLVED = 2.0  # of these, from which a force is no smooth function; a choice
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
 HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
@@ -83,6 +84,7 @@ def pieces(fit: Fitted, swell: float | None = None) -> list[Piece]:
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
         _lines("error", SENSOR, False, lines, [m.t for m in read], of_errors),
+        _late(loudest(fit, [m.u for m in read]), read),
         *(_bands(fit, swell, [m.t for m in read]) if swell else ()),
     ]
 
@@ -122,6 +124,20 @@ def _forces(fed: list[Motion]) -> Iterator[Piece]:
             both = [m.terms[term][:, None] * f for m, f in zip(fed, single[name], strict=True)]
             acts = _channel(name) if term == "drag" else ACTUATOR  # a drag that goes with the input: the thrust's loss
             yield _piece(acts, f"{term} over {name}", both)
+    ones = [np.ones(m.t.size) for m in fed]
+    yield _ripples(HULL, "place", [m.x for m in fed], ones)
+    yield _ripples(ACTUATOR, "thrust over input", [np.abs(m.n) for m in fed], [m.terms["thrust"] for m in fed])
+
+
+def _ripples(channel: str, about: str, over: list[np.ndarray], terms: list[np.ndarray]) -> Piece:
+    """A force periodic in something: what goes by posts, teeth or slots, or resonates, faster than a smooth function.
+
+    terms: what it is a share of.
+    """
+    periods = PERIODS[PERIODS >= RESOLVED]
+    columns = tuple(term[:, None] * waves(2.0 * np.pi * np.outer(share, periods))
+                    for term, share in zip(terms, _shares(over), strict=True))  # fmt: skip
+    return Piece("function", channel, f"{about}, periodic", True, columns, 2)
 
 
 def _channel(about: str) -> str:
@@ -226,6 +242,13 @@ def _lines(
     """Sines and cosines of time, of a phase of its own in every run; rounding: as of `Piece`."""
     columns = tuple(waves(np.outer(t - t[0], lines.rad_s)) for t in stamps)
     return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
+
+
+def _late(lines: Lines, read: list[Motion]) -> Piece:
+    """Readings that are late by a sine of time: two clocks that beat, a delay that comes and goes in turn."""
+    columns = tuple(m.u[:, None] * waves(np.outer(m.t - m.t[0], lines.rad_s)) for m in read)
+    still = np.zeros(lines.rad_s.size)
+    return Piece("line", SENSOR, "latency, periodic", False, columns, 2, lines=lines, rounding=still)
 
 
 def _bands(fit: Fitted, rad_s: float, stamps: list[np.ndarray]) -> Iterator[Piece]:
