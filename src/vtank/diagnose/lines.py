@@ -56,11 +56,11 @@ def loudest(fit: Fitted, times: Sequence[np.ndarray] | None = None) -> Lines:
 
     times: of innovations multiplied by something, per run shape (M,), with which what is sought goes.
     """
-    runs = []
+    runs, usual = [], 1.0 if times is None else float(np.sqrt(np.mean(np.concatenate(times) ** 2))) + 1e-300
     for k, run in enumerate(fit.problem.runs):
         own, off = judging(fit, k)
         counts = own & fit.problem.used(k)
-        runs.append((run.time_s[counts], (off if times is None else off * times[k])[counts]))
+        runs.append((run.time_s[counts], (off if times is None else off * times[k] / usual)[counts]))
     runs = [(t, e) for t, e in runs if t.size > 1]
     step = max((float(np.median(np.diff(t))) for t, _ in runs), default=1.0)
     size = max((int(np.ptp(t) / step) + 1 for t, _ in runs), default=1)
