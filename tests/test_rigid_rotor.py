@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from vtank.rigid.layout import DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER
+import vtank as vt
+from vtank.diagnose.whole.model import own_unknowns
+from vtank.rigid.layout import DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER, Layout
+from vtank.rigid.push import pushes
 from vtank.rigid.steps import thrusts
 
 LAG_S, REACH, STEP_S = 0.3, 20.0, 0.1
@@ -46,3 +49,19 @@ def test_a_share_lies_between_both() -> None:
     force, rotor, half = forces(0.0)[0], forces(1.0)[0], forces(0.5)[0]
     assert np.abs(rotor - force).max() > 10.0
     np.testing.assert_allclose(half, 0.5 * (force + rotor), atol=1e-9)
+
+
+def own_of(columns: list[str]) -> list[str]:
+    vehicle = vt.load_vehicle("bluerov2")
+    layout = Layout(vehicle, pushes(vehicle, columns), (), ())
+    return [u.name for u in own_unknowns(layout, np.ones(6, bool))]
+
+
+def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> None:
+    thrusters = own_of([f"thruster_{k}_command" for k in range(1, 9)])
+    assert [f"own_gain@thruster_{k}" for k in range(1, 9)] == [
+        name for name in thrusters if name.startswith("own_gain")
+    ]
+    assert "rotor@thrusters" in thrusters
+    wrench = own_of(["surge_N", "sway_N", "yaw_Nm"])
+    assert not any(name.startswith(("own_gain", "rotor")) for name in wrench)

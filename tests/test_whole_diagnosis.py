@@ -81,7 +81,7 @@ def test_a_dead_thruster_is_told_from_the_other_seven():
 def test_places_that_act_alike_are_told_together():
     """In a turn two thrusters push in opposite ways with the same force: about yaw alone either may be the weak one.
 
-    Were it weak by a few per cent, all four might as well be so by a little.
+    Were it weak by 30 %, the four that turn the vehicle might as well be off by 7 % each: about yaw they are one force.
     """
     settings = ("vehicle=bluerov2", "duration_s=60", 'effects."thruster_dead@thruster_1".share=0.6')
     _, (flown,) = fly_scenarios(["whole/zigzag"], settings)

@@ -34,7 +34,8 @@ PAIR_GAIN = 3.0  # log evidence a single effect must gain on the refit, and a pa
 MOST_PAIRS = 6  # pairs that are fitted, and larger sets
 HOPELESS = 50.0  # log evidence behind the best at which no other noise level helps; a choice
 LARGEST = 3  # effects together at most
-ALSO = 0.02  # share of an own parameter by which it differs, where others do; a guess that the fit corrects
+# Share of an own parameter by which it differs, where others do, a guess that the fit corrects; and more than nothing
+ALSO, LEAST = 0.02, 1e-9
 TURNS, SETTLED = 4, 1.0  # of own parameters that vary and their spread, at most, and log evidence another must gain
 Report = Callable[[str], None]
 
@@ -197,12 +198,12 @@ def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:
     refit = selection.refit
     best = _spread(selection.setting, about_their_mean(by_run), {**refit.start(), **by_run})
     rest = [name for name in OWN.values() if name in refit.problem.free and name not in by_run]
-    while rest:
+    while rest and np.isfinite(best.log_evidence):
         start, own = best.start(), best.hypothesis.varying
-        also = [(name, float(start[name]), ALSO * abs(float(start[name]))) for name in rest]
+        also = [(name, float(start[name]), max(ALSO * abs(float(start[name])), LEAST)) for name in rest]
         wider = [_spread(selection.setting, (*own, one), start) for one in also]
         gains = [fit.log_evidence - _learnt(best, name) for fit, name in zip(wider, rest, strict=True)]
-        if max(gains) < best.log_evidence + WORTHWHILE:
+        if not max(gains) >= best.log_evidence + WORTHWHILE:
             break
         best = wider[int(np.argmax(gains))]
         rest = [name for name in rest if name not in best.problem.per_run]
@@ -210,9 +211,10 @@ def _varying(selection: Selection, by_run: Mapping[str, np.ndarray]) -> Fitted:
 
 
 def _learnt(fit: Fitted, name: str) -> float:
-    """Log evidence that an own parameter of all runs pays for what is learnt of it, as its mean over runs does not."""
+    """Log evidence that an own parameter of all runs pays for its prior, as its mean over the runs does not."""
     i = fit.problem.free.index(name)
-    return -0.5 * float(np.log(fit.prior.weight[i] * fit.covariance()[i, i]))
+    weight, off = fit.prior.weight[i], fit.optimum.theta[i] - fit.prior.mean[i]
+    return 0.5 * float(weight * off**2 - np.log(weight * fit.covariance()[i, i]))
 
 
 def _spread(setting: Setting, about: tuple[tuple[str, float, float], ...], start: Start) -> Fitted:

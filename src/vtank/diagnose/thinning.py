@@ -35,7 +35,7 @@ def thin(run: Observed, period: float, levels: int = 2) -> Observed:
     """The run at a period of at least so many seconds, on stamps of its own; the same run where it is no faster.
 
     A step holds two levels of what was held within it, of thrust (n|n|) where the input is no force, so that the
-    impulse up to each stamp kept, and how far it has moved a free body, are exact; measurements are those at these
+    impulse up to each stamp kept is exact, and how far it has moved a free body nearly; measurements are those at these
     stamps, or the first ones after. levels: 2, or 1 for the average, which acts a share of a step early.
     """
     tick = _tick(run.input_time_s)

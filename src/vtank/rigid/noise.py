@@ -98,14 +98,16 @@ def settle(
                     break
         return best, floor
 
-    def found(noise: Noise) -> tuple[Noise, list[Filtered]]:
-        return noise, replace(fit, noise=noise).filter(p)
+    def likely(noise: Noise) -> float:
+        return sum(map(log_likelihood, replace(fit, noise=noise).filter(p)))
 
     if near:
-        return found(descended(fit.noise, floor, FACTORS)[0].noise)
-    begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
-    ends = share([partial(descended, noise, floor, FACTORS) for noise in begins])
-    return max((found(end.noise) for end, _ in ends), key=lambda pair: sum(map(log_likelihood, pair[1])))
+        best = descended(fit.noise, floor, FACTORS)[0].noise
+    else:
+        begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
+        ends = share([partial(descended, noise, floor, FACTORS) for noise in begins])
+        best = max((end.noise for end, _ in ends), key=likely)
+    return best, replace(fit, noise=best).filter(p)
 
 
 def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longest_s: float) -> tuple[float, Tried]:

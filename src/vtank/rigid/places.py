@@ -226,9 +226,9 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         "its force follows more slowly",
         low=0.0,
         high=30.0,
-        starts=(0.0, 0.2, 1.0),
+        starts=(0.2, 1.0, 0.0),
     )
-    yield one("command_delay", "d", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.0, 0.1, 0.4, 1.0),
+    yield one("command_delay", "d", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0, 0.0),
               far=LATE_S, grain=HELD_S)  # fmt: skip
     flow = max(float(np.abs(np.array(push.direction) @ s.speed[:3])), 1e-6)
     yield one("thrust_loss", "gamma", "loss", f"N per {unit} m/s", 0.3 * _force(layout, k, reach) / (reach * flow),

@@ -1,7 +1,7 @@
 """The steps of a simulation of a whole vehicle, and what pushes over each of them.
 
 Thruster forces follow from the inputs alone, but for what speed takes off, and are worked out beforehand as means over
-the steps, exact for delays and first-order lags of held inputs.
+the steps, exact for delays and first-order lags of held inputs; of rotors that lag by Simpson's rule.
 """
 
 from __future__ import annotations

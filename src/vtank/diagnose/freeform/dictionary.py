@@ -84,7 +84,7 @@ def pieces(fit: Fitted, swell: float | None = None) -> list[Piece]:
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
         _lines("error", SENSOR, False, lines, [m.t for m in read], of_errors),
-        _late(loudest(fit, [m.u for m in read]), read),
+        _late(fit, read),
         *(_bands(fit, swell, [m.t for m in read]) if swell else ()),
     ]
 
@@ -244,9 +244,13 @@ def _lines(
     return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
 
 
-def _late(lines: Lines, read: list[Motion]) -> Piece:
+def _late(fit: Fitted, read: list[Motion]) -> Piece:
     """Readings that are late by a sine of time: two clocks that beat, a delay that comes and goes in turn."""
-    columns = tuple(m.u[:, None] * waves(np.outer(m.t - m.t[0], lines.rad_s)) for m in read)
+    rates = [np.where(run.kind == SPEED, m.variables["acceleration"], m.u)
+             for run, m in zip(fit.problem.runs, read, strict=True)]  # fmt: skip
+    lines = loudest(fit, rates)
+    columns = tuple(rate[:, None] * waves(np.outer(m.t - m.t[0], lines.rad_s))
+                    for rate, m in zip(rates, read, strict=True))  # fmt: skip
     still = np.zeros(lines.rad_s.size)
     return Piece("line", SENSOR, "latency, periodic", False, columns, 2, lines=lines, rounding=still)
 

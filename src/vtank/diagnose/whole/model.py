@@ -72,8 +72,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         "lift": _groups("fins", layout.vehicle.fins, _section),
     }
     groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
-    groups |= {f"{EACH}@{name}": [f"gain@{name}"] for names in alike["gain"].values() if len(names) > 1
-               for name in names}  # fmt: skip
+    thrusters = {thruster.name for thruster in layout.vehicle.thrusters}
+    each = [n for names in alike["gain"].values() if len(names) > 1 for n in names if n in thrusters]
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
@@ -88,10 +88,16 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
             low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
             found.append(Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, 1e-3 * size))
-    rotors = [p for p in layout.pushes if p.thruster and p.thruster.input != "N" and p.lag_s > 0.0]
+    for at, name in ((layout.at([f"gain@{name}"]), f"{EACH}@{name}") for name in each):
+        gain = float(p[at][0])  # beside which it is told
+        share = OWN_OF_THRUSTERS[EACH] * gain
+        found.append(Unknown(name, at, np.zeros(1), share, -0.95 * gain, 20.0 * gain, 1e-3 * gain))
+    rotors = [push.name for push in layout.pushes if push.thruster and push.thruster.input != "N"
+              and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
     if rotors:
-        at = layout.at([f"rotor@{push.name}" for push in rotors])
-        found.append(Unknown("rotor@thrusters", at, np.zeros(at.size), ROTOR, 0.0, 1.0, 1e-3, stated=False))
+        at = layout.at([f"rotor@{name}" for name in rotors])
+        known = float(p[at].max())
+        found.append(Unknown("rotor@thrusters", at, p[at], ROTOR, -known, 1.0 - known, 1e-3, stated=False))
     fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
     if fins.size:
         found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))

@@ -40,7 +40,7 @@ LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
-ALIKE = 1e-3  # of their gain, by which thrusters of a kind differ that are alike; a choice
+ALIKE = 1e-3  # [-] by which the gains of thrusters differ that are alike; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
 
@@ -320,25 +320,29 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
 
 
 def _weakest(best: Model, found: Sequence[Filtered], layout: Layout, candidates: Sequence[Placed]) -> list[Model]:
-    """The model with a weak thruster in place of the gain that is farthest below those of its kind.
+    """The model with a weak thruster in place of the gain that is farthest below the middle one of its kind.
 
     The rest of them may differ as they did, or be alike. No score test need lead there: as own parameters have it, it
     lacks nothing.
     """
-    each = {u.name.partition("@")[2]: i for i, u in enumerate(best.unknowns) if u.name.startswith(f"{EACH}@")}
-    weak = {c.place: c for c in candidates if c.effect == "thruster_dead" and c.name not in best.names}
-    below = {place: i for place, i in each.items() if place in weak and best.theta[i] < 0.0}
+    taken = {slot for placed in best.effects for number in placed.parameters for slot in number.slots}
+    weak = {c.place: c for c in candidates if c.effect == "thruster_dead" and f"lost@{c.place}" not in taken}
+    each = [i for i, u in enumerate(best.unknowns) if u.name.startswith(f"{EACH}@")]
+    below = list[tuple[float, int, int, list[int]]]()
+    for kind, u in enumerate(best.unknowns):
+        alike = [i for i in each if best.unknowns[i].slots[0] in u.slots] if u.name.startswith("gain@") else []
+        below += [(float(best.theta[i] - np.median(best.theta[alike])), i, kind, alike) for i in alike]
+    below = [one for one in below if best.unknowns[one[1]].name.partition("@")[2] in weak]
     if not below:
         return []
-    place = min(below, key=lambda place: best.theta[below[place]])
-    k, theta = below[place], best.theta.copy()
-    kind = next(i for i, u in enumerate(best.unknowns)
-                if u.name.startswith("gain@") and best.unknowns[k].slots[0] in u.slots)  # fmt: skip
-    alike = [i for i in each.values() if best.unknowns[i].slots[0] in best.unknowns[kind].slots]
+    off, k, kind, alike = min(below)
+    if -off < max(float(best.sd[k]), ALIKE):
+        return []
+    theta, place = best.theta.copy(), best.unknowns[k].name.partition("@")[2]
     usual = float(np.median(theta[alike]))
     theta[kind] += usual
     theta[alike] -= usual
-    share, theta[k] = -theta[k] / (best.unknowns[k].base[0] + theta[kind]), 0.0
+    share, theta[k] = -off / (layout.null[best.unknowns[k].slots[0]] + theta[kind]), 0.0
     narrow = tuple(replace(u, scale=min(u.scale, ALIKE)) if i in alike else u for i, u in enumerate(best.unknowns))
     models = []
     for unknowns in (best.unknowns, narrow):
