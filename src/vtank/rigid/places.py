@@ -21,7 +21,7 @@ EARTH = ("north", "east", "down")
 # Own parameters of a vehicle file, and the prior deviations of its numbers as shares of them: by what the tables of
 # such vehicles differ (models/README.md); guesses
 OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
-OWN_OF_THRUSTERS = {"gain": 0.2, "own_gain": 0.05, "lag": 0.5}
+OWN_OF_THRUSTERS = {"gain": 0.2, "own_gain": 0.03, "lag": 0.5}
 OWN_OF_FINS = {"lift": 0.3}
 TWINS = {"sensor_latency": "clock_offset"}  # the same to any recording
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI

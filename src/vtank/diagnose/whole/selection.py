@@ -320,7 +320,7 @@ def _as_the_file_has_it(best: Model, found: Sequence[Filtered], own: Sequence[Un
 
 
 def _weakest(best: Model, found: Sequence[Filtered], layout: Layout, candidates: Sequence[Placed]) -> list[Model]:
-    """The model with a weak thruster in place of the gain that is farthest below the middle one of its kind.
+    """The model with a weak thruster in place of the gain that is farthest below the middle one of the others.
 
     The rest of them may differ as they did, or be alike. No score test need lead there: as own parameters have it, it
     lacks nothing.
@@ -331,7 +331,8 @@ def _weakest(best: Model, found: Sequence[Filtered], layout: Layout, candidates:
     below = list[tuple[float, int, int, list[int]]]()
     for kind, u in enumerate(best.unknowns):
         alike = [i for i in each if best.unknowns[i].slots[0] in u.slots] if u.name.startswith("gain@") else []
-        below += [(float(best.theta[i] - np.median(best.theta[alike])), i, kind, alike) for i in alike]
+        below += [(float(best.theta[i] - np.median([best.theta[j] for j in alike if j != i])), i, kind, alike)
+                  for i in alike if len(alike) > 1]  # fmt: skip
     below = [one for one in below if best.unknowns[one[1]].name.partition("@")[2] in weak]
     if not below:
         return []
@@ -339,7 +340,7 @@ def _weakest(best: Model, found: Sequence[Filtered], layout: Layout, candidates:
     if -off < max(float(best.sd[k]), ALIKE):
         return []
     theta, place = best.theta.copy(), best.unknowns[k].name.partition("@")[2]
-    usual = float(np.median(theta[alike]))
+    usual = float(theta[k]) - off  # of the others
     theta[kind] += usual
     theta[alike] -= usual
     share, theta[k] = -off / (layout.null[best.unknowns[k].slots[0]] + theta[kind]), 0.0
