@@ -88,25 +88,24 @@ def settle(
     """
     runs, least = cut(fit.runs, ALL if near else ENOUGH), np.maximum(least, KEPT * _rounding(fit.runs))
 
-    def descended(noise: Noise, floor: Array, factors: Sequence[float]) -> tuple[Tried, Array]:
-        for factor in factors:
+    def descended(noise: Noise, floor: Array) -> Noise:
+        for factor in FACTORS:
             for _ in range(ROUNDS):
                 here = replace(fit, runs=runs, noise=noise)
                 before, best = _round(here, p, floor, least, factor, longest_s)
                 floor, noise = np.minimum(floor, _fastest(runs, best)), best.noise
                 if best.likelihood - before < PROMISE:
                     break
-        return best, floor
+        return noise
 
     def likely(noise: Noise) -> float:
         return sum(map(log_likelihood, replace(fit, noise=noise).filter(p)))
 
     if near:
-        best = descended(fit.noise, floor, FACTORS)[0].noise
+        best = descended(fit.noise, floor)
     else:
         begins = [fit.noise, _all_white(replace(fit, runs=runs), p)]
-        ends = share([partial(descended, noise, floor, FACTORS) for noise in begins])
-        best = max((end.noise for end, _ in ends), key=likely)
+        best = max(share([partial(descended, noise, floor) for noise in begins]), key=likely)
     return best, replace(fit, noise=best).filter(p)
 
 

@@ -249,10 +249,10 @@ def _late(fit: Fitted, read: list[Motion]) -> Piece:
     rates = [np.where(run.kind == SPEED, m.variables["acceleration"], m.u)
              for run, m in zip(fit.problem.runs, read, strict=True)]  # fmt: skip
     lines = loudest(fit, rates)
-    columns = tuple(rate[:, None] * waves(np.outer(m.t - m.t[0], lines.rad_s))
-                    for rate, m in zip(rates, read, strict=True))  # fmt: skip
     still = np.zeros(lines.rad_s.size)
-    return Piece("line", SENSOR, "latency, periodic", False, columns, 2, lines=lines, rounding=still)
+    even = _lines("latency, periodic", SENSOR, False, lines, [m.t for m in read], still)
+    late = tuple(rate[:, None] * wave for rate, wave in zip(rates, even.functions, strict=True) if wave is not None)
+    return replace(even, functions=late)
 
 
 def _bands(fit: Fitted, rad_s: float, stamps: list[np.ndarray]) -> Iterator[Piece]:

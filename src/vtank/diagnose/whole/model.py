@@ -72,8 +72,6 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         "lift": _groups("fins", layout.vehicle.fins, _section),
     }
     groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
-    thrusters = {thruster.name for thruster in layout.vehicle.thrusters}
-    each = [n for names in alike["gain"].values() if len(names) > 1 for n in names if n in thrusters]
     for name, slots in groups.items():
         at = layout.at(slots)
         at = at[p[at] > 0.0]
@@ -88,10 +86,11 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
             name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
             low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
             found.append(Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, 1e-3 * size))
-    for at, name in ((layout.at([f"gain@{name}"]), f"{EACH}@{name}") for name in each):
-        gain = float(p[at][0])  # beside which it is told
+    thrusters = {thruster.name for thruster in layout.vehicle.thrusters}
+    for name in (n for names in alike["gain"].values() if len(names) > 1 for n in names if n in thrusters):
+        at, gain = layout.at([f"gain@{name}"]), float(p[layout.slot(f"gain@{name}")])  # beside which it is told
         share = OWN_OF_THRUSTERS[EACH] * gain
-        found.append(Unknown(name, at, np.zeros(1), share, -0.95 * gain, 20.0 * gain, 1e-3 * gain))
+        found.append(Unknown(f"{EACH}@{name}", at, np.zeros(1), share, -0.95 * gain, 20.0 * gain, 1e-3 * gain))
     rotors = [push.name for push in layout.pushes if push.thruster and push.thruster.input != "N"
               and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
     if rotors:
