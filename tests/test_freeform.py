@@ -25,7 +25,8 @@ from recorded import (
 
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.freeform import Component, Freeform, pursue
-from vtank.diagnose.freeform.dictionary import SWINGING, rounded_lines
+from vtank.diagnose.freeform.dictionary import CHANNELS, SWINGING, rounded_lines
+from vtank.diagnose.freeform.pursuit import _Pursuit
 from vtank.diagnose.hypothesis import Hypothesis, about_their_mean
 from vtank.diagnose.lines import loudest
 from vtank.diagnose.lone_speeds import with_lone_speeds
@@ -387,3 +388,18 @@ def test_a_hull_that_pitches_a_little_is_no_gap(pitched_m: float, gap: bool) -> 
     found = beside(runs, replace(NOISE, variance=(1e-6, 1e-6, 1e-6)))
     assert found.components
     assert (found.pitching > 0.0) is gap
+
+
+def test_the_channel_is_that_which_could_hold_all_of_it() -> None:
+    """Whatever it was found as piece by piece, a hump of the drag is held by the force of the water."""
+    found = beside(
+        recordings(force=lambda t, u, n: -0.006 * float(np.sign(u) * np.exp(-(((abs(u) - 0.08) / 0.02) ** 2))))
+    )
+    start = _Pursuit(found.fit)
+    alone = {channel: start.followed(wandering=False, channels=[channel]) for channel in CHANNELS}
+    assert all(c.channel == channel for channel, free in alone.items() for c in free.components)
+    assert max(alone, key=lambda channel: alone[channel].gain) == found.channel == "hydrodynamics"
+    mixed = replace(found, components=tuple(free.components[0] for free in alone.values())).channels()
+    assert sum(mixed.values()) == pytest.approx(1.0)
+    odds = mixed["actuator"] / mixed["hydrodynamics"]
+    assert odds == pytest.approx(np.exp(alone["actuator"].gain - alone["hydrodynamics"].gain))

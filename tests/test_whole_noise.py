@@ -13,6 +13,7 @@ from vtank.diagnose.whole.model import blank, own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
 from vtank.rigid import noise
+from vtank.rigid.filtered import Noise
 from vtank.rigid.fit import Fit, log_likelihood
 from vtank.rigid.recordings import record
 
@@ -28,6 +29,23 @@ def coloured(run: vt.Run) -> vt.Run:
         error = keep * error + np.sqrt(1.0 - keep**2) * SIZE_RAD_S * z
         values[k] += error
     return replace(run, columns={**run.columns, COLUMN: values})
+
+
+def pushed_about(vehicle: vt.Vehicle) -> vt.Run:
+    """A flight whose thrusters do a little more than their record says, for about a second each time."""
+    asked, random = multisine(vehicle, DURATION_S, 1), np.random.default_rng(8)
+    step_s, told = float(asked["time_s"][1]), dict(asked)
+    for name in set(asked) - {"time_s"}:
+        keep, noise_of, more = np.exp(-step_s), random.standard_normal(asked[name].size), np.zeros(asked[name].size)
+        for k in range(1, more.size):
+            more[k] = keep * more[k - 1] + 0.03 * np.sqrt(1.0 - keep**2) * noise_of[k]
+        told[name] = np.clip(asked[name] + more, -1.0, 1.0)
+    run = fly_vehicle(vehicle, told, DURATION_S, 1, depth_m=5.0)
+    at = np.searchsorted(asked["time_s"], run.time_s + 1e-9, side="right") - 1
+    recorded = {
+        name: np.where(np.isfinite(run.columns[name]), asked[name][at], np.nan) for name in asked if name != "time_s"
+    }
+    return replace(run, columns={**run.columns, **recorded})
 
 
 def test_sought_from_white_errors_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -47,3 +65,21 @@ def test_sought_from_white_errors_as_well(monkeypatch: pytest.MonkeyPatch) -> No
     assert here.slow[c] == pytest.approx(SIZE_RAD_S, rel=0.3) and 0.1 <= here.slow_s[c] <= 0.5
     monkeypatch.setattr(noise, "_all_white", lambda fit, p: fit.noise)
     assert sum(map(log_likelihood, found)) > likelihood() + 20.0
+
+
+def test_size_and_memory_of_a_disturbance_go_together_where_neither_goes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Four times the memory at twice the size is as fast: a ridge, along which the search has to walk."""
+    vehicle = vt.load_vehicle("bluerov2")
+    layout, runs, _ = record([pushed_about(vehicle)], vehicle)
+    first = noise.first_noise(runs)
+    model, _ = settled(blank(Fit(tuple(runs), first), layout, (), own_unknowns(layout, runs[0].moves)), first.variance)
+    p, here = model.vector(), model.fit.noise
+    far = replace(here, sigma=2.0 * here.sigma, memory_s=4.0 * here.memory_s)
+
+    def likelihood(begin: Noise) -> float:
+        _, found = noise.settle(replace(model.fit, noise=begin), p, first.variance, near=True)
+        return sum(map(log_likelihood, found))
+
+    assert likelihood(far) > likelihood(here) - 3.0
+    monkeypatch.setattr(noise, "SPECTRUM", (0.0,))
+    assert likelihood(far) < likelihood(here) - 10.0

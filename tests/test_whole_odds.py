@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+
+from vtank.diagnose.whole.model import Model, Unknown
 
 diagnosis = importlib.import_module("vtank.diagnose.whole.diagnosis")
 odds = importlib.import_module("vtank.diagnose.whole.odds")
@@ -158,3 +161,12 @@ def test_an_answer_that_less_than_half_speaks_for_is_none(chances: dict[str, flo
     assert verdict.kind == kind
     if kind == "undecided":
         assert verdict.effects == () and len(verdict.rivals) > 1
+
+
+def test_own_parameters_in_the_place_of_an_effect_are_believed_less_the_farther_they_go() -> None:
+    unknown = Unknown("gain@thrusters", np.array([0]), np.ones(1), 0.03, -1.0, 1.0, 1e-3)
+    of_effect = replace(unknown, name="thruster_dead@port.share")
+    effects: Any = (SimpleNamespace(name="thruster_dead@port"),)
+    nothing: Any = SimpleNamespace()
+    model = Model(nothing, effects, (unknown, of_effect), np.array([0.12, 0.9]), np.ones(1))
+    assert model.strained == pytest.approx(0.5 * (0.12 / 0.03) ** 2)

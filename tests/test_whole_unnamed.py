@@ -13,6 +13,7 @@ from test_rigid_motion import multisine
 from test_whole_causes import FEW, REMUS, ROV, flown_with
 
 import vtank as vt
+from vtank.diagnose.freeform.functions import dragged
 from vtank.diagnose.freeform.motion import faded
 from vtank.diagnose.whole.model import blank, own_unknowns, refit
 from vtank.diagnose.whole.settling import settled
@@ -83,7 +84,7 @@ def test_a_fin_that_stands_still_for_a_while_is_found_with_its_time() -> None:
     recorded[there] = asked["rudder_rad"][at]
     diagnosis = found_in(run, REMUS, rudder_rad=recorded)
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
-    assert diagnosis.selection.blocks[0].goes_with == ("a while in run 1",)
+    assert diagnosis.selection.blocks[0].goes_with[0] == "a while in run 1"
 
 
 @pytest.mark.slow
@@ -137,3 +138,32 @@ def test_a_model_is_judged_by_its_own_filter() -> None:
     judged = selection.by_itself(refit(own, by_another, own.theta), by_another)
     assert wrong < right - 10.0
     assert judged.log_evidence == pytest.approx(right, abs=1.0)
+
+
+@pytest.mark.slow
+def test_play_of_a_linkage_is_found_by_which_way_the_rudder_went() -> None:
+    """Noise that stands for it at first lets go of it."""
+    asked = multisine(REMUS, SECONDS, 2) | {"propeller_rev_s": np.full(int(SECONDS * 5), 20.0)}
+    told = {**asked, "rudder_rad": dragged(asked["rudder_rad"], 0.015)}
+    run = fly_vehicle(REMUS, told, SECONDS, 3)
+    there = np.isfinite(run.columns["rudder_rad"])
+    recorded = np.full(run.time_s.size, np.nan)
+    at = np.searchsorted(asked["time_s"], run.time_s[there] + 1e-9, side="right") - 1
+    recorded[there] = asked["rudder_rad"][at]
+    diagnosis = found_in(run, REMUS, rudder_rad=recorded)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
+    assert diagnosis.selection.blocks[0].goes_with[0] == "input, which way it went"
+
+
+def test_what_is_known_beside_the_model_pushes_a_run_as_it_says() -> None:
+    """A steady acceleration of yaw is a moment of the mass that turns; errors of readings are taken off them."""
+    layout, [run], _ = record([fly_vehicle(FEW, multisine(FEW, 20.0, 4), 20.0, 1)], FEW)
+    p, course = layout.null, np.zeros((run.steps.now.size, 6))
+    course[:, 5] = 0.02
+    hull, pushed = run.hull(p), run.beside(p, course)
+    more = pushed.drive(p).thrust - run.drive(p).thrust
+    assert np.allclose(more, (hull.body + hull.water) @ course[0]) and more[:, 5].min() > 0.0
+    cut = pushed.until(10.0)
+    assert np.allclose(cut.drive(p).thrust - run.until(10.0).drive(p).thrust, more[: cut.steps.now.size])
+    error = np.linspace(0.0, 1.0, run.time_s.size)
+    assert np.array_equal(run.beside(p, error).value, run.value - error)

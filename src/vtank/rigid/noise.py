@@ -30,6 +30,7 @@ FACTORS, FURTHEST = (4.0, 1.6), 4  # by which a size is tried larger and smaller
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 12  # at most, in which all of it is sought at one factor
 MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
+SPECTRUM = (0.0, 0.5, -0.5)  # powers of the memory's with which sizes go: as they are, what is fast kept, what is slow
 SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # slow errors, as a variance over the instrument's white; a choice
 COLOURED = 0.6  # share of a white error, as a variance, whose place a slow one may take at once; a choice
 SLOW_S = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
@@ -145,7 +146,8 @@ def _moves(
     slower = dict(zip(("slow", "coloured"), _slower(runs, start, spare), strict=True))
     moves = [(str(axis), partial(_sized, axis=int(axis), factor=by))
              for axis in np.flatnonzero(start.noise.sigma > 0.0) for by in (factor, 1.0 / factor)]  # fmt: skip
-    moves += [("memory", partial(_remembering, factor=by, longest_s=longest_s)) for by in (factor, 1.0 / factor)]
+    moves += [("memory", partial(_remembering, factor=by, power=of, longest_s=longest_s))
+              for by in (factor, 1.0 / factor) for of in SPECTRUM]  # fmt: skip
     return [
         *moves,
         ("white", lambda noise, power: replace(noise, variance=white)),
@@ -165,9 +167,11 @@ def _erring(noise: Noise, power: int, other: Noise) -> Noise:
     return replace(other, sigma=noise.sigma, memory_s=noise.memory_s)
 
 
-def _remembering(noise: Noise, power: int, factor: float, longest_s: float) -> Noise:
-    """With a longer or a shorter memory, by the factor however often the rest is moved."""
-    return replace(noise, memory_s=min(max(noise.memory_s * factor, MEMORIES_S[0]), longest_s))
+def _remembering(noise: Noise, often: int, factor: float, power: float, longest_s: float) -> Noise:
+    """With a longer or a shorter memory, by the factor however often the rest is moved; sizes by a power of it."""
+    memory_s = min(max(noise.memory_s * factor, MEMORIES_S[0]), longest_s)
+    sigma = noise.sigma * (memory_s / noise.memory_s) ** power
+    return replace(noise, memory_s=memory_s, sigma=np.where(noise.sigma > 0.0, np.maximum(sigma, LEAST_SIGMA), 0.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,7 +32,7 @@ from .layout import (
 )  # fmt: skip
 from .motion import gears
 from .readings import CHANNELS
-from .steps import Drive, Steps, held, plan, thrusts
+from .steps import TOUCH_S, Drive, Steps, held, plan, thrusts
 
 Array = NDArray[np.float64]
 STEP_SHARE, STEPS_S = 0.8, (0.02, 0.1)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
@@ -63,6 +63,7 @@ class Recorded:
         wall: distance to the wall ahead of the start [m]; facing: heading [rad] near which one is square to it.
         later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
         resting: whether the thrusters have not pushed yet when it begins.
+        pushed: a wrench beside that of the thrusters, from stamps [s] on, (I,), and what it is, (I, 6) [N, N m].
     """
 
     name: str
@@ -88,6 +89,7 @@ class Recorded:
     later: Array
     resting: bool
     tied: bool = False
+    pushed: tuple[Array, Array] | None = None
     _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -127,6 +129,16 @@ class Recorded:
         spread = self.spread.copy()
         spread[6:12][untold] = DRIFTING_M_S
         return replace(self, spread=spread)
+
+    def beside(self, p: Array, course: Array) -> Recorded:
+        """The run beside what nobody has named: accelerations over its steps, (N, 6), or errors of its readings, (M,).
+
+        p: parameters, of whose masses these are the accelerations [m/s2, rad/s2].
+        """
+        if course.ndim == 1:
+            return replace(self, value=self.value - course, _drives={})
+        hull = self.hull(p)
+        return replace(self, pushed=(self.steps.now, course @ (hull.body + hull.water).T), _drives={})
 
     @cached_property
     def record(self) -> Record:
@@ -223,7 +235,11 @@ class Recorded:
             )  # fmt: skip
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
             turn = gears(p, self.layout.counts[0])
-            self._drives[key] = Drive(force @ turn, swing @ turn, size.copy(), angles, self._along, self.held)
+            thrust = force @ turn
+            if self.pushed is not None:
+                since, wrench = self.pushed
+                thrust += wrench[np.maximum(np.searchsorted(since, steps.now + TOUCH_S, side="right") - 1, 0)]
+            self._drives[key] = Drive(thrust, swing @ turn, size.copy(), angles, self._along, self.held)
         return self._drives[key]
 
     @cached_property

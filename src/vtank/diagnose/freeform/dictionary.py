@@ -18,7 +18,7 @@ from ..evidence import Fitted
 from ..lines import Lines, bands, judging, loudest
 from ..outliers import resolution
 from .events import Events, events, packets, waves
-from .functions import functions_of, products_of
+from .functions import functions_of, products_of, ways_of
 from .motion import Motion, motions, simulated, thrust_along
 from .stalls import bridged, stalls
 
@@ -26,6 +26,7 @@ PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small eno
 FASTER = 10.0  # [1/s] error of a speed beforehand over that of a position; a choice
 PAIRED = ("speed", "input", "place", "acceleration")  # variables that may act together
 MODULATING = ("speed", "input", "place", "time", "thrust of the last 15 s")  # what may change an own term
+STICKY = ("input", "speed")  # variables that a force may drag behind with play
 ACTUATED = ("input", "thrust")  # words of what belongs to the actuator
 BINS, SHORTEST_S = 40, 3.0  # bins of time of a run at most, and the shortest [s]; choices
 SHARPER = 8  # finer bins to one, where a window begins or ends; a choice
@@ -34,7 +35,7 @@ PITCHED_M = 5e-4  # [m] that a hull held by thrusters pitches a sonar to and fro
 RESOLVED = 2.0  # of these, from which a force is no smooth function; a choice
 COARSE = 2.0  # steps of a coarse reading to the shortest period in place that is not of its own making; a choice
 TOGETHER = 64  # columns changed at a time: about as many as a processor's cache holds
-HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
+CHANNELS = HULL, ACTUATOR, SENSOR = "hydrodynamics", "actuator", "sensor"
 SWINGING = "error in a band"  # of frequencies: what it goes with, in words
 
 
@@ -124,6 +125,9 @@ def _forces(fed: list[Motion]) -> Iterator[Piece]:
             both = [m.terms[term][:, None] * f for m, f in zip(fed, single[name], strict=True)]
             acts = _channel(name) if term == "drag" else ACTUATOR  # a drag that goes with the input: the thrust's loss
             yield _piece(acts, f"{term} over {name}", both)
+    for name in STICKY:
+        about = f"{name}, which way it went"
+        yield _piece(_channel(name), about, [ways_of(share) for share in _shares([m.variables[name] for m in fed])])
     ones = [np.ones(m.t.size) for m in fed]
     yield _ripples(HULL, "place", [m.x for m in fed], ones)
     yield _ripples(ACTUATOR, "thrust over input", [np.abs(m.n) for m in fed], [m.terms["thrust"] for m in fed])
@@ -156,6 +160,7 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
     names = ("place", "speed", "time", "acceleration")
     single = {name: _functions([m.variables[name] for m in read]) for name in names}
     single["place and speed"] = [products_of(a, b) for a, b in zip(single["place"], single["speed"], strict=True)]
+    single["place, which way it went"] = [ways_of(share) for share in _shares([m.x for m in read])]
     for name, found in single.items():
         yield Piece("function", SENSOR, name, False, tuple(found), found[0].shape[1])
     share, whole = _shares([m.x for m in read]), np.ptp(np.concatenate([m.x for m in read]))

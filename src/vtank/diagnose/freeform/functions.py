@@ -10,8 +10,11 @@ from functools import cache
 
 import numpy as np
 
+from ...compiled import law
+
 KNOTS = 33  # of the range, between which functions are straight
 LENGTH = 0.3  # [-] over which a function changes, as a share of the range; a choice
+PLAYS = (0.01, 0.03, 0.1, 0.3)  # of the range, half the play of what drags behind a variable; choices
 FUNCTIONS, PRODUCTS = 8, 16  # columns kept of one variable and of two; the rest carries under 1 and 8 % of the variance
 
 
@@ -40,3 +43,22 @@ def products_of(first: np.ndarray, second: np.ndarray, count: int = PRODUCTS) ->
     pairs = np.argsort(-np.outer(deviation, deviation), axis=None)[:count]
     i, j = np.unravel_index(pairs, (FUNCTIONS, FUNCTIONS))
     return np.asarray(first[:, i] * second[:, j])
+
+
+def ways_of(share: np.ndarray) -> np.ndarray:
+    """Functions of which way a variable went last, given as its share of the range, shape (I,); shape (I, 8).
+
+    What play takes off it, by itself and as it grows with the variable: sums of plays make every hysteresis that has no
+    rate. Visintin, Differential Models of Hysteresis (1994), ch. III: Prandtl and Ishlinskii.
+    """
+    ways = np.column_stack([(share - dragged(share, half)) / half for half in PLAYS])
+    return np.hstack([ways, ways * np.abs(share - 0.5)[:, None] * 2.0])
+
+
+@law
+def dragged(values: np.ndarray, half: float) -> np.ndarray:
+    """What drags behind values with play of so much to either side, from the first on, shape (I,)."""
+    out = values.copy()
+    for k in range(1, values.size):
+        out[k] = min(max(out[k - 1], values[k] - half), values[k] + half)
+    return out

@@ -23,7 +23,7 @@ from ...plant.parameters import LAG, slot
 from ..evidence import Fitted
 from ..holdout import held
 from ..score import Linearised, linearise
-from .dictionary import SHARPER, Piece, changes, pieces, pitching, scaled, sharper
+from .dictionary import CHANNELS, SHARPER, Piece, changes, pieces, pitching, scaled, sharper
 
 SIZES = np.logspace(
     1.0, 2.5, 4
@@ -97,6 +97,7 @@ class Freeform:
         shift: of the fit's unknowns beside the components, shape (size,).
         pitching: as `gain`, beside a hull that pitches a little, which is no gap; of a model without effects.
         uneven: log evidence of a disturbance that is louder for a while instead.
+        swell: as of `pieces`.
     """
 
     near: Linearised
@@ -105,6 +106,7 @@ class Freeform:
     shift: np.ndarray
     pitching: float = np.inf
     uneven: float = 0.0
+    swell: float | None = None
 
     @property
     def fit(self) -> Fitted:
@@ -134,12 +136,18 @@ class Freeform:
         return out
 
     def channels(self) -> dict[str, float]:
-        """Share of each channel in the gain."""
-        total = sum(c.gain for c in self.components)
-        found = {c.channel: 0.0 for c in self.components}
-        for c in self.components:
-            found[c.channel] += c.gain / total
-        return found or {"none": 1.0}
+        """Probability of each channel, as if all that is missing were in one: by the evidence of what is found there.
+
+        A share of the gain would belong to whatever was found first, which others may explain as well.
+        """
+        found = {c.channel: -np.inf for c in self.components}
+        if len(found) < 2:
+            return dict.fromkeys(found or ("none",), 1.0)
+        start = _Pursuit(self.fit, self.swell)
+        gains = {channel: start.followed(wandering=False, channels=[channel]).gain for channel in CHANNELS}
+        most = max(gains.values())
+        total = sum(np.exp(gain - most) for gain in gains.values())
+        return {channel: float(np.exp(gain - most) / total) for channel, gain in gains.items()}
 
     def windows(self) -> list[dict[str, Any]]:
         """Where most of it is local in time, its windows: run, from, to [s], and the log evidence they share."""
@@ -252,6 +260,7 @@ class _Pursuit:
         self.squares = [self._squares(piece, i) for i, piece in enumerate(self.pieces)]
         self.found: list[tuple[_Group, float, float, np.ndarray]] = []
         self.wandering = True
+        self.channels: Sequence[str] = CHANNELS
 
     def _row(self, a: np.ndarray, k: int) -> np.ndarray:
         return a[self.rows[k] : self.rows[k + 1]]
@@ -318,10 +327,13 @@ class _Pursuit:
         """Let a hull that pitches a little join the parameters."""
         self._join(np.concatenate([_followed(C) for C in changes(self.near.fit, [pitching(self.near.fit)])]), 1.0)
 
-    def followed(self, wandering: bool) -> Freeform:
-        """What is found from here on, one after the other; wandering: with terms that come and go without a rule."""
+    def followed(self, wandering: bool, channels: Sequence[str] = CHANNELS) -> Freeform:
+        """What is found from here on in some channels, one after the other.
+
+        wandering: with terms that come and go without a rule.
+        """
         path = copy(self)
-        path.found, path.wandering = [], wandering
+        path.found, path.wandering, path.channels = [], wandering, channels
         while True:
             gain, size, group, together = path.best()
             if gain < WORTHWHILE or len(path.found) == MOST:
@@ -332,7 +344,8 @@ class _Pursuit:
         """The group with the largest gain: gain, its coefficients' deviation, itself; and all groups' gain together."""
         tried: dict[str, list[_Tried]] = {kind: [] for kind in KINDS}
         for i, piece in enumerate(self.pieces):
-            tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
+            if piece.channel in self.channels:
+                tried[piece.kind].append(self._windows(i) if piece.kind == "window" else self._groups(i))
         tried["run"] = self._by_run()
         weighed = []
         for some in tried.values():
@@ -418,12 +431,12 @@ class _Pursuit:
         """Own terms, each with a factor of its own in every run."""
         by_term: dict[str, list[int]] = {}
         for i, piece in enumerate(self.pieces):
-            if piece.kind == "window" and piece.force:
+            if piece.kind == "window" and piece.force and piece.channel in self.channels:
                 by_term.setdefault(piece.about, []).append(i)
         count, g = len(self.columns), self.g
         apart = [tuple(range(count)), *((k,) for k in range(count))] if count > 1 else []  # all of them, or one alone
         varying = [self._varying(members, runs, g) for members in by_term.values() for runs in apart]
-        wandering = [self._wandering(by_term["thrust"], g)] if self.wandering else []
+        wandering = [self._wandering(by_term["thrust"], g)] if self.wandering and "thrust" in by_term else []
         return varying + wandering
 
     def _varying(self, members: list[int], runs: Sequence[int], g: np.ndarray) -> _Tried:
@@ -614,7 +627,7 @@ def pursue(fit: Fitted, pitching: bool = True, swell: float | None = None) -> Fr
     pitching: and how much of it beside a hull that pitches a little. swell: as of `pieces`.
     """
     start = _Pursuit(fit, swell)
-    free = start.likeliest()
+    free = replace(start.likeliest(), swell=swell)
     if not pitching or not free.components or fit.hypothesis.effects:
         return free
     start.pitched()

@@ -28,6 +28,7 @@ from .unfinished import filed
 Array = NDArray[np.float64]
 NAMED = 0.5  # probability that an answer must have, a set of effects, no effect or none that has a name; a choice
 RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
+STRAINED = 4.6  # log prior that own parameters lose in the place of an effect, from which they are none: odds of 100
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
@@ -249,7 +250,7 @@ def _diagnosed(
     spent = budget(selection)
     hidden = {name for name, most in spent.visible.items() if most < SEEN}
     hidden |= {placed.name for placed in selection.best.effects if selection.best.tiny(placed)}
-    hidden -= {name for name in hidden if selection.gain(name) > PLAIN}
+    hidden -= {name for name in hidden if selection.gain(name) > PLAIN or selection.stretched(name) > STRAINED}
     if hidden:
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))

@@ -180,6 +180,13 @@ class Model:
         return np.asarray(np.sqrt(np.diag(np.linalg.inv(self.information))))
 
     @property
+    def strained(self) -> float:
+        """Half the sum of squared prior deviations of own parameters."""
+        own = [value / u.scale for u, value in zip(self.unknowns, self.theta, strict=True)
+               if u.name.rpartition(".")[0] not in self.names]  # fmt: skip
+        return 0.5 * float(np.sum(np.square(own)))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """Of the effects."""
         return tuple(placed.name for placed in self.effects)

@@ -72,8 +72,18 @@ class Selection:
 
     def gain(self, name: str) -> float:
         """Log likelihood that one of the best's effects brings beside the others."""
+        return self._lesser(name).cost - self.best.cost
+
+    def stretched(self, name: str) -> float:
+        """Log prior that own parameters lose where they take the place of one of the best's effects.
+
+        They do as well then, if they are believed to be that far off.
+        """
+        return self._lesser(name).strained - self.best.strained
+
+    def _lesser(self, name: str) -> Model:
         placed = next(placed for placed in self.best.effects if placed.name == name)
-        return without(self.best, self.layout, placed, self.found).cost - self.best.cost
+        return without(self.best, self.layout, placed, self.found)
 
 
 def select(

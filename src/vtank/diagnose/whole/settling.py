@@ -50,7 +50,8 @@ def _noise(
     parts = tuple(vars(fit.noise))
 
     def told() -> str:
-        runs = [part for run in fit.runs for part in (run.start, run.spread, run.wall, run.value, run.steps.which)]
+        runs = [part for run in fit.runs for part in
+                (run.start, run.spread, run.wall, run.value, run.steps.which, *(run.pushed or ()))]  # fmt: skip
         now = [getattr(fit.noise, part) for part in parts]
         return digest(["noise", p, floor, np.asarray(least), near, longest_s, *now, *runs])
 
@@ -63,6 +64,11 @@ def _noise(
         return noise, replace(fit, noise=noise).filter(p)
 
     return step(told, lambda: settle(fit, p, floor, least, near=near, longest_s=longest_s), plain, again)
+
+
+def sought(fit: Fit, p: Array, floor: Array) -> Noise:
+    """The likeliest noise near the fit's, beside parameters that stay; floor: as of `rigid.noise.settle`."""
+    return _noise(fit, p, floor, near=True)[0]
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:

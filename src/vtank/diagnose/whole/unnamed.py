@@ -15,46 +15,51 @@ from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, Noise, share
-from ...rigid.fit import partial_likelihood
 from ...rigid.layout import AXES
-from ...rigid.noise import LEAST_SIGMA, PROMISE, resolution
+from ...rigid.noise import LEAST_SIGMA, resolution
 from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
 from ...rigid.tangent import Path
 from ..freeform.dictionary import COARSE, PERIODS
 from ..freeform.events import waves
-from ..freeform.functions import functions_of, products_of
+from ..freeform.functions import functions_of, products_of, ways_of
 from ..freeform.motion import faded
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
 from .score import PIECE, Base, based
+from .settling import sought
 
 Array = NDArray[np.float64]
 Push = Callable[[Path], Array]  # acceleration of a path's steps per unit of a function, (6,) or (N, 6)
 Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
-FORCES = 2  # the strongest, that are sought once more as if no instrument drifted; a choice
+FORCES = 4  # the strongest, that are sought once more in calmer water; a choice
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 MEMORIES_S = (1.0, 4.0)  # [s] over which what was done or asked for a moment ago is remembered; a choice
+LOADS_S = (4.0, 15.0)  # [s] over which a drive warms up, wears its supply down or draws air; choices
 TURNED_RAD = 0.01  # [rad] by which a fin is turned to see what that does
 NAMELESS = "unknown"  # a cause without a name, wherever
 ALL_THRUSTERS = "thrusters"  # the place of what all of them have in common
 BINS = 60  # of a run, for what acts for a while; a choice
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
-QUIETER = 4.0  # factor by which a disturbance is taken down beside a free-form force
+QUIETER = 4.0  # factor by which a disturbance is taken down to see what it may hide; a choice
 
 
 @dataclass(frozen=True)
 class Groups:
-    """Free-form functions: what each goes with, its columns for a run, and the instants of each run, (N,)."""
+    """Free-form functions: what each goes with, its columns for a run, and the instants of each run, (N,).
+
+    lacking: of each run, (N,), that of which a share is off for a while; a steady amount by default.
+    """
 
     names: list[str]
     columns: Callable[[int], list[Array]]
     times: Sequence[Array]
+    lacking: Sequence[Array] | None = None
 
     def made(self, n: int) -> list[Array]:
         """Columns for a run, and bins of time of every run, which are empty but for its own."""
-        bins = _bins(self.times[n])
+        bins = _bins(self.times[n]) * (1.0 if self.lacking is None else self.lacking[n][:, None])
         return [*self.columns(n), *(bins if k == n else np.zeros_like(bins) for k in range(len(self.times)))]
 
 
@@ -63,7 +68,8 @@ class Block:
     """A free-form part: where it acts, its gain of log evidence, what it goes with, and its root mean square.
 
     seen: gain of log likelihood. size: over the usual force of an axis, the full force of a thruster, or the deviation
-    of a column.
+    of a column. course: of each run, accelerations over its steps, (N, 6) [m/s2, rad/s2], or errors of its
+    measurements, (M,) [their units].
     """
 
     place: str
@@ -72,6 +78,7 @@ class Block:
     seen: float
     goes_with: tuple[str, ...]
     size: float
+    course: tuple[Array, ...] = ()
 
     @property
     def repeats(self) -> bool:
@@ -91,7 +98,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     """A block for every axis that is asked about, all that drives, and the least white columns, the strongest first.
 
     A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
-    free-form part that does as well they can be smaller, or none.
+    free-form part that does as well they can be smaller, or none. And so may all of the noise beside the strongest.
     """
     runs = model.fit.runs
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
@@ -102,21 +109,26 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
     blocks = _sought(base, seekers)
-    ranked = sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
-    disturbed = max(range(len(asked)), key=lambda n: _disturbance(model, sizes)[asked[n]]) if asked else 0
-    for n in dict.fromkeys([disturbed, ranked[0]]):
-        if n < forces:
-            blocks[n] = _quieter(model, found, [asked[n]] if n < len(asked) else asked, seekers[n], blocks[n])
-    if not model.fit.noise.slow.any():
-        return sorted(blocks, key=lambda block: -block.gain)
     here = refit(model, found, model.theta, steps=0).log_evidence
-    calmer: list[tuple[int | None, list[int]]] = [(None, [n for n in ranked if n < forces][:FORCES])]
-    calmer += [(c, [forces + k]) for k, c in enumerate(columns)]
-    for column, some in calmer:
-        for other, there in even(model, column):
-            ahead = other.log_evidence - here
-            for n, also in zip(some, _sought(based(other, there), [seekers[n] for n in some]), strict=True):
-                blocks[n] = max(blocks[n], replace(also, gain=also.gain + ahead), key=lambda block: block.gain)
+
+    def strongest() -> list[int]:
+        return sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
+
+    def again(other: Model, there: list[Filtered], n: int) -> None:
+        [block] = _sought(based(other, there), [seekers[n]])
+        block = replace(block, gain=block.gain + min(other.log_evidence - here, 0.0))
+        blocks[n] = max(blocks[n], block, key=lambda block: block.gain)
+
+    for k, c in enumerate(columns):
+        for other, there in even(model, c):
+            again(other, there, forces + k)
+    for n in strongest()[:1]:
+        again(*_unhidden(model, blocks[n]), n)
+    for calm, there in _calm(model):
+        some = [n for n in strongest() if n < forces][:FORCES]
+        tried = zip(_sought(based(calm, there), [seekers[n] for n in some]), some, strict=True)
+        block, n = max(tried, key=lambda pair: pair[0].gain)
+        again(*_unhidden(calm, block), n)
     return sorted(blocks, key=lambda block: -block.gain)
 
 
@@ -137,27 +149,17 @@ def at_place(base: Base, sizes: Sizes, place: str) -> list[Block]:
     return blocks + [_column(base, c) for c in columns]
 
 
-def _disturbance(model: Model, sizes: Sizes) -> Array:
-    """Disturbance of each axis over what it usually is pushed with."""
-    hull = model.fit.runs[0].hull(model.vector())
-    return np.asarray(model.fit.noise.sigma * np.diag(hull.body + hull.water) / sizes.force)
+def _calm(model: Model) -> list[tuple[Model, list[Filtered]]]:
+    """The refit at far less of a disturbance, and no instrument drifting, and its innovations; nothing if no filter is.
 
-
-def _quieter(model: Model, found: Sequence[Filtered], axes: Sequence[int], seek: Seeker, block: Block) -> Block:
-    """The block at the disturbance of axes that is likeliest beside it; its gain over the likeliest without it."""
-    noise = model.fit.noise
-    trials = [(_level(found), block)]
-    while np.any(noise.sigma[axes] > LEAST_SIGMA):
-        noise = calmed(noise, axes, QUIETER)
-        quiet = replace(model, fit=replace(model.fit, noise=noise))
-        there = quiet.fit.filter(model.vector())
-        if not all(np.all(f.variance > 0.0) for f in there):
-            break  # too quiet for what rounding leaves of a covariance
-        trials.append((_level(there), seek(based(quiet, there))))
-        if _total(trials[-1]) - _total(trials[-2]) < PROMISE:
-            break
-    level, best = max(trials, key=_total)
-    return replace(best, gain=level + best.gain - max(level for level, _ in trials))
+    Where rounding leaves nothing of a covariance it is too quiet for one.
+    """
+    noise = calmed(model.fit.noise.even, range(6), QUIETER)
+    fit = replace(model.fit, noise=noise)
+    there = fit.filter(model.vector())
+    if not all(np.all(f.variance > 0.0) for f in there):
+        return []
+    return [(refit(replace(model, fit=fit), there, model.theta), there)]
 
 
 def calmed(noise: Noise, axes: Sequence[int], factor: float) -> Noise:
@@ -167,12 +169,14 @@ def calmed(noise: Noise, axes: Sequence[int], factor: float) -> Noise:
     return replace(noise, sigma=sigma)
 
 
-def _level(found: Sequence[Filtered]) -> float:
-    return sum(map(partial_likelihood, found))
-
-
-def _total(pair: tuple[float, Block]) -> float:
-    return pair[0] + pair[1].gain
+def _unhidden(model: Model, block: Block) -> tuple[Model, list[Filtered]]:
+    """The refit, without a free-form part, at the noise that is likeliest beside it; and its innovations."""
+    p, fit = model.vector(), model.fit
+    beside = [run.beside(p, course) for run, course in zip(fit.runs, block.course, strict=True)]
+    noise = sought(replace(fit, runs=tuple(beside)), p, fit.noise.variance)
+    other = replace(model, fit=replace(fit, noise=noise))
+    there = other.fit.filter(p)
+    return refit(other, there, other.theta), there
 
 
 def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
@@ -197,22 +201,33 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
             variables |= _remembered(name, variables[name], times)
     push = np.zeros(6)
     push[axis] = unit
-    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times), lambda path: push)
+    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times, (own, place)), lambda path: push)
 
 
-def _remembered(name: str, values: Sequence[Array], times: Sequence[Array]) -> dict[str, list[Array]]:
+def _remembered(
+    name: str, values: Sequence[Array], times: Sequence[Array], memories_s: Sequence[float] = MEMORIES_S
+) -> dict[str, list[Array]]:
     """Values of each run as they are remembered over a while, by name."""
     return {f"{name} of the last {memory:g} s": [faded(t, v, memory) for t, v in zip(times, values, strict=True)]
-            for memory in MEMORIES_S}  # fmt: skip
+            for memory in memories_s}  # fmt: skip
 
 
-def _driven(base: Base, place: str, inputs: list[Array], along: list[Array], push: Push) -> Block:
-    """What a thruster or a fin does otherwise: of what it is told and was told, the flow along it, and time."""
+def _driven(
+    base: Base, place: str, inputs: list[Array], along: list[Array], push: Push, lacking: list[Array] | None = None
+) -> Block:
+    """What a thruster or a fin does otherwise: of what it is told and was told, which way that goes, and how hard.
+
+    The flow along it, and time.
+    """
     times = [path.run.steps.now for path in base.paths]
     told = _remembered("input", inputs, times)
-    variables = {"input": inputs, "flow along it": along, **told, "time": times}
-    pairs = [("input", "flow along it"), ("input", "time"), *(("input", name) for name in told)]
-    return _forced(base, place, "actuator", _groups(variables, pairs, times), push)
+    load = _remembered("size of the input", [np.abs(some) for some in inputs], times, LOADS_S)
+    soon = f"input of the last {MEMORIES_S[0]:g} s"
+    way = {f"input beyond {soon}": [now - then for now, then in zip(inputs, told[soon], strict=True)]}
+    variables = {"input": inputs, "flow along it": along, **told, **way, **load, "time": times}
+    pairs = [("input", "flow along it"), ("input", "time"), *(("input", name) for name in (*told, *load))]
+    groups = replace(_groups(variables, pairs, times, ("input",)), lacking=lacking)
+    return _forced(base, place, "actuator", groups, push)
 
 
 def _thruster(base: Base, k: int) -> Block:
@@ -220,12 +235,15 @@ def _thruster(base: Base, k: int) -> Block:
     first = base.paths[0]
     gear, name = first.hull.gears[k], first.run.layout.pushes[k].name
     push = first.hull.inverse @ gear * float(np.abs(first.run.tables[k]).max(initial=1e-9))
-    inputs = []
+    inputs, thrust = [], []
     for path in base.paths:
         at = np.searchsorted(path.run.stamps, path.run.steps.now + 1e-9, side="right") - 1
         inputs.append(np.where(at >= 0, path.run.inputs[np.maximum(at, 0), k], 0.0))
+        table, reach = path.run.tables[k], path.run.reach[k]
+        steady = np.interp(inputs[-1], np.linspace(-reach, reach, table.size), table)
+        thrust.append(steady / float(np.abs(table).max(initial=1e-9)))
     along = [path.way.states[:-1, 6:12] @ gear for path in base.paths]
-    return _driven(base, name, inputs, along, lambda path: push)
+    return _driven(base, name, inputs, along, lambda path: push, thrust)
 
 
 def _fin(base: Base, f: int) -> Block:
@@ -258,7 +276,7 @@ def _together(base: Base) -> Block:
     def push(path: Path) -> Array:
         return np.where(path.run.moves, path.drive.thrust @ first.hull.inverse.T, 0.0)
 
-    return _forced(base, ALL_THRUSTERS, "actuator", _groups(variables, pairs, times), push)
+    return _forced(base, ALL_THRUSTERS, "actuator", _groups(variables, pairs, times, ("load",)), push)
 
 
 def _forced(base: Base, place: str, channel: str, groups: Groups, push: Push) -> Block:
@@ -275,7 +293,9 @@ def _forced(base: Base, place: str, channel: str, groups: Groups, push: Push) ->
 
         return share([partial(follow, block) for block in columns])
 
-    return _block(base, place, channel, groups, answer)
+    block = _block(base, place, channel, groups, answer)
+    pushed = [told[:, None] * np.atleast_2d(push(path)) for path, told in zip(base.paths, block.course, strict=True)]
+    return replace(block, course=tuple(pushed))
 
 
 def _column(base: Base, c: int) -> Block:
@@ -300,7 +320,7 @@ def _column(base: Base, c: int) -> Block:
         name = f"{AXES[i]} acceleration"
         variables[name] = [a[at, i] for a, at in zip(felt, mine, strict=True)]
         variables |= _remembered(name, variables[name], times)
-    groups = _periodic(_groups(variables, pairs, times), told, resolution(runs, c))
+    groups = _periodic(_groups(variables, pairs, times, ("reading",)), told, resolution(runs, c))
 
     def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
         def follow(block: Array) -> Array:
@@ -312,7 +332,11 @@ def _column(base: Base, c: int) -> Block:
 
         return share([partial(follow, block) for block in columns])
 
-    return _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
+    block = _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
+    errors = [np.zeros(run.time_s.size) for run in runs]
+    for error, at, told_error in zip(errors, mine, block.course, strict=True):
+        error[at] = unit * told_error
+    return replace(block, course=tuple(errors))
 
 
 def _felt(path: Path) -> Array:
@@ -327,19 +351,27 @@ def _felt(path: Path) -> Array:
     return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))[before]
 
 
-def _groups(variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array]) -> Groups:
-    """Smooth functions of each variable and of pairs of them, and a function of time."""
+def _groups(
+    variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array], sticky: Sequence[str]
+) -> Groups:
+    """Smooth functions of each variable and of pairs of them, and a function of time.
+
+    And of which way the sticky ones went last.
+    """
     spans, every = dict[str, tuple[float, float]](), {**variables, "time": times}
     for name, values in every.items():
         low, high = np.percentile(np.concatenate(values), [0.1, 99.9])
         if high - low > 1e-9:
             spans[name] = low, high
     both = [(first, second) for first, second in pairs if first in spans and second in spans]
-    names = [*spans, *(f"{a} and {b}" for a, b in both)]
+    went = [name for name in sticky if name in spans]
+    names = [*spans, *(f"{a} and {b}" for a, b in both), *(f"{name}, which way it went" for name in went)]
 
     def columns(n: int) -> list[Array]:
-        made = {name: functions_of((every[name][n] - low) / (high - low)) for name, (low, high) in spans.items()}
-        return [*made.values(), *(products_of(made[a], made[b], PAIRED) for a, b in both)]
+        share = {name: (every[name][n] - low) / (high - low) for name, (low, high) in spans.items()}
+        made = {name: functions_of(values) for name, values in share.items()}
+        pairs = (products_of(made[a], made[b], PAIRED) for a, b in both)
+        return [*made.values(), *pairs, *(ways_of(share[name]) for name in went)]
 
     return Groups(names, columns, times)
 
@@ -389,7 +421,7 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
     gain, seen, chosen, c = pursue(gram, parts[:count], parts[count:])
     told = [np.hstack(made(n)) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
-    return Block(place, channel, gain, seen, tuple(dict.fromkeys(names[n] for n in chosen)), size)
+    return Block(place, channel, gain, seen, tuple(dict.fromkeys(names[n] for n in chosen)), size, tuple(told))
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
