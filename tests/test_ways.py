@@ -1,4 +1,4 @@
-"""Which way a variable went last: play by its closed form, and what sticks is found by it."""
+"""Memory that fades in no exponential: which way a variable went last, and what rings on after it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import recordings
+from recorded import TICK_S, recordings, sine
+from scipy.integrate import solve_ivp
 from test_freeform import first
 
 from vtank.diagnose.freeform.functions import PLAYS, dragged, ways_of
+from vtank.diagnose.freeform.motion import DAMPING, RINGS_RAD_S, rung
 
 HALF, TOP = 0.2, 1.0
 
@@ -52,3 +54,38 @@ def way(range_m: np.ndarray) -> np.ndarray:
     """-1 or 1 by which way a range went last, by more than its noise."""
     smooth = np.convolve(range_m, np.ones(9) / 9.0, mode="same")
     return np.asarray((smooth - dragged(smooth, 0.02)) / 0.02)
+
+
+@pytest.mark.parametrize("rad_s", [1.2, 3.0])
+def test_what_rings_is_a_damped_oscillator_driven_by_what_is_held(rad_s: float) -> None:
+    """Against an independent integrator: z' = (i - damping) rad_s z + rad_s a."""
+    t, values = np.arange(0.0, 20.0, 0.1), sine(0.7, 1.0, 20.0)
+    k = int(np.argmin(np.abs(RINGS_RAD_S - rad_s)))
+    pole = complex(-DAMPING, 1.0) * RINGS_RAD_S[k]
+
+    def rate(at: float, z: np.ndarray) -> np.ndarray:
+        return pole * z + RINGS_RAD_S[k] * values[min(int(at / 0.1 + 1e-9), values.size - 1)]
+
+    z = [0j]
+    for j in range(1, t.size):
+        step = solve_ivp(rate, (t[j - 1], t[j] - 1e-9), [z[-1]], rtol=1e-9, atol=1e-12)
+        z.append(step.y[0, -1])
+    both = rung(t, values)[:, 2 * k : 2 * k + 2]
+    assert both == pytest.approx(np.column_stack([np.real(z), np.imag(z)]), abs=1e-6)
+
+
+def test_a_load_that_swings_under_the_hull_is_found_by_its_ringing() -> None:
+    """A tenth of the hull's mass on a pendulum of 1.7 rad/s, which the hull's own acceleration sets swinging."""
+    state, last = np.zeros(2), [0.0, 0.0]
+
+    def swinging(t: float, u: float, n: float) -> float:
+        if t == 0.0:
+            state[:], last[:] = 0.0, [0.0, u]
+        a, last[1] = (u - last[1]) / TICK_S, u
+        for _ in range(10):
+            state[1] += 0.1 * TICK_S * (-a - 1.7**2 * state[0] - 2.0 * 0.08 * 1.7 * state[1])
+            state[0] += 0.1 * TICK_S * state[1]
+        return 0.1 * (1.7**2 * state[0] + 2.0 * 0.08 * 1.7 * state[1])
+
+    found = first(recordings(force=swinging))
+    assert (found.channel, found.about) == ("hydrodynamics", "acceleration, ringing")

@@ -119,12 +119,24 @@ def test_what_is_ten_deviations_off_is_a_gap_however_small(likelihood: float, si
     assert np.isfinite(named) is np.bool_(seen)
 
 
+def of(log_evidence: float, *names: str, pulled: float = 0.0) -> SimpleNamespace:
+    effects = tuple(SimpleNamespace(effect=name, place="surge", name=name, mimicry=0.0) for name in names)
+    return SimpleNamespace(log_evidence=log_evidence, effects=effects, names=names, unknowns=(1,), pulled=pulled)
+
+
+@pytest.mark.parametrize(("pulled", "odds_of_effect"), [(0.0, 0.0), (38.0, 38.0), (60.0, 40.0)])
+def test_that_own_parameters_must_go_too_far_is_no_matter_of_the_form_of_their_laws(
+    pulled: float, odds_of_effect: float
+) -> None:
+    """Of 40 nats beside own parameters that explain a million, those count that are not due to a better fit."""
+    own, nominal, effect = of(0.0, pulled=pulled), of(-1e6), of(40.0, "A")
+    found = odds.prior_odds({"A": effect, "parameters": own}, own, nominal, effect.effects, {})
+    prior = odds.log_prior(effect, effect.effects) - odds.log_prior(own, ())
+    assert found["A"] - found["parameters"] - prior == pytest.approx(odds_of_effect)
+
+
 def test_an_effect_is_not_held_to_the_form_of_one_that_explains_far_less():
     """B is found beside A and beside C; that B alone was looked at, too, takes nothing from A and B together."""
-
-    def of(log_evidence: float, *names: str) -> SimpleNamespace:
-        effects = tuple(SimpleNamespace(effect=name, place="surge", name=name, mimicry=0.0) for name in names)
-        return SimpleNamespace(log_evidence=log_evidence, effects=effects, names=names, unknowns=(1,))
 
     own = of(0.0)
     sets = {"A": of(160_000.0, "A"), "A+B": of(162_000.0, "A", "B"), "A+C": of(161_900.0, "A", "C")}

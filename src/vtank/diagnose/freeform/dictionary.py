@@ -19,7 +19,7 @@ from ..lines import Lines, bands, judging, loudest
 from ..outliers import resolution
 from .events import Events, events, packets, waves
 from .functions import functions_of, products_of, ways_of
-from .motion import Motion, motions, simulated, thrust_along
+from .motion import Motion, motions, rung, simulated, thrust_along
 from .stalls import bridged, stalls
 
 PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small enough to be linear
@@ -128,6 +128,9 @@ def _forces(fed: list[Motion]) -> Iterator[Piece]:
     for name in STICKY:
         about = f"{name}, which way it went"
         yield _piece(_channel(name), about, [ways_of(share) for share in _shares([m.variables[name] for m in fed])])
+    for name, after in (("acceleration", [m.variables["acceleration"] for m in fed]), ("thrust", [m.z for m in fed])):
+        ringing = tuple(rung(m.t, values) for m, values in zip(fed, after, strict=True))
+        yield Piece("function", _channel(name), f"{name}, ringing", True, ringing, 2)
     ones = [np.ones(m.t.size) for m in fed]
     yield _ripples(HULL, "place", [m.x for m in fed], ones)
     yield _ripples(ACTUATOR, "thrust over input", [np.abs(m.n) for m in fed], [m.terms["thrust"] for m in fed])

@@ -16,6 +16,8 @@ from ...plant.surge import TAU, thrust_target
 from ..evidence import Fitted
 from ..holdout import held
 
+RINGS_RAD_S = np.geomspace(0.4, 8.0, 18)  # [rad/s] a fifth apart: what rings with DAMPING resonates as broadly; choices
+DAMPING = 0.1  # [-] over critical, of what rings; a guess between a pendulum's and sloshing water's
 MEMORIES_S = (1.0, 4.0, 15.0)  # [s] over which speed and thrust are remembered; a choice, three to the decade
 
 
@@ -114,6 +116,26 @@ def faded(t: np.ndarray, values: np.ndarray, memory: float) -> np.ndarray:
         if k > 0:
             state += (values[k] - state) * (1.0 - np.exp(-(t[k] - t[k - 1]) / memory))
         out[k] = state
+    return out
+
+
+def rung(t: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """What rings on after values in two phases, of each of RINGS_RAD_S in turn, from rest at the first, (I, 2 R).
+
+    Of about the size of the values where it resonates least: a swinging load, water in a tank, a shaft that gives.
+    """
+    return np.column_stack([_rung(t, values, rad_s, DAMPING) for rad_s in RINGS_RAD_S])
+
+
+@law
+def _rung(t: np.ndarray, values: np.ndarray, rad_s: float, damping: float) -> np.ndarray:
+    """Both parts of a state z with dz/dt = (i - damping) rad_s z + rad_s values, exact for values that are held."""
+    out, z, pole = np.empty((t.size, 2)), 0j, complex(-damping, 1.0) * rad_s
+    for k in range(t.size):
+        if k > 0:
+            turn = np.exp(pole * (t[k] - t[k - 1]))
+            z = z * turn + values[k - 1] * (turn - 1.0) / pole * rad_s
+        out[k, 0], out[k, 1] = z.real, z.imag
     return out
 
 

@@ -182,9 +182,18 @@ class Model:
     @property
     def strained(self) -> float:
         """Half the sum of squared prior deviations of own parameters."""
-        own = [value / u.scale for u, value in zip(self.unknowns, self.theta, strict=True)
-               if u.name.rpartition(".")[0] not in self.names]  # fmt: skip
-        return 0.5 * float(np.sum(np.square(own)))
+        own = [u.name.rpartition(".")[0] not in self.names for u in self.unknowns]
+        return 0.5 * float(np.sum(self._off[own] ** 2))
+
+    @property
+    def pulled(self) -> float:
+        """Half the sum of squared prior deviations of all unknowns."""
+        return 0.5 * float(np.sum(self._off**2))
+
+    @property
+    def _off(self) -> Array:
+        """Prior deviations of the unknowns, (U,)."""
+        return self.theta / np.array([u.scale for u in self.unknowns])
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -64,7 +64,8 @@ def prior_odds(
         lesser = [(other.log_evidence, formed(other, own, forms.get(part, np.inf))) for part, other in sets.items()
                   if other.effects and set(other.names) < set(model.names)]  # fmt: skip
         bare, formed_too = (max((e + k * form for e, form in lesser), default=0.0) for k in (0.0, 1.0))
-        weights[name] -= of_own(own, nominal, explained(model, own)) + formed_too - bare
+        mended = explained(model, own) - max(own.pulled - model.pulled, 0.0)  # not what own parameters are off less
+        weights[name] -= of_own(own, nominal, mended) + formed_too - bare
     return weights
 
 

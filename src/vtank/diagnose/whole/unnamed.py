@@ -23,7 +23,7 @@ from ...rigid.tangent import Path
 from ..freeform.dictionary import COARSE, PERIODS
 from ..freeform.events import waves
 from ..freeform.functions import functions_of, products_of, ways_of
-from ..freeform.motion import faded
+from ..freeform.motion import RINGS_RAD_S, faded, rung
 from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
 from .pursuit import pursue
 from .score import PIECE, Base, based
@@ -201,7 +201,10 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
             variables |= _remembered(name, variables[name], times)
     push = np.zeros(6)
     push[axis] = unit
-    return _forced(base, AXES[axis], "hydrodynamics", _groups(variables, pairs, times, (own, place)), lambda path: push)
+    groups = _ringing(
+        _groups(variables, pairs, times, (own, place)), [path.acceleration[:, axis] for path in base.paths]
+    )
+    return _forced(base, AXES[axis], "hydrodynamics", groups, lambda path: push)
 
 
 def _remembered(
@@ -381,6 +384,17 @@ def _bins(times: Array) -> Array:
     first, last = (times.min(), times.max()) if times.size else (0.0, 0.0)  # a run may lack a column
     place = ((times - first) / max(last - first, 1e-9) * BINS).astype(int)
     return np.asarray(np.minimum(place, BINS - 1)[:, None] == np.arange(BINS), dtype=np.float64)
+
+
+def _ringing(groups: Groups, felt: list[Array]) -> Groups:
+    """The groups, and what rings on after an acceleration: a load that swings, water in a tank."""
+    usual = float(np.sqrt(np.mean(np.concatenate(felt) ** 2))) or 1.0
+    count = RINGS_RAD_S.size
+
+    def ringing(n: int) -> list[Array]:
+        return [*groups.columns(n), *np.split(rung(groups.times[n], felt[n] / usual), count, axis=1)]
+
+    return Groups([*groups.names, *["acceleration, ringing"] * count], ringing, groups.times)
 
 
 def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
