@@ -47,7 +47,7 @@ def test_a_sonar_on_a_slack_bracket_reads_by_which_way_it_went() -> None:
     runs = recordings()
     runs = [replace(run, value=run.value + slack_m * way(run.value)) for run in runs]
     found = first(runs)
-    assert (found.channel, found.about) == ("sensor", "place, which way it went")
+    assert (found.channel, found.about) == ("sensor", "which way the place went last")
 
 
 def way(range_m: np.ndarray) -> np.ndarray:
@@ -88,4 +88,4 @@ def test_a_load_that_swings_under_the_hull_is_found_by_its_ringing() -> None:
         return 0.1 * (1.7**2 * state[0] + 2.0 * 0.08 * 1.7 * state[1])
 
     found = first(recordings(force=swinging))
-    assert (found.channel, found.about) == ("hydrodynamics", "acceleration, ringing")
+    assert (found.channel, found.about) == ("hydrodynamics", "ringing after the acceleration")

@@ -152,7 +152,7 @@ def test_play_of_a_linkage_is_found_by_which_way_the_rudder_went() -> None:
     recorded[there] = asked["rudder_rad"][at]
     diagnosis = found_in(run, REMUS, rudder_rad=recorded)
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
-    assert diagnosis.selection.blocks[0].goes_with[0] == "input, which way it went"
+    assert diagnosis.selection.blocks[0].goes_with[0] == "which way the input went last"
 
 
 def test_what_is_known_beside_the_model_pushes_a_run_as_it_says() -> None:

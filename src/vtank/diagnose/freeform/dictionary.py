@@ -126,11 +126,11 @@ def _forces(fed: list[Motion]) -> Iterator[Piece]:
             acts = _channel(name) if term == "drag" else ACTUATOR  # a drag that goes with the input: the thrust's loss
             yield _piece(acts, f"{term} over {name}", both)
     for name in STICKY:
-        about = f"{name}, which way it went"
+        about = f"which way the {name} went last"
         yield _piece(_channel(name), about, [ways_of(share) for share in _shares([m.variables[name] for m in fed])])
     for name, after in (("acceleration", [m.variables["acceleration"] for m in fed]), ("thrust", [m.z for m in fed])):
         ringing = tuple(rung(m.t, values) for m, values in zip(fed, after, strict=True))
-        yield Piece("function", _channel(name), f"{name}, ringing", True, ringing, 2)
+        yield Piece("function", _channel(name), f"ringing after the {name}", True, ringing, 2)
     ones = [np.ones(m.t.size) for m in fed]
     yield _ripples(HULL, "place", [m.x for m in fed], ones)
     yield _ripples(ACTUATOR, "thrust over input", [np.abs(m.n) for m in fed], [m.terms["thrust"] for m in fed])
@@ -163,7 +163,7 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
     names = ("place", "speed", "time", "acceleration")
     single = {name: _functions([m.variables[name] for m in read]) for name in names}
     single["place and speed"] = [products_of(a, b) for a, b in zip(single["place"], single["speed"], strict=True)]
-    single["place, which way it went"] = [ways_of(share) for share in _shares([m.x for m in read])]
+    single["which way the place went last"] = [ways_of(share) for share in _shares([m.x for m in read])]
     for name, found in single.items():
         yield Piece("function", SENSOR, name, False, tuple(found), found[0].shape[1])
     share, whole = _shares([m.x for m in read]), np.ptp(np.concatenate([m.x for m in read]))

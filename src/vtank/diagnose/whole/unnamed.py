@@ -368,7 +368,7 @@ def _groups(
             spans[name] = low, high
     both = [(first, second) for first, second in pairs if first in spans and second in spans]
     went = [name for name in sticky if name in spans]
-    names = [*spans, *(f"{a} and {b}" for a, b in both), *(f"{name}, which way it went" for name in went)]
+    names = [*spans, *(f"{a} and {b}" for a, b in both), *(f"which way the {name} went last" for name in went)]
 
     def columns(n: int) -> list[Array]:
         share = {name: (every[name][n] - low) / (high - low) for name, (low, high) in spans.items()}
@@ -394,7 +394,7 @@ def _ringing(groups: Groups, felt: list[Array]) -> Groups:
     def ringing(n: int) -> list[Array]:
         return [*groups.columns(n), *np.split(rung(groups.times[n], felt[n] / usual), count, axis=1)]
 
-    return Groups([*groups.names, *["acceleration, ringing"] * count], ringing, groups.times)
+    return Groups([*groups.names, *["ringing after the acceleration"] * count], ringing, groups.times)
 
 
 def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
