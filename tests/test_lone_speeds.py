@@ -89,6 +89,19 @@ def test_open_loop_spikes_are_found_without_a_controller():
     np.testing.assert_allclose(lone[true != 0.0], true[true != 0.0], atol=0.4)
 
 
+def test_three_spikes_in_a_row_are_three_and_a_command_of_three_ticks_that_goes_on_is_none():
+    """The median of five is one of them; what lies between two readings at one level is seen all the same."""
+    rng = np.random.default_rng(7)
+    run = hunting(0)[1]
+    steady = 9.0 * np.sign(np.sin(0.2 * TIME)) + 0.03 * rng.normal(size=TICKS)
+    lone = np.zeros(TICKS)
+    lone[[300, 500, 501, 502, 700]] = SIZE
+    stairs = steady + np.where((TIME > 90.0) & (TIME < 90.35), 4.0, np.where(TIME >= 90.35, 8.0, 0.0))
+    [found] = lone_speeds([replace(run, input=stairs + lone)])
+    assert np.flatnonzero(np.abs(found) > SEEN * SIZE).tolist() == np.flatnonzero(lone).tolist()
+    assert found[lone > 0.0] == pytest.approx(SIZE, abs=0.2)
+
+
 @pytest.mark.parametrize("every", [25, 8])
 def test_no_reading_beyond_the_limiter_is_believed(every):
     limit = 9.0

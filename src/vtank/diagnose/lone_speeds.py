@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
@@ -37,6 +38,7 @@ FORETELL = 6  # ranges from which a missed one is foretold
 ROUNDS = 3  # looks at the same readings; a choice
 LIMITER = -1  # group of the readings that a limiter has cut
 EXPLAINED = 0.7  # share of the roughness that a controller may leave to count as one; a choice
+ALIKE = 0.3  # share of their distance by which three readings in a row, or both beside them, differ at most; a choice
 FEWEST = 200  # samples of a run from which a controller is looked for
 MANY = 40  # samples from which a spread of their own is taken
 
@@ -105,8 +107,20 @@ def _plain(n: np.ndarray) -> _Look:
 
 
 def _away(values: np.ndarray) -> np.ndarray:
-    """Distance of each value from the median of itself and two neighbours on either side: none in a step or a slope."""
-    return np.asarray(values - median_filter(values, size=5, mode="nearest"))
+    """Distance of each value from the median of itself and two neighbours on either side: none in a step or a slope.
+
+    Of three in a row that are off alike, between two at one level, the distance from these.
+    """
+    away = np.asarray(values - median_filter(values, size=5, mode="nearest"))
+    if values.size < 5:
+        return away
+    five = sliding_window_view(values, 5)
+    off = five[:, 1:4] - 0.5 * (five[:, :1] + five[:, 4:])
+    limit = ALIKE * np.min(np.abs(off), axis=1)
+    alike = (np.ptp(off, axis=1) < limit) & (np.abs(five[:, 4] - five[:, 0]) < limit)
+    for first in np.flatnonzero(alike):
+        away[first + 1 : first + 4] = off[first]
+    return away
 
 
 def _rough(values: np.ndarray) -> np.ndarray:
