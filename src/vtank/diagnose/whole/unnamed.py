@@ -225,9 +225,7 @@ def _driven(
     times = [path.run.steps.now for path in base.paths]
     told = _remembered("input", inputs, times)
     load = _remembered("size of the input", [np.abs(some) for some in inputs], times, LOADS_S)
-    soon = f"input of the last {MEMORIES_S[0]:g} s"
-    way = {f"input beyond {soon}": [now - then for now, then in zip(inputs, told[soon], strict=True)]}
-    variables = {"input": inputs, "flow along it": along, **told, **way, **load, "time": times}
+    variables = {"input": inputs, "flow along it": along, **told, **load, "time": times}
     pairs = [("input", "flow along it"), ("input", "time"), *(("input", name) for name in (*told, *load))]
     groups = replace(_groups(variables, pairs, times, ("input",)), lacking=lacking)
     return _forced(base, place, "actuator", groups, push)
