@@ -46,6 +46,18 @@ def found_in(run: vt.Run, vehicle: vt.Vehicle, **columns: np.ndarray) -> vt.Whol
     return vt.diagnose([replace(run, columns=other)], nominal=vehicle, effects=EASY)
 
 
+def turned_otherwise(asked: dict[str, np.ndarray], rudder_rad: np.ndarray) -> vt.WholeDiagnosis:
+    """The diagnosis, which blames the rudder, of a flight whose rudder stood otherwise than was recorded."""
+    run = fly_vehicle(REMUS, {**asked, "rudder_rad": rudder_rad}, SECONDS, 3)
+    there = np.isfinite(run.columns["rudder_rad"])
+    recorded = np.full(run.time_s.size, np.nan)
+    at = np.searchsorted(asked["time_s"], run.time_s[there] + 1e-9, side="right") - 1
+    recorded[there] = asked["rudder_rad"][at]
+    diagnosis = found_in(run, REMUS, rudder_rad=recorded)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
+    return diagnosis
+
+
 @pytest.mark.slow
 def test_a_level_that_takes_acceleration_for_tilt_goes_with_the_surge() -> None:
     inputs = multisine(FEW, SECONDS, 4)
@@ -76,14 +88,7 @@ def test_what_all_thrusters_lose_together_is_no_fault_of_one() -> None:
 def test_a_fin_that_stands_still_for_a_while_is_found_with_its_time() -> None:
     asked = multisine(REMUS, SECONDS, 2) | {"propeller_rev_s": np.full(int(SECONDS * 5), 20.0)}
     stuck = (asked["time_s"] > 30.0) & (asked["time_s"] < 38.0)
-    told = {**asked, "rudder_rad": np.where(stuck, 0.1, asked["rudder_rad"])}
-    run = fly_vehicle(REMUS, told, SECONDS, 3)
-    there = np.isfinite(run.columns["rudder_rad"])
-    recorded = np.full(run.time_s.size, np.nan)
-    at = np.searchsorted(asked["time_s"], run.time_s[there] + 1e-9, side="right") - 1
-    recorded[there] = asked["rudder_rad"][at]
-    diagnosis = found_in(run, REMUS, rudder_rad=recorded)
-    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
+    diagnosis = turned_otherwise(asked, np.where(stuck, 0.1, asked["rudder_rad"]))
     assert diagnosis.selection.blocks[0].goes_with[0] == "a while in run 1"
 
 
@@ -144,14 +149,7 @@ def test_a_model_is_judged_by_its_own_filter() -> None:
 def test_play_of_a_linkage_is_found_by_which_way_the_rudder_went() -> None:
     """Noise that stands for it at first lets go of it."""
     asked = multisine(REMUS, SECONDS, 2) | {"propeller_rev_s": np.full(int(SECONDS * 5), 20.0)}
-    told = {**asked, "rudder_rad": dragged(asked["rudder_rad"], 0.015)}
-    run = fly_vehicle(REMUS, told, SECONDS, 3)
-    there = np.isfinite(run.columns["rudder_rad"])
-    recorded = np.full(run.time_s.size, np.nan)
-    at = np.searchsorted(asked["time_s"], run.time_s[there] + 1e-9, side="right") - 1
-    recorded[there] = asked["rudder_rad"][at]
-    diagnosis = found_in(run, REMUS, rudder_rad=recorded)
-    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("rudder",))
+    diagnosis = turned_otherwise(asked, dragged(asked["rudder_rad"], 0.015))
     assert diagnosis.selection.blocks[0].goes_with[0] == "which way the input went last"
 
 
