@@ -353,7 +353,10 @@ def _felt(path: Path) -> Array:
 
 
 def _groups(
-    variables: dict[str, list[Array]], pairs: Sequence[tuple[str, str]], times: Sequence[Array], sticky: Sequence[str]
+    variables: dict[str, list[Array]],
+    pairs: Sequence[tuple[str, str]],
+    times: Sequence[Array],
+    sticky: Sequence[str] = (),
 ) -> Groups:
     """Smooth functions of each variable and of pairs of them, and a function of time.
 
