@@ -87,7 +87,7 @@ def test_nothing_is_found_where_nothing_is_missing(water: str, seed: int) -> Non
     else:
         found = beside(recordings(seed=seed))
     assert found.components == () and found.left < 0.0 and found.gain == found.left
-    assert found.channels() == {"none": 1.0}
+    assert found.channels == {"none": 1.0}
 
 
 @pytest.mark.slow
@@ -399,7 +399,7 @@ def test_the_channel_is_that_which_could_hold_all_of_it() -> None:
     alone = {channel: start.followed(wandering=False, channels=[channel]) for channel in CHANNELS}
     assert all(c.channel == channel for channel, free in alone.items() for c in free.components)
     assert max(alone, key=lambda channel: alone[channel].gain) == found.channel == "hydrodynamics"
-    mixed = replace(found, components=tuple(free.components[0] for free in alone.values())).channels()
+    mixed = replace(found, components=tuple(free.components[0] for free in alone.values())).channels
     assert sum(mixed.values()) == pytest.approx(1.0)
     odds = mixed["actuator"] / mixed["hydrodynamics"]
     assert odds == pytest.approx(np.exp(alone["actuator"].gain - alone["hydrodynamics"].gain))

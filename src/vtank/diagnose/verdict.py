@@ -185,15 +185,13 @@ def decide(selection: Selection, chances: dict[str, float]) -> Verdict:
         fit = selection.nominal if leader == "none" else selection.refit
         return Verdict(leader if chances[leader] >= NAMED else "undecided", (), (), None, chances[leader], fit)
     if leader in ("unknown", "varying"):
-        free = selection.beyond
-        channel = free.channel
+        free = selection.beyond if leader == "unknown" else selection.free[0]  # the refit's
         kind = leader if chances[leader] >= NAMED else "undecided"
-        named = selection.refit if free.fit.hypothesis.varying else free.fit
+        named = selection.refit if leader == "varying" or free.fit.hypothesis.varying else free.fit
         varying = (f.fit.hypothesis.varying for f in selection.free if leader == "varying")
         own = tuple(name for names in varying for name, _, _ in names)
-        if leader == "varying":
-            channel, named = selection.free[0].channel, selection.refit
-        return Verdict(kind, (), (), None if channel == "none" else channel, chances[leader], named, own)
+        channel = None if free.channel == "none" else free.channel
+        return Verdict(kind, (), (), channel, chances[leader], named, own)
     fit = next(f for f in selection.named if f.hypothesis.name == leader)
     probability, doubt = chances[leader], ""
     if probability < NAMED and (common := _common(selection, chances)):

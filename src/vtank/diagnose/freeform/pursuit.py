@@ -135,6 +135,7 @@ class Freeform:
                 out[name] = out.get(name, p[slot(name)]) + factor * (there @ c.coefficients)
         return out
 
+    @cached_property
     def channels(self) -> dict[str, float]:
         """Probability of each channel, as if all that is missing were in one: by the evidence of what is found there.
 
@@ -163,7 +164,7 @@ class Freeform:
     @property
     def channel(self) -> str:
         """That of the greatest share."""
-        shares = self.channels()
+        shares = self.channels
         return max(shares, key=lambda name: shares[name])
 
     def forces(self) -> tuple[np.ndarray, ...]:

@@ -49,7 +49,7 @@ def _probability(selection: Selection, chances: dict[str, float]) -> dict[str, f
         for channel in channels:
             total[channel] += chances[fit.hypothesis.name] / len(channels)
     for name, free in (("unknown", selection.beyond), ("varying", selection.free[0])):  # the refit's
-        for channel, share in free.channels().items():
+        for channel, share in free.channels.items():
             total[channel] += chances[name] * share
     return total
 

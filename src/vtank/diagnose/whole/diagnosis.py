@@ -214,6 +214,15 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
     return (AXES[axis], float(np.log2(beyond[axis]))) if beyond[axis] > 1.0 else ("", 0.0)
 
 
+def _plain(selection: Selection, name: str) -> bool:
+    """Whether an effect is a gap however little of the error it takes off.
+
+    By its log likelihood, or since own parameters that do as well in its place would have to be too far off.
+    """
+    lesser, best = selection.lesser(name), selection.best
+    return lesser.cost - best.cost > PLAIN or lesser.strained - best.strained > STRAINED
+
+
 def _channel(selection: Selection, place: str) -> str | None:
     return next((block.channel for block in (*selection.blocks_alone, *selection.blocks) if block.place == place), None)
 
@@ -250,7 +259,7 @@ def _diagnosed(
     spent = budget(selection)
     hidden = {name for name, most in spent.visible.items() if most < SEEN}
     hidden |= {placed.name for placed in selection.best.effects if selection.best.tiny(placed)}
-    hidden -= {name for name in hidden if selection.gain(name) > PLAIN or selection.stretched(name) > STRAINED}
+    hidden = {name for name in hidden if not _plain(selection, name)}
     if hidden:
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))

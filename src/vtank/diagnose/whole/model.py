@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ...plant.actuators import Fin
 from ...record.columns import channel_of
-from ...rigid.filtered import Filtered
+from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, level
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
@@ -436,9 +436,14 @@ def even(model: Model, column: int | None = None) -> list[tuple[Model, list[Filt
     calm = np.zeros(slow.size, bool) if column is None else np.arange(slow.size) != column
     if not slow[~calm].any():
         return []
-    fit = replace(model.fit, noise=replace(noise, slow=np.where(calm, slow, 0.0)))
+    return [at_noise(model, replace(noise, slow=np.where(calm, slow, 0.0)))]
+
+
+def at_noise(model: Model, noise: Noise) -> tuple[Model, list[Filtered]]:
+    """The refit at another noise, with the innovations that go with it."""
+    fit = replace(model.fit, noise=noise)
     there = fit.filter(model.vector())
-    return [(refit(replace(model, fit=fit), there, model.theta), there)]
+    return refit(replace(model, fit=fit), there, model.theta), there
 
 
 def _bounded(unknowns: Sequence[Unknown]) -> float:

@@ -19,7 +19,7 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import EACH, Model, Unknown, blank, even, own_unknowns, refit, trusted
+from .model import EACH, Model, Unknown, at_noise, blank, even, own_unknowns, refit, trusted
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
@@ -70,18 +70,8 @@ class Selection:
         """The filter at the best."""
         return self.best.fit.filter(self.best.vector())
 
-    def gain(self, name: str) -> float:
-        """Log likelihood that one of the best's effects brings beside the others."""
-        return self._lesser(name).cost - self.best.cost
-
-    def stretched(self, name: str) -> float:
-        """Log prior that own parameters lose where they take the place of one of the best's effects.
-
-        They do as well then, if they are believed to be that far off.
-        """
-        return self._lesser(name).strained - self.best.strained
-
-    def _lesser(self, name: str) -> Model:
+    def lesser(self, name: str) -> Model:
+        """The best without one of its effects."""
         placed = next(placed for placed in self.best.effects if placed.name == name)
         return without(self.best, self.layout, placed, self.found)
 
@@ -146,9 +136,7 @@ def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array
     noise = best.fit.noise
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
         return None
-    calm = replace(best, fit=replace(best.fit, noise=calmed(noise, range(noise.sigma.size), QUIETER**2)))
-    there = calm.fit.filter(calm.vector())
-    tried = steadied([(refit(calm, there, calm.theta), there)], layout, candidates, floor)
+    tried = steadied([at_noise(best, calmed(noise, QUIETER**2))], layout, candidates, floor)
     top = max(tried, key=lambda model: model.log_evidence, default=best)
     return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None
 

@@ -24,7 +24,7 @@ from ..freeform.dictionary import COARSE, PERIODS
 from ..freeform.events import waves
 from ..freeform.functions import functions_of, products_of, ways_of
 from ..freeform.motion import RINGS_RAD_S, faded, rung
-from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, even, refit
+from .model import PLAIN, RUNS_AWAY, VISIBLE, Model, at_noise, even, refit
 from .pursuit import pursue
 from .score import PIECE, Base, based
 from .settling import sought
@@ -115,7 +115,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
         return sorted(range(len(blocks)), key=lambda n: -blocks[n].gain)
 
     def again(other: Model, there: list[Filtered], n: int) -> None:
-        [block] = _sought(based(other, there), [seekers[n]])
+        block = seekers[n](based(other, there))
         block = replace(block, gain=block.gain + min(other.log_evidence - here, 0.0))
         blocks[n] = max(blocks[n], block, key=lambda block: block.gain)
 
@@ -124,7 +124,7 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
             again(other, there, forces + k)
     for n in strongest()[:1]:
         again(*_unhidden(model, blocks[n]), n)
-    for calm, there in _calm(model):
+    for calm, there in _calm(model) if forces else ():
         some = [n for n in strongest() if n < forces][:FORCES]
         tried = zip(_sought(based(calm, there), [seekers[n] for n in some]), some, strict=True)
         block, n = max(tried, key=lambda pair: pair[0].gain)
@@ -154,7 +154,7 @@ def _calm(model: Model) -> list[tuple[Model, list[Filtered]]]:
 
     Where rounding leaves nothing of a covariance it is too quiet for one.
     """
-    noise = calmed(model.fit.noise.even, range(6), QUIETER)
+    noise = calmed(model.fit.noise.even, QUIETER)
     fit = replace(model.fit, noise=noise)
     there = fit.filter(model.vector())
     if not all(np.all(f.variance > 0.0) for f in there):
@@ -162,21 +162,17 @@ def _calm(model: Model) -> list[tuple[Model, list[Filtered]]]:
     return [(refit(replace(model, fit=fit), there, model.theta), there)]
 
 
-def calmed(noise: Noise, axes: Sequence[int], factor: float) -> Noise:
-    """A noise whose disturbances of some axes, where there are any, are less by a factor."""
-    sigma = noise.sigma.copy()
-    sigma[axes] = np.where(sigma[axes] > 0.0, np.maximum(sigma[axes] / factor, LEAST_SIGMA), 0.0)
-    return replace(noise, sigma=sigma)
+def calmed(noise: Noise, factor: float) -> Noise:
+    """A noise whose disturbances, where there are any, are less by a factor."""
+    calm = np.maximum(noise.sigma / factor, LEAST_SIGMA)
+    return replace(noise, sigma=np.where(noise.sigma > 0.0, calm, 0.0))
 
 
 def _unhidden(model: Model, block: Block) -> tuple[Model, list[Filtered]]:
     """The refit, without a free-form part, at the noise that is likeliest beside it; and its innovations."""
     p, fit = model.vector(), model.fit
     beside = [run.beside(p, course) for run, course in zip(fit.runs, block.course, strict=True)]
-    noise = sought(replace(fit, runs=tuple(beside)), p, fit.noise.variance)
-    other = replace(model, fit=replace(fit, noise=noise))
-    there = other.fit.filter(p)
-    return refit(other, there, other.theta), there
+    return at_noise(model, sought(replace(fit, runs=tuple(beside)), p, fit.noise.variance))
 
 
 def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
@@ -374,8 +370,8 @@ def _groups(
     def columns(n: int) -> list[Array]:
         share = {name: (every[name][n] - low) / (high - low) for name, (low, high) in spans.items()}
         made = {name: functions_of(values) for name, values in share.items()}
-        pairs = (products_of(made[a], made[b], PAIRED) for a, b in both)
-        return [*made.values(), *pairs, *(ways_of(share[name]) for name in went)]
+        mixed = (products_of(made[a], made[b], PAIRED) for a, b in both)
+        return [*made.values(), *mixed, *(ways_of(share[name]) for name in went)]
 
     return Groups(names, columns, times)
 
