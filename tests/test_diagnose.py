@@ -25,10 +25,10 @@ SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 OTHER = {"alpha": -2.1, "beta": 5.2e-4, "thrust_lag.tau": 0.8}  # the true vehicle where it is not the nominal
 
 
-def flown(values=None, seed=7, settings=()):
-    """The four experiments with parameters and effects of their own, as the diagnosis sees them."""
+def flown(values=None, seed=7, settings=(), each=({},) * len(SCENARIOS)):
+    """The four experiments with parameters and effects of their own, and of each run's, as the diagnosis sees them."""
     plans = [plan_run(load_scenario(name, settings), run=k, seed=seed) for k, name in enumerate(SCENARIOS)]
-    plans = [replace(plan, p=vector(values or {}, plan.p)) for plan in plans]
+    plans = [replace(plan, p=vector((values or {}) | own, plan.p)) for plan, own in zip(plans, each, strict=True)]
     return [observe(result.run) for result in simulate_surge(plans)]
 
 
@@ -79,6 +79,17 @@ def test_a_single_effect_is_named_and_measured(slot, value):
     low, high = estimate["interval95"]
     assert estimate["value"] == pytest.approx(value, rel=0.15)
     assert low - 0.5 * (high - low) < value < high + 0.5 * (high - low)
+
+
+@pytest.mark.slow
+def test_a_cable_need_not_hang_straight_where_a_run_begins():
+    """One that is made fast in the tank: a force of each run's own, which nothing else explains."""
+    k, rest_m = 0.004, (0.4, -0.3, 0.7, -0.6)
+    found = diagnose(flown({**OTHER, "tether.k": k}, each=[{"tether.rest": m} for m in rest_m]), NOMINAL)
+    assert found.verdict.effects == ("tether",)
+    fit = found.verdict.fit
+    assert fit.values["tether.k"] == pytest.approx(k, rel=0.1)
+    assert fit.start()["tether.rest"] == pytest.approx(rest_m, abs=0.1)
 
 
 @pytest.mark.slow

@@ -108,8 +108,8 @@ def draw_cause(name: str, random: np.random.Generator, scene: Scene | None = Non
     unit = {slot: float(w) * _direction(p, random) * p.scale for (slot, p), w in pairs}
     largest = min([STRONGEST, *(_room(p, unit[slot]) for slot, p in sizes.items())])
     fixed = _drawn(sorted(slot for slot, p in known.items() if p.shape and not p.per_run), SHAPES, random)
-    own = [slot for slot, p in known.items() if p.per_run]
-    per_run = {slot: tuple(random.uniform(-np.pi, np.pi, MOST).tolist()) for slot in own}
+    own = {slot: (-np.pi, np.pi) if p.angle else p.bounds for slot, p in known.items() if p.per_run}
+    per_run = {slot: tuple(random.uniform(*ends, MOST).tolist()) for slot, ends in own.items()}
     return Cause(name, 1.0, largest, unit, fixed, per_run)
 
 
