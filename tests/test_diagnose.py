@@ -25,7 +25,7 @@ SCENARIOS = ("paper-ds1", "paper-ds2", "paper-ds3", "paper-ds4")
 OTHER = {"alpha": -2.1, "beta": 5.2e-4, "thrust_lag.tau": 0.8}  # the true vehicle where it is not the nominal
 
 
-def flown(values=None, seed=7, settings=(), each=({},) * len(SCENARIOS)):
+def flown(values=None, seed=7, settings=(), each=({}, {}, {}, {})):
     """The four experiments with parameters and effects of their own, and of each run's, as the diagnosis sees them."""
     plans = [plan_run(load_scenario(name, settings), run=k, seed=seed) for k, name in enumerate(SCENARIOS)]
     plans = [replace(plan, p=vector((values or {}) | own, plan.p)) for plan, own in zip(plans, each, strict=True)]

@@ -18,7 +18,9 @@ EFFECT = Effect(
     law="du/dt += -k (x - rest)",
     parameters=(
         Parameter("k", "1/s2", "stiffness per unit of moving mass", 0.0, (0.0, 1.0), 0.01),
-        Parameter("rest", "m", "where it hangs straight, from the start", 0.0, (-1.0, 1.0), 0.3, per_run=True, shape=True),
+        Parameter(
+            "rest", "m", "where it hangs straight, from the start", 0.0, (-1.0, 1.0), 0.3, per_run=True, shape=True
+        ),
     ),
     source="Hooke's law for a slack catenary linearised about its anchor; a guess for any particular cable",
     order=6,
