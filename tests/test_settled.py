@@ -47,8 +47,8 @@ def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_fo
     layout, seen, _ = record([fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1)], vehicle)
     noise = replace(first_noise(seen), sigma=np.where(seen[0].moves, 0.001, 0.0))
     own = model.own_unknowns(layout, seen[0].moves)
-    still = model.blank(Fit(seen, replace(noise, memory_s=1.0)), layout, (), own)
+    still = model.blank(Fit(seen, replace(noise, memory_s=np.ones(6))), layout, (), own)
     assert not settling.forgetful(still, noise.variance)
-    slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=30.0)))
+    slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=np.full(6, 30.0))))
     ((calm, there),) = settling.forgetful(slow, noise.variance)
-    assert calm.fit.noise.memory_s <= 2.0 and len(there) == 1
+    assert np.all(calm.fit.noise.memory_s <= 2.0) and len(there) == 1

@@ -101,7 +101,9 @@ def test_a_disturbance_that_stands_for_a_late_thruster_does_not_hide_it() -> Non
     own, noise = own_unknowns(layout, seen[0].moves), first_noise(seen)
     quiet, found = settled(blank(Fit(seen, noise), layout, (), own), noise.variance)
     some = tuple(c for c in catalogue(layout, seen[0].moves, sizes_of(quiet, found)) if c.effect == "command_delay")
-    loud = replace(quiet, fit=replace(quiet.fit, noise=replace(quiet.fit.noise, sigma=np.full(6, 3.0), memory_s=0.3)))
+    loud = replace(
+        quiet, fit=replace(quiet.fit, noise=replace(quiet.fit.noise, sigma=np.full(6, 3.0), memory_s=np.full(6, 0.3)))
+    )
     there = loud.fit.filter(loud.vector())
     loud = refit(loud, there, loud.theta)
     assert selection._promising(loud, there, layout, some)[0][0].gain < 5.0

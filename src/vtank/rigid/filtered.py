@@ -30,14 +30,14 @@ STILL = 1e-4  # [m/s2, rad/s2] below which a disturbance is none beside that of 
 
 @dataclass(frozen=True)
 class Noise:
-    """White error of each column, (C,) [its unit squared], and the disturbance: (6,) [m/s2, rad/s2], memory [s].
+    """White error of each column, (C,) [its unit squared]; disturbance of each axis, (6,) [m/s2, rad/s2], memories [s].
 
     slow, slow_s: deviation [its unit] and memory [s] of the slow error of each column, (C,); none by default.
     """
 
     variance: Array
     sigma: Array
-    memory_s: float = 2.0
+    memory_s: Array = field(default_factory=lambda: np.full(6, 2.0))
     slow: Array = field(default_factory=lambda: np.zeros(1))
     slow_s: Array = field(default_factory=lambda: np.ones(1))
 
@@ -52,9 +52,15 @@ class Noise:
         return np.asarray(self.variance + self.slow**2)
 
     def like(self, other: Noise) -> bool:
-        """Whether disturbances that are any, and their memory, are within a factor of two of the other's."""
-        mine, its = (np.append(np.maximum(noise.sigma, STILL), noise.memory_s) for noise in (self, other))
-        return bool(np.all(np.abs(np.log2(mine / its)) < 1.0))
+        """Whether disturbances that are any, and their memories, are within a factor of two of the other's."""
+        size, memory = (
+            np.abs(np.log2(one / another))
+            for one, another in (
+                (np.maximum(self.sigma, STILL), np.maximum(other.sigma, STILL)),
+                (self.memory_s, other.memory_s),
+            )
+        )
+        return bool(np.all(size < 1.0) and np.all(memory[np.maximum(self.sigma, other.sigma) > STILL] < 1.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """The noise of recordings: white errors of the columns, and the disturbance of each axis, where they are likeliest.
 
 White errors start from what is faster than any hull and follow from the innovations; the disturbance of each axis and
-the memory of all are sought by likelihood, on a part of the recording that tells enough of them.
+its memory are sought by likelihood, on a part of the recording that tells enough of them.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..lanes import WIDTH
-from .filtered import FAR, Filtered, Left, Noise, share
+from .filtered import FAR, STILL, Filtered, Left, Noise, share
 from .fit import Fit, log_likelihood
 from .recorded import Recorded
 from .slow import likelihoods
@@ -29,13 +29,13 @@ ENOUGH, ALL = 6000, 40000  # measurements that the noise is sought on first, and
 FACTORS, FURTHEST = (4.0, 1.6), 4  # by which a size is tried larger and smaller, and how often at once
 PROMISE = 1.0  # log-likelihood that another step has to bring
 ROUNDS = 12  # at most, in which all of it is sought at one factor
-MEMORIES_S = (0.3, 60.0)  # memory between what sensors see at all and a run's length; choices
-SPECTRUM = (0.0, 0.5, -0.5)  # powers of the memory's with which sizes go: as they are, what is fast kept, what is slow
+MEMORIES_S = (0.3, 60.0)  # memories between what sensors see at all and a run's length; choices
+SPECTRUM = (0.5, -0.5)  # powers of its memory's with which a size goes: what is fast is kept, or what is slow
 SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # slow errors, as a variance over the instrument's white; a choice
 COLOURED = 0.6  # share of a white error, as a variance, whose place a slow one may take at once; a choice
 SLOW_S = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
 SURELY = 4.6  # log-likelihood from which an instrument has a slow error: odds of a hundred
-ERRORS = {"white", "slow", "coloured"}  # parts of a noise that are instruments'
+ERRORS, MEMORY = {"white", "slow", "coloured"}, "memory"  # parts of a noise: instruments', and those of disturbances
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
 
@@ -85,7 +85,7 @@ def settle(
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
     the motion itself is fast, a share is always left. least: variances, (C,), below which none is believed whatever the
     innovations are. near: whether the likeliest is near the fit's, and sought on all of the recordings. longest_s:
-    memory of the disturbance, at most.
+    memory of a disturbance, at most.
     """
     runs, least = cut(fit.runs, ALL if near else ENOUGH), np.maximum(least, KEPT * _rounding(fit.runs))
 
@@ -127,11 +127,11 @@ def _round(fit: Fit, p: Array, floor: Array, least: Array, factor: float, longes
     if not good:
         return start.likelihood, start
     together = []
-    for left in (set(), {"memory"}, ERRORS, {"memory", *ERRORS}):
+    for left in (set(), {MEMORY}, ERRORS, {MEMORY, *ERRORS}):
         for power in range(1, FURTHEST + 1):
             noise = fit.noise
             for part, move in good.items():
-                noise = noise if part in left else move(noise, power)
+                noise = noise if part.partition(" ")[0] in left else move(noise, power)
             together.append(noise)
     return start.likelihood, max((start, *alone, *_tried(fit.runs, found, together)), key=_likelihood)
 
@@ -144,10 +144,11 @@ def _moves(
     white = np.maximum(_white(runs, start), enough)
     spare = np.minimum(COLOURED * start.noise.variance, np.maximum(start.noise.variance - enough, 0.0))
     slower = dict(zip(("slow", "coloured"), _slower(runs, start, spare), strict=True))
+    sigma, ways = start.noise.sigma, (factor, 1.0 / factor)
     moves = [(str(axis), partial(_sized, axis=int(axis), factor=by))
-             for axis in np.flatnonzero(start.noise.sigma > 0.0) for by in (factor, 1.0 / factor)]  # fmt: skip
-    moves += [("memory", partial(_remembering, factor=by, power=of, longest_s=longest_s))
-              for by in (factor, 1.0 / factor) for of in SPECTRUM]  # fmt: skip
+             for axis in np.flatnonzero(sigma > 0.0) for by in ways]  # fmt: skip
+    moves += [(f"{MEMORY} {axis}", partial(_remembering, axis=int(axis), factor=by, power=of, longest_s=longest_s))
+              for axis in np.flatnonzero(sigma > STILL) for by in ways for of in SPECTRUM]  # fmt: skip
     return [
         *moves,
         ("white", lambda noise, power: replace(noise, variance=white)),
@@ -167,11 +168,12 @@ def _erring(noise: Noise, power: int, other: Noise) -> Noise:
     return replace(other, sigma=noise.sigma, memory_s=noise.memory_s)
 
 
-def _remembering(noise: Noise, often: int, factor: float, power: float, longest_s: float) -> Noise:
-    """With a longer or a shorter memory, by the factor however often the rest is moved; sizes by a power of it."""
-    memory_s = min(max(noise.memory_s * factor, MEMORIES_S[0]), longest_s)
-    sigma = noise.sigma * (memory_s / noise.memory_s) ** power
-    return replace(noise, memory_s=memory_s, sigma=np.where(noise.sigma > 0.0, np.maximum(sigma, LEAST_SIGMA), 0.0))
+def _remembering(noise: Noise, often: int, axis: int, factor: float, power: float, longest_s: float) -> Noise:
+    """With another memory of an axis, by the factor however often the rest is moved, and its size by a power of it."""
+    memory_s, sigma = noise.memory_s.copy(), noise.sigma.copy()
+    memory_s[axis] = min(max(noise.memory_s[axis] * factor, MEMORIES_S[0]), longest_s)
+    sigma[axis] = max(sigma[axis] * (memory_s[axis] / noise.memory_s[axis]) ** power, LEAST_SIGMA)
+    return replace(noise, memory_s=memory_s, sigma=sigma)
 
 
 @dataclass(frozen=True, eq=False)

@@ -106,7 +106,8 @@ class WholeDiagnosis:
                          for name, lines in self.budget.columns.items()},
             "slow_errors": {name: {"size": float(size), "memory_s": float(memory)} for name, size, memory
                             in zip(selection.layout.columns, noise.slow, noise.slow_s, strict=True) if size > 0.0},
-            "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)), "memory_s": noise.memory_s,
+            "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)),
+                            "memory_s": dict(zip(AXES, map(float, noise.memory_s), strict=True)),
                             "unit": "m/s2, rad/s2"},
             "unexplained": {"share": self.budget.left,
                             "blocks": {block.place: block.gain for block in selection.blocks},

@@ -51,7 +51,7 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
         "",
         "[noise]",
         f"sigma = [{', '.join(f'{s:.6g}' for s in noise.sigma)}]  # of the disturbance, m/s2 and rad/s2",
-        f"memory_s = {noise.memory_s:g}",
+        f"memory_s = [{', '.join(f'{s:g}' for s in noise.memory_s)}]",
     ]
     for part, changed in values.items():
         lines += ["", f"[{part}]", *(f"{_word(name)} = {value:.12g}" for name, value in changed.items())]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered, Noise, give_back
+from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
 from ...rigid.noise import MEMORIES_S, settle
 from .model import Model, Unknown, refit, trusted
@@ -84,10 +84,11 @@ def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
 
     It may stand for a steady force that a model lacks; nothing where it does not.
     """
-    steady_s = STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
-    if model.fit.noise.memory_s <= steady_s:
+    noise, steady_s = model.fit.noise, STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
+    steady = noise.memory_s > steady_s
+    if not steady[noise.sigma > STILL].any():
         return []
-    fit = replace(model.fit, noise=replace(model.fit.noise, memory_s=0.5 * steady_s))
+    fit = replace(model.fit, noise=replace(noise, memory_s=np.where(steady, 0.5 * steady_s, noise.memory_s)))
     noise, there = _noise(fit, model.vector(), floor, near=True, longest_s=steady_s)
     return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
 
