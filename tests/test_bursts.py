@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 from recorded import DRIVES, NOISE, NOISE_M, NOMINAL, Force, find, record, recordings, sine, turbulent
 
-from vtank.diagnose.bursts import uneven
+from vtank.diagnose.bursts import uneven, unlike
+from vtank.diagnose.diagnosis import diagnose
 from vtank.diagnose.evidence import evaluate
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.selection import prepare
@@ -66,3 +67,26 @@ def test_runs_too_short_for_a_stretch_are_even() -> None:
     """Once it ended in an error."""
     runs = [record(f"run_{k}", sine(*drive, 8.0), NOMINAL, NOISE_M, k) for k, drive in enumerate(DRIVES)]
     assert uneven(evaluate(prepare(runs, NOMINAL).with_noise(WATER), Hypothesis()), USUAL) == 0.0
+
+
+def rough(times: tuple[float, ...], seed: int) -> list[Observed]:
+    """Four runs, each in water of its own."""
+    forces = (turbulent(n * 1e-3, 2.0, 10 * seed + k) for k, n in enumerate(times))
+    pairs = enumerate(zip(DRIVES, forces, strict=True))
+    return [record(f"run_{k}", sine(*drive), NOMINAL, NOISE_M, seed + k, force) for k, (drive, force) in pairs]
+
+
+@pytest.mark.parametrize("seed", [51, *(pytest.param(s, marks=pytest.mark.slow) for s in (52, 53, 54))])
+def test_water_that_differs_from_run_to_run_is_no_cause(seed: int) -> None:
+    times = (4.0, 0.3, 1.0, 2.0)
+    found = diagnose(rough(times, seed), NOMINAL)
+    assert found.verdict.kind == "none"
+    told = found.summary()["disturbance"]["by_run"]
+    assert list(told.values()) == pytest.approx([1e-3 * n for n in times], rel=0.6)
+
+
+def test_water_that_is_alike_stays_so() -> None:
+    setting = prepare(rough((1.0, 1.0, 1.0, 1.0), 55), NOMINAL).with_noise(
+        replace(NOISE, sigma=1e-3, correlation_time=2.0)
+    )
+    assert unlike(setting, evaluate(setting, Hypothesis())) is setting

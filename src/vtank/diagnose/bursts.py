@@ -1,7 +1,8 @@
-"""Water that is uneven in time: stretches in which a disturbance is several times as strong.
+"""Water that is uneven in time: runs, and stretches of them, in which a disturbance is several times as strong.
 
-A rival of forces that are there for a while: these have a shape, a burst of turbulence has but a size. Stretches are
-found one after the other, each for what it adds to the likelihood of the innovations, less what was looked through.
+Runs are as loud as they are for every hypothesis. A louder stretch is a rival of forces that are there for a while:
+these have a shape, a burst of turbulence has but a size. Stretches are found one after the other, each for what it adds
+to the likelihood of the innovations, less what was looked through.
 """
 
 from __future__ import annotations
@@ -13,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..estimate.noise_likelihood import Linear, apart, rows_of, squares_and_logs, whiten
-from ..estimate.problem import Noise
+from ..estimate.problem import Noise, Problem
 from ..lanes import WIDTH
-from .evidence import Fitted
+from .evidence import Fitted, Setting, evaluate
 from .freeform.dictionary import BINS, SHORTEST_S
-from .freeform.pursuit import WORTHWHILE
+from .freeform.pursuit import WORTHWHILE, pursue
 from .noise_floor import SEVERAL, log_prior
 
 Array = NDArray[np.float64]
@@ -26,6 +27,8 @@ LENGTHS = (1, 2, 4, 8, 16)  # of stretches, in bins; choices
 QUIETER = (1.0, 0.8, 0.6, 0.45)  # of the disturbance as it was, that there then is elsewhere; choices
 UNEVEN = 1e-4  # prior odds that a disturbance is uneven; a guess: of one burst, a force for a while is the likelier
 MOST = 8  # stretches at most; a choice
+LEVELS = 2.0 ** np.arange(-2.5, 2.6, 0.5)  # of a run's disturbance over what it was, alike likely; choices
+UNLIKE = 4.6  # log evidence from which runs are not alike: odds of a hundred
 
 
 def uneven(fit: Fitted, usual: float) -> float:
@@ -56,6 +59,34 @@ def uneven(fit: Fitted, usual: float) -> float:
         noise, likelihood = quieter[int(np.argmax(likelihoods))], float(likelihoods.max())
     prior = log_prior(replace(noise, sigma=loudest * noise.sigma), usual) - log_prior(before, usual)
     return max(likelihood - start - found * looked + prior + float(np.log(UNEVEN)), 0.0) if found else 0.0
+
+
+def unlike(setting: Setting, fit: Fitted) -> Setting:
+    """The setting with each run as loud as is likeliest; as it was where they may be alike, or the noise is not sought.
+
+    fit: the likeliest hypothesis, beside which what has no name is taken out first, lest what acts in one run passes
+    for its water. The noise then has the mean square of all runs.
+    """
+    if setting.foreign or setting.noise.sigma == 0.0 or len(setting.runs) < 2:
+        return setting
+    fit = evaluate(setting, fit.hypothesis, [fit.start()])
+    if np.all(loudness(fit.problem, fit.optimum.theta) == 1.0):
+        return setting
+    free = pursue(fit, pitching=False)
+    loud = loudness(free.cleared() if free.components else fit.problem, fit.optimum.theta)
+    usual = float(np.sqrt(np.mean(loud**2)))
+    runs = tuple(replace(run, loud=float(one) / usual) for run, one in zip(setting.runs, loud, strict=True))
+    return replace(setting, runs=runs).with_noise(replace(setting.noise, sigma=usual * setting.noise.sigma))
+
+
+def loudness(problem: Problem, theta: Array) -> Array:
+    """The disturbance of each run over that of the problem's noise, (R,); ones where they may be alike."""
+    likely = np.array([
+        [_likelihoods([run.louder(level * run.loud)], [problem.noise])[0] for level in LEVELS]
+        for run in apart(problem, theta)
+    ])  # fmt: skip
+    alike, own = (np.logaddexp.reduce(part, axis=-1) - np.log(LEVELS.size) for part in (likely.sum(axis=0), likely))
+    return LEVELS[np.argmax(likely, axis=1)] if np.sum(own) - alike > UNLIKE else np.ones(len(likely))
 
 
 def _likelihoods(runs: Sequence[Linear], noises: Sequence[Noise]) -> Array:

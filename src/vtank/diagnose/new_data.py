@@ -175,7 +175,8 @@ def noise(target: Target, rng: np.random.Generator) -> np.ndarray:
 
 def turbulence(target: Target, rng: np.random.Generator) -> np.ndarray:
     """An Ornstein-Uhlenbeck acceleration at the input's stamps [m/s2], shape (I,)."""
-    return target.noise.sigma * remembered(target.run.input_time_s, target.noise.correlation_time, rng)
+    sigma = target.run.loud * target.noise.sigma
+    return sigma * remembered(target.run.input_time_s, target.noise.correlation_time, rng)
 
 
 def remembered(time: np.ndarray, memory: float, rng: np.random.Generator) -> np.ndarray:

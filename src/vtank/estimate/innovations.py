@@ -181,7 +181,7 @@ def filtered(
     kernels(run.plant).kalman(
         np.repeat(p[:, None], WIDTH, axis=1), start, np.zeros(start.size) if start_sd is None else start_sd,
         steps(run, p), run.record,
-        forcing, variance, np.full(len(run.plant.axes), noise.sigma), noise.memory, noise.colour_sigma,
+        forcing, variance, np.full(len(run.plant.axes), run.loud * noise.sigma), noise.memory, noise.colour_sigma,
         found.innovation, found.variance, gain,
     )  # fmt: skip
     return found

@@ -81,8 +81,8 @@ def _along(problem: Problem, theta: np.ndarray, k: int) -> tuple[np.ndarray, ...
     weight = np.ones(size) if problem.weight is None else problem.weight[k]
     share = weight[:, None] * (run.kind[:, None] == np.arange(len(CHANNELS)))
     order = plan.which
-    used = problem.used(k)[order, None]
-    return error[:, None], gap[:, None], transition.reshape(size, 6), row, share[order], used, np.ones((size, 1))
+    used, loud = problem.used(k)[order, None], np.full((size, 1), run.loud)
+    return error[:, None], gap[:, None], transition.reshape(size, 6), row, share[order], used, loud
 
 
 def _parts(run: tuple[np.ndarray, ...], count: int) -> list[tuple[np.ndarray, ...]]:

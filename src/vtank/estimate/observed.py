@@ -40,6 +40,7 @@ class Observed:
         lone: how far each input value that stands alone lies off, 0 where it does not (default everywhere), shape (I,).
         plant: whose inputs and measurements these are.
         straight: whether the input went straight from sample to sample; then `input` holds the mean over each step.
+        loud: the disturbance in this run over what it is in all of them [-].
     """
 
     name: str
@@ -52,6 +53,7 @@ class Observed:
     lone: np.ndarray = field(default_factory=lambda: np.zeros(0))
     plant: Plant = SURGE
     straight: bool = False
+    loud: float = 1.0
 
     def __post_init__(self) -> None:
         """Fill in `lone`; InputError where there is no input or no measurement: no kernel can step through nothing."""

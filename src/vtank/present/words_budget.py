@@ -92,7 +92,16 @@ def rest_of(line: dict[str, Any], document: Document) -> str:
         return f"{size} does not repeat"
     water = document["disturbance"]
     than = "as" if water["plausible"] else "more than"
-    return f"{size} is disturbance ({length(water['sigma_m_s2'], 'm/s2')}, {than} still water and its own wake make)"
+    made = f"{length(water['sigma_m_s2'], 'm/s2')}{_by_run(water)}, {than} still water and its own wake make"
+    return f"{size} is disturbance ({made})"
+
+
+def _by_run(water: dict[str, Any]) -> str:
+    """In which runs a disturbance is least and largest, where runs differ."""
+    if not (each := water.get("by_run")):
+        return ""
+    least, most = (find(each, key=each.__getitem__) for find in (min, max))
+    return f", from {length(each[least], 'm/s2')} in {least} to {length(each[most], 'm/s2')} in {most}"
 
 
 def disturbance(document: Document) -> str:
