@@ -15,7 +15,7 @@ from ..estimate.problem import FLAGGED, Noise
 from ..plant.parameters import slot
 from ..rigid.thinned import scatter
 from . import outliers
-from .bursts import uneven, unlike
+from .bursts import UNLIKE, uneven, unlike
 from .evidence import STATES, Fitted, Setting, Start, evaluate, first_guesses
 from .freeform import OWN, WORTHWHILE, Freeform, pursue
 from .hypothesis import Hypothesis, about_their_mean, candidates
@@ -131,7 +131,9 @@ def select(setting: Setting, names: Sequence[str] | None = None, say: Report = l
     say("noise level")
     setting, likely = settle(setting, fits)
     if (louder := unlike(setting, max(fits, key=lambda f: f.log_evidence))) is not setting:
-        setting, likely = settle(louder, again(louder, fits))
+        louder, more = settle(louder, again(louder, fits))
+        if more > likely + UNLIKE:
+            setting, likely = louder, more
     fits = _with_larger(setting, again(setting, fits), say)
     asked = ""
     while len((best := max(fits, key=lambda f: f.log_evidence).hypothesis).effects) > 1 and best.name != asked:
