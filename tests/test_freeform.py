@@ -294,6 +294,13 @@ def test_a_sonar_that_swings_with_no_phase_for_long_is_no_seiche(rad_s: float) -
     assert found.verdict.probability < 0.9  # noise to another
 
 
+def test_a_sonar_that_errs_while_the_motor_works_goes_with_the_input() -> None:
+    """Of a supply that gives way: with how hard, whichever way, which neither place nor speed tell."""
+    runs = [misread(run, lambda t, run=run: 0.03 * np.abs(run.input / 8.0) ** 3) for run in recordings()]  # type: ignore[misc]
+    found = beside(runs)
+    assert found.channel == "sensor" and found.components[0].about == "input"
+
+
 def test_a_seiche_is_no_line_of_the_sensor() -> None:
     found = find(recordings({"seiche.amplitude": 0.01, "seiche.frequency": 0.9}), "seiche", "linear_drag")
     assert found.verdict.effects == ("seiche",) and found.verdict.channel == "hydrodynamics"

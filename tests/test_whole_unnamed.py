@@ -16,6 +16,7 @@ import vtank as vt
 from vtank.diagnose.freeform.functions import dragged
 from vtank.diagnose.freeform.motion import faded
 from vtank.diagnose.whole.model import blank, own_unknowns, refit
+from vtank.diagnose.whole.score import based
 from vtank.diagnose.whole.settling import settled
 from vtank.diagnose.whole.sizes import sizes_of
 from vtank.experiment.whole import fly_vehicle
@@ -68,6 +69,17 @@ def test_a_level_that_takes_acceleration_for_tilt_goes_with_the_surge() -> None:
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("ahrs",))
     [block] = [block for block in diagnosis.selection.blocks if block.place == "ahrs" and block.repeats]
     assert any("surge" in name for name in block.goes_with)
+
+
+@pytest.mark.slow
+def test_a_compass_beside_cables_goes_with_the_load() -> None:
+    inputs = multisine(FEW, SECONDS, 4)
+    run = fly_vehicle(FEW, inputs, SECONDS, 1)
+    asked = np.array([np.interp(run.time_s, inputs["time_s"], inputs[t.column]) for t in FEW.thrusters])
+    drawn = np.mean(np.abs(asked) ** 1.5, axis=0)  # as the current goes with the thrust
+    diagnosis = found_in(run, FEW, ahrs__heading_rad=run.columns["ahrs.heading_rad"] + 0.5 * drawn)
+    assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("ahrs",))
+    assert "load" in diagnosis.selection.blocks[0].goes_with[0]
 
 
 @pytest.mark.slow
@@ -167,3 +179,18 @@ def test_what_is_known_beside_the_model_pushes_a_run_as_it_says() -> None:
     assert np.allclose(cut.drive(p).thrust - run.until(10.0).drive(p).thrust, more[: cut.steps.now.size])
     error = np.linspace(0.0, 1.0, run.time_s.size)
     assert np.array_equal(run.beside(p, error).value, run.value - error)
+
+
+def test_a_screw_that_turns_the_hull_goes_with_its_thrust() -> None:
+    """By the torque that drives it, which acts about another axis than its thrust."""
+    unnamed = importlib.import_module("vtank.diagnose.whole.unnamed")
+    layout, [run], _ = record([fly_vehicle(REMUS, multisine(REMUS, SECONDS, 2), SECONDS, 1)], REMUS)
+    roll = np.zeros((run.steps.now.size, 6))
+    roll[:, 3] = -0.02 * run.drive(layout.null).thrust[:, 0]  # that the recording lacks
+    noise = first_noise([run])
+    own, found = settled(
+        blank(Fit((run.beside(layout.null, roll),), noise), layout, (), own_unknowns(layout, run.moves)), noise.variance
+    )
+    sizes = sizes_of(own, found)
+    [block] = unnamed.at_place(based(own, found), sizes, "roll")
+    assert block.repeats and block.goes_with[0].endswith("thrust")

@@ -167,7 +167,11 @@ class Diagnosis:
         """The parts of the document that take no time."""
         v, setting = self.verdict, self.selection.setting
         size, memory = setting.noise.sigma, setting.noise.correlation_time
-        water = {"sigma_m_s2": size, "memory_s": memory, "plausible": plausible(setting.noise, setting.usual)}
+        water: dict[str, Any] = {
+            "sigma_m_s2": size,
+            "memory_s": memory,
+            "plausible": plausible(setting.noise, setting.usual),
+        }
         if any(run.loud != 1.0 for run in setting.runs):
             water["by_run"] = {run.name: size * run.loud for run in setting.runs}
         return {

@@ -160,7 +160,7 @@ def _errors(read: list[Motion], step: float) -> Iterator[Piece]:
 
     step: of a coarse reading [m or m/s], which is off by a period of its own, and known.
     """
-    names = ("place", "speed", "time", "acceleration")
+    names = ("place", "speed", "time", "acceleration", "input")
     single = {name: _functions([m.variables[name] for m in read]) for name in names}
     single["place and speed"] = [products_of(a, b) for a, b in zip(single["place"], single["speed"], strict=True)]
     single["which way the place went last"] = [ways_of(share) for share in _shares([m.x for m in read])]

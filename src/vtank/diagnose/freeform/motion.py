@@ -35,9 +35,9 @@ def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
 class Motion:
     """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,).
 
-    lag_s: of the thrust behind the input; past: whether a rate is that of the step before an instant, which no later
-    input has touched. A controller answers to the noise of a reading at once: what goes with a reading's error must not
-    know that answer.
+    lag_s: of the thrust behind the input; past: whether a rate is that of the step before an instant, and the input
+    that before it, which no later one has touched. A controller answers to the noise of a reading at once: what goes
+    with a reading's error must not know that answer.
     """
 
     t: np.ndarray
@@ -78,7 +78,10 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         lag_s = float(p[TAU])
         states = [track[:, i] for i in (0, 1, 2)]
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
-        held_input = run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side="right") - 1, 0)]
+        held_input, before = (
+            run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side) - 1, 0)]
+            for side in ("right", "left")
+        )  # fmt: skip
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
             pairs = (run.input_time_s, run.input), (run.time_s, held_input)
             fed[2], states[2] = (thrust_along(*pair, p) for pair in pairs)
@@ -86,7 +89,7 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         out.append(
             (
                 Motion(run.input_time_s, x, u, z, run.input, lag_s),
-                Motion(run.time_s, xm, um, zm, held_input, lag_s, past=True),
+                Motion(run.time_s, xm, um, zm, before, lag_s, past=True),
             )
         )
     return out

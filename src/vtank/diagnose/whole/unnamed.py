@@ -183,8 +183,8 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
     variables: dict[str, list[Array]] = {}
     for i in moving:
         variables[f"{AXES[i]} speed"] = [path.way.states[:-1, 6 + i] for path in base.paths]
-    thrust = [path.drive.thrust[:, axis] for path in base.paths]
-    variables["thrust"] = thrust
+    for i, name in ((axis, "thrust"), *((i, f"{AXES[i]} thrust") for i in range(3) if i != axis)):
+        variables[name] = [path.drive.thrust[:, i] for path in base.paths]
     variables["place" if axis < 3 else "attitude"] = [path.way.states[:-1, axis] for path in base.paths]
     own, place = f"{AXES[axis]} speed", "place" if axis < 3 else "attitude"
     others = [f"{AXES[i]} speed" for i in moving if i != axis]
@@ -262,9 +262,7 @@ def _fin(base: Base, f: int) -> Block:
 
 def _together(base: Base) -> Block:
     """A free-form share of the force of all thrusters: of their load, of the depth, the way, and time."""
-    times, first = [path.run.steps.now for path in base.paths], base.paths[0]
-    most = np.max([path.drive.asked.max(axis=0, initial=1e-9) for path in base.paths], axis=0)
-    load = [np.mean(path.drive.asked / most, axis=1) for path in base.paths]
+    times, first, load = [path.run.steps.now for path in base.paths], base.paths[0], _load(base.paths)
     variables = {"load": load, "depth": [path.way.states[:-1, 2] for path in base.paths],
                  "surge speed": [path.way.states[:-1, 6] for path in base.paths], "time": times,
                  **_remembered("load", load, times)}  # fmt: skip
@@ -274,6 +272,12 @@ def _together(base: Base) -> Block:
         return np.where(path.run.moves, path.drive.thrust @ first.hull.inverse.T, 0.0)
 
     return _forced(base, ALL_THRUSTERS, "actuator", _groups(variables, pairs, times, ("load",)), push)
+
+
+def _load(paths: Sequence[Path]) -> list[Array]:
+    """How hard thrusters work on average over the steps of each run, of the most that each was asked for, (N,)."""
+    most = np.max([path.drive.asked.max(axis=0, initial=1e-9) for path in paths], axis=0)
+    return [np.mean(path.drive.asked / most, axis=1) for path in paths]
 
 
 def _forced(base: Base, place: str, channel: str, groups: Groups, push: Push) -> Block:
@@ -312,6 +316,10 @@ def _column(base: Base, c: int) -> Block:
         variables[name] = [np.arctan2(np.sin(x[:, i]), np.cos(x[:, i])) for x in before]
     pairs = [("reading", name) for name in variables if name != "reading"]
     times = [run.time_s[at] for run, at in zip(runs, mine, strict=True)]
+    if runs[0].layout.pushes:
+        loads = zip(_load(base.paths), base.paths, mine, strict=True)
+        variables["load"] = [load[_before(path)][at] for load, path, at in loads]
+        variables |= _remembered("load", variables["load"], times)
     felt = [_felt(path) for path in base.paths]
     for i in map(int, np.flatnonzero(runs[0].moves[:3])):
         name = f"{AXES[i]} acceleration"
@@ -337,15 +345,19 @@ def _column(base: Base, c: int) -> Block:
 
 
 def _felt(path: Path) -> Array:
-    """Acceleration of the vehicle's origin along its own axes, with what their turning makes, at measurements, (M, 3).
+    """Acceleration of the vehicle's origin along its axes, with what their turning makes, at measurements, (M, 3)."""
+    velocity = path.way.states[:-1, 6:12]
+    return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))[_before(path)]
 
-    Of the step before the last: the last one's end already answers to the reading, as do filter and pilot, and would
-    explain its noise.
+
+def _before(path: Path) -> NDArray[np.int64]:
+    """The step before the last one before each measurement, (M,).
+
+    The last one's end already answers to the reading, as do filter and pilot, and would explain its noise.
     """
-    steps, velocity = path.run.steps, path.way.states[:-1, 6:12]
-    before = np.empty(path.run.time_s.size, np.int64)
+    steps, before = path.run.steps, np.empty(path.run.time_s.size, np.int64)
     before[steps.which] = np.maximum(steps.upto - 2, 0)
-    return np.asarray(path.acceleration[:, :3] + np.cross(velocity[:, 3:], velocity[:, :3]))[before]
+    return before
 
 
 def _groups(
