@@ -446,7 +446,7 @@ def _judged(
     say("what has no name")
 
     def free_form(model: Model, there: list[Filtered]) -> list[Block]:
-        every = unnamed(model, there, based(model, there), sizes)
+        every = unnamed(model, there, based(model, there), sizes, best.log_evidence - model.log_evidence)
         every = [replace(block, gain=block.gain - less.get(NAMELESS, 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 

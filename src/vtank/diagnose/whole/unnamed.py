@@ -42,6 +42,7 @@ ALL_THRUSTERS = "thrusters"  # the place of what all of them have in common
 BINS = 60  # of a run, for what acts for a while; a choice
 SUSPECTS = 2  # columns whose innovations are the least white, which are looked at; a choice
 REPEATS = 4.6  # log evidence from which a free-form part is there: odds of a hundred
+NOWHERE_NEAR = 0.3  # share of what is ahead, less PLAIN, below which a free-form part is no rival; a choice
 QUIETER = 4.0  # factor by which a disturbance is taken down to see what it may hide; a choice
 
 
@@ -94,11 +95,13 @@ class Block:
 Seeker = Callable[[Base], Block]
 
 
-def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -> list[Block]:
+def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, rival: float = 0.0) -> list[Block]:
     """A block for every axis that is asked about, all that drives, and the least white columns, the strongest first.
 
     A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
     free-form part that does as well they can be smaller, or none. And so may all of the noise beside the strongest.
+    rival: log evidence by which another explanation is ahead of the model; what comes nowhere near is not looked at
+    again.
     """
     runs = model.fit.runs
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
@@ -109,6 +112,8 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes) -
     forces, columns = len(seekers), _suspects(runs, found)
     seekers += [partial(_column, c=c) for c in columns]
     blocks = _sought(base, seekers)
+    if max(block.gain for block in blocks) < NOWHERE_NEAR * rival - PLAIN:
+        return sorted(blocks, key=lambda block: -block.gain)
     here = refit(model, found, model.theta, steps=0).log_evidence
 
     def strongest() -> list[int]:
