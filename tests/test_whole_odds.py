@@ -175,6 +175,18 @@ def test_an_answer_that_less_than_half_speaks_for_is_none(chances: dict[str, flo
         assert verdict.effects == () and len(verdict.rivals) > 1
 
 
+def test_a_set_is_not_told_from_the_one_that_has_the_same_law_in_place_of_one_of_its_effects():
+    late, weak = (
+        SimpleNamespace(name=f"{effect}@{place}", effect=effect, place=place, exchange=False, channel="sensor")
+        for effect, place in (("sensor_latency", "gyro"), ("fin_weak", "rudder"))
+    )
+    model = SimpleNamespace(effects=(weak, late), names=(weak.name, late.name))
+    name = "fin_weak@rudder+sensor_latency@gyro"
+    selection = SimpleNamespace(probabilities={name: 0.97, "unknown@yaw": 0.03}, blocks=(), sets={name: model})
+    verdict = diagnosis.verdict_of(selection, SimpleNamespace(lines=()))
+    assert verdict.rivals == (name, "clock_offset@gyro+fin_weak@rudder")
+
+
 def test_own_parameters_in_the_place_of_an_effect_are_believed_less_the_farther_they_go() -> None:
     unknown = Unknown("gain@thrusters", np.array([0]), np.ones(1), 0.03, -1.0, 1.0, 1e-3)
     of_effect = replace(unknown, name="thruster_dead@port.share")

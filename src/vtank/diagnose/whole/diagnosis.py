@@ -185,8 +185,9 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
         return Verdict(name, (), (), (), None, plain[name], left)
     model = selection.sets[name]
     effects, places = (tuple(getattr(p, part) for p in model.effects) for part in ("effect", "place"))
-    twins = tuple(f"{TWINS[placed.effect]}@{placed.place}" for placed in model.effects if placed.effect in TWINS)
-    twins += tuple(f"{placed.effect}@{placed.detail}" for placed in model.effects if placed.exchange)
+    alike = [(placed, f"{TWINS[placed.effect]}@{placed.place}") for placed in model.effects if placed.effect in TWINS]
+    alike += [(placed, f"{placed.effect}@{placed.detail}") for placed in model.effects if placed.exchange]
+    twins = tuple("+".join(sorted({*model.names} - {placed.name} | {other})) for placed, other in alike)
     channels = {placed.channel for placed in model.effects}
     kind = "effect" if len(effects) == 1 else "effects"
     gained = [line.interval90[1] for line in spent.lines if line.kind == "effect"]  # at best
