@@ -53,14 +53,10 @@ class Noise:
 
     def like(self, other: Noise) -> bool:
         """Whether disturbances that are any, and their memories, are within a factor of two of the other's."""
-        size, memory = (
-            np.abs(np.log2(one / another))
-            for one, another in (
-                (np.maximum(self.sigma, STILL), np.maximum(other.sigma, STILL)),
-                (self.memory_s, other.memory_s),
-            )
-        )
-        return bool(np.all(size < 1.0) and np.all(memory[np.maximum(self.sigma, other.sigma) > STILL] < 1.0))
+        mine, its = (np.maximum(noise.sigma, STILL) for noise in (self, other))
+        size, memory = np.log2(mine / its), np.log2(self.memory_s / other.memory_s)
+        any_is = np.maximum(mine, its) > STILL
+        return bool(np.all(np.abs(size) < 1.0) and np.all(np.abs(memory[any_is]) < 1.0))
 
 
 @dataclass(frozen=True, eq=False)
