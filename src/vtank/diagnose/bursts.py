@@ -19,7 +19,7 @@ from ..lanes import WIDTH
 from .evidence import Fitted, Setting, evaluate
 from .freeform.dictionary import BINS, SHORTEST_S
 from .freeform.pursuit import WORTHWHILE, pursue
-from .noise_floor import SEVERAL, log_prior
+from .noise_floor import SEVERAL, log_prior, still
 
 Array = NDArray[np.float64]
 LOUDER = (2.5, 6.0)  # times as strong a disturbance as elsewhere, that are tried; they multiply where stretches overlap
@@ -64,19 +64,23 @@ def uneven(fit: Fitted, usual: float) -> float:
 def unlike(setting: Setting, fit: Fitted) -> Setting:
     """The setting with each run as loud as is likeliest; as it was where they may be alike, or the noise is not sought.
 
-    fit: the likeliest hypothesis, beside which what has no name is taken out first, lest what acts in one run passes
-    for its water. The noise then has the mean square of all runs.
+    fit: the likeliest hypothesis, beside which what has no name is taken out first as in still water, lest what acts in
+    one run passes for its water; which is no rival of what mostly repeats. The noise then has the mean square of all.
     """
     if setting.foreign or setting.noise.sigma == 0.0 or len(setting.runs) < 2:
         return setting
     fit = evaluate(setting, fit.hypothesis, [fit.start()])
     if np.all(loudness(fit.problem, fit.optimum.theta) == 1.0):
         return setting
+    noise = still(setting.noise, setting.usual)
+    fit = evaluate(setting.with_noise(noise), fit.hypothesis, [fit.start()])
     free = pursue(fit, pitching=False)
+    if free.mostly_repeats:
+        return setting
     loud = loudness(free.cleared() if free.components else fit.problem, fit.optimum.theta)
     usual = float(np.sqrt(np.mean(loud**2)))
     runs = tuple(replace(run, loud=float(one) / usual) for run, one in zip(setting.runs, loud, strict=True))
-    return replace(setting, runs=runs).with_noise(replace(setting.noise, sigma=usual * setting.noise.sigma))
+    return replace(setting, runs=runs).with_noise(replace(noise, sigma=usual * noise.sigma))
 
 
 def loudness(problem: Problem, theta: Array) -> Array:

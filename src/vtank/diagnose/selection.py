@@ -188,8 +188,7 @@ def _pursued(setting: Setting, fit: Fitted, swell: float | None) -> Freeform:
     That comes and goes as it likes: it is no rival of what mostly repeats.
     """
     free = pursue(fit, swell=swell)
-    again = sum(c.gain for c in free.components if c.repeats)
-    if setting.foreign or not free.components or again > 0.5 * free.gain:
+    if setting.foreign or not free.components or free.mostly_repeats:
         return free
     return replace(free, uneven=uneven(fit, setting.usual))
 

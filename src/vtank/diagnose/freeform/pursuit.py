@@ -119,6 +119,11 @@ class Freeform:
         return sum(c.gain for c in self.components) or self.left
 
     @property
+    def mostly_repeats(self) -> bool:
+        """Whether most of it repeats from run to run."""
+        return sum(c.gain for c in self.components if c.repeats) > 0.5 * abs(self.gain)
+
+    @property
     def own(self) -> bool:
         """Whether all that is missing are own parameters that differ from run to run."""
         return bool(self.components) and all(c.own for c in self.components)
