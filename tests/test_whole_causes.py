@@ -213,7 +213,7 @@ def test_with_all_suction_lift_is_square_to_the_flow_and_without_the_force_is_sq
 
 @pytest.mark.slow
 def test_a_fin_that_lost_part_of_its_area_is_named_with_that_part():
-    values, verdict = diagnosed(REMUS, "fin_weak", fin_weak__rudder={"share": 0.4})
+    values, verdict = diagnosed(REMUS, "fin_weak", 60.0, fin_weak__rudder={"share": 0.4})
     assert (verdict.effects, verdict.places) == (("fin_weak",), ("rudder",))
     size, sd = values["fin_weak@rudder"]["share"]  # masses, drags and lift of the file are not known to be exact
     assert abs(size - 0.4) < 2.0 * sd < 0.14
