@@ -85,10 +85,7 @@ def unlike(setting: Setting, fit: Fitted) -> Setting:
 
 def loudness(problem: Problem, theta: Array) -> Array:
     """The disturbance of each run over that of the problem's noise, (R,); ones where they may be alike."""
-    likely = np.array([
-        [_likelihoods([run.louder(level * run.loud)], [problem.noise])[0] for level in LEVELS]
-        for run in apart(problem, theta)
-    ])  # fmt: skip
+    likely = np.array([_louder(run, problem.noise, LEVELS * run.loud[:, :1]) for run in apart(problem, theta)])
     alike, own = (np.logaddexp.reduce(part, axis=-1) - np.log(LEVELS.size) for part in (likely.sum(axis=0), likely))
     return LEVELS[np.argmax(likely, axis=1)] if np.sum(own) - alike > UNLIKE else np.ones(len(likely))
 
@@ -115,10 +112,16 @@ def _tried(run: Linear, noise: Noise, spans: NDArray[np.bool_], most: float) -> 
     """
     now = run.loud[:, :1]
     loud = np.hstack([now, *(np.where(spans.T, times * now, now) for times in LOUDER)])
+    totals = _louder(run, noise, loud)
+    return np.where(loud[:, 1:].max(axis=0) <= most, totals[1:] - totals[0], -np.inf), loud[:, 1:]
+
+
+def _louder(run: Linear, noise: Noise, loud: Array) -> Array:
+    """Log-likelihood of a run under disturbances that are as loud at its measurements, (M, L); shape (L,)."""
     level, totals = np.repeat(rows_of([noise]).T, WIDTH, axis=1), np.empty(loud.shape[1])
     for first in range(0, loud.shape[1], WIDTH):
         some = np.minimum(np.arange(first, first + WIDTH), loud.shape[1] - 1)
         found = np.empty((2, WIDTH))
         whiten(run.louder(loud[:, some]), level, found)
         totals[first : first + WIDTH] = -0.5 * found.sum(axis=0)[: loud.shape[1] - first]
-    return np.where(loud[:, 1:].max(axis=0) <= most, totals[1:] - totals[0], -np.inf), loud[:, 1:]
+    return totals

@@ -126,7 +126,7 @@ def catalogue(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], sizes: 
     axes = [i for i in range(6) if asked[i]]
     found = [placed for i in axes for placed in _axis(i, layout, sizes)]
     found += [placed for k in range(len(layout.pushes)) for placed in _thruster(k, layout, sizes)]
-    found += [placed for fin in layout.vehicle.fins if fin.limit_rad > 0.0 for placed in _fin(fin.name)]
+    found += [placed for fin in layout.vehicle.fins if fin.limit_rad for placed in _fin(fin.name)]
     found += [placed for sensor in layout.sensors for placed in _sensor(sensor, layout, sizes)]
     return (*found, *_vehicle(layout, asked, sizes))
 
