@@ -14,9 +14,11 @@ from vtank.experiment import fly_vehicle
 from vtank.rigid.filtered import Noise
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
+from vtank.rigid.places import Sizes, catalogue
 from vtank.rigid.recordings import record
 
 model = importlib.import_module("vtank.diagnose.whole.model")
+selection = importlib.import_module("vtank.diagnose.whole.selection")
 settling = importlib.import_module("vtank.diagnose.whole.settling")
 
 
@@ -52,3 +54,26 @@ def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_fo
     slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=np.full(6, 30.0))))
     ((calm, there),) = settling.forgetful(slow, noise.variance)
     assert np.all(calm.fit.noise.memory_s <= 2.0) and len(there) == 1
+
+
+def test_a_bias_that_a_slow_error_stands_for_is_found_without_it():
+    """A slow error of half a minute follows a bias for as long as a short run lasts; it is likelier to be steady."""
+    vehicle, name = vt.load_vehicle("bluerov2"), "imu.yaw_rate_rad_s"
+    run = fly_vehicle(vehicle, multisine(vehicle, 40.0, 1), 40.0, 1)
+    biased = replace(run, columns={**run.columns, name: run.columns[name] + 0.01})
+    layout, seen, _ = record([biased], vehicle)
+    biases = [placed for placed in catalogue(layout, seen[0].moves, Sizes.unit(layout)) if placed.effect == "gyro_bias"]
+    column, white = layout.columns.index(name), first_noise(seen).even
+    slow, slow_s = white.slow.copy(), white.slow_s.copy()
+    slow[column], slow_s[column] = 0.01, 32.0
+    fit = Fit(seen, replace(white, sigma=np.where(seen[0].moves, 1e-5, 0.0), slow=slow, slow_s=slow_s))
+    drifting = model.blank(fit, layout, (), model.own_unknowns(layout, seen[0].moves))
+    found = fit.filter(drifting.vector())
+    drifting = model.refit(drifting, found, drifting.theta)
+    (hidden, *_), _ = selection._promising(drifting, found, layout, biases)
+    (begin,) = settling.forgetful(drifting, white.variance)
+    assert begin[0].fit.noise.slow[column] == 0.0
+    (named,) = selection.steadied([begin], layout, biases, white.variance)
+    gained = named.log_evidence - drifting.log_evidence
+    assert named.names == ("gyro_bias@imu",) and gained > hidden.gain + 5.0
+    assert named.values(named.effects[0])["yaw_rate_rad_s"][0] == pytest.approx(0.01, abs=0.0005)

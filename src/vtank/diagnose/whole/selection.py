@@ -212,20 +212,20 @@ def steadied(
 ) -> list[Model]:
     """Models with what promises most beside them, at less of a disturbance, each at the noise it then settles to.
 
-    But for those that lie far behind the best at the noise that all have before.
+    But for those that lie far behind the best at the noise that they have before.
     """
 
-    def wider() -> list[Model]:
-        found: list[Model] = []
-        for calm, there in begins:
-            promising, J = _promising(calm, there, layout, candidates)
-            steadiest = [promise for promise in promising[:STEADIEST] if promise.gain > 0.0]
-            found += [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
-        return found
+    def wider(calm: Model, there: list[Filtered]) -> list[Model]:
+        promising, J = _promising(calm, there, layout, candidates)
+        steadiest = [promise for promise in promising[:STEADIEST] if promise.gain > 0.0]
+        return [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
 
-    tried = wider()
-    best = max((other.log_evidence for other in tried), default=0.0)
-    return [settled(other, floor)[0] for other in tried if other.log_evidence > best - NEAR]
+    found: list[Model] = []
+    for calm, there in begins:
+        tried = wider(calm, there)
+        best = max((other.log_evidence for other in tried), default=0.0)
+        found += [settled(other, floor)[0] for other in tried if other.log_evidence > best - NEAR]
+    return found
 
 
 def extended(

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
 from ...rigid.noise import MEMORIES_S, settle
-from .model import Model, Unknown, refit, trusted
+from .model import Model, Unknown, at_noise, refit, trusted
 from .unfinished import digest, step
 
 Array = NDArray[np.float64]
@@ -80,17 +80,20 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
 
 
 def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
-    """The refit beside a disturbance that forgets soon, and its innovations, where the likeliest is nearly steady.
+    """Refits at noises that forget soon, and their innovations, for each part of the likeliest that is nearly steady.
 
-    It may stand for a steady force that a model lacks; nothing where it does not.
+    A disturbance may stand for a steady force that a model lacks, slow errors for an instrument's bias; nothing where
+    neither lasts.
     """
     noise, steady_s = model.fit.noise, STEADY * max(float(np.ptp(run.time_s)) for run in model.fit.runs)
-    steady = noise.memory_s > steady_s
-    if not steady[noise.sigma > STILL].any():
-        return []
-    fit = replace(model.fit, noise=replace(noise, memory_s=np.where(steady, 0.5 * steady_s, noise.memory_s)))
-    noise, there = _noise(fit, model.vector(), floor, near=True, longest_s=steady_s)
-    return [(refit(replace(model, fit=replace(fit, noise=noise)), there, model.theta), there)]
+    found, steady, drifting = [], noise.memory_s > steady_s, noise.slow_s > steady_s
+    if steady[noise.sigma > STILL].any():
+        fit = replace(model.fit, noise=replace(noise, memory_s=np.where(steady, 0.5 * steady_s, noise.memory_s)))
+        soon, there = _noise(fit, model.vector(), floor, near=True, longest_s=steady_s)
+        found.append((refit(replace(model, fit=replace(fit, noise=soon)), there, model.theta), there))
+    if drifting[noise.slow > 0.0].any():
+        found.append(at_noise(model, replace(noise, slow=np.where(drifting, 0.0, noise.slow))))
+    return found
 
 
 def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
