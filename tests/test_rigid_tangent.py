@@ -10,6 +10,8 @@ import pytest
 from test_rigid_motion import flown
 
 from vtank.rigid.fit import Fit
+from vtank.rigid.kalman import slope
+from vtank.rigid.motion import rates
 from vtank.rigid.noise import first_noise, settle
 from vtank.rigid.tangent import accelerations
 
@@ -95,3 +97,32 @@ def test_the_modules_of_the_rigid_body_know_nothing_of_the_tank():
         source = importlib.import_module(f"vtank.rigid.{name}").__file__
         with open(source, encoding="utf-8") as file:
             assert "tank" not in "".join(line for line in file if line.startswith(("from", "import")))
+
+
+def test_a_slope_beside_a_jump_is_that_on_its_own_side():
+    """A fin that stalls loses the suction of its leading edge at once: a difference across that would be any number."""
+    run = flown("remus100", 2.0)
+    p = run.layout.null.copy()
+    p[run.layout.at([f"suction@{fin.name}" for fin in run.layout.vehicle.fins])] = 1.0
+    hull, drive = run.hull(p, soft=True), run.drive(p)
+
+    def surge(sway: float) -> float:
+        x, rate = np.zeros(18), np.zeros(18)
+        x[6], x[7] = 1.5, sway
+        rates(0.0, x, drive.thrust[0], drive.asked[0], drive.fins[0], np.zeros(6), drive.known[0, 9:], hull, rate)
+        return float(rate[6])
+
+    def slope_at(sway: float) -> np.ndarray:
+        x, D = np.zeros(18), np.empty((12, 12))
+        x[6], x[7] = 1.5, sway
+        slope(0.0, x, 0, drive, hull, D, np.zeros((28, 18)))
+        return D
+
+    grid = np.linspace(0.1, 1.4, 2601)
+    k = int(np.argmax(np.abs(np.diff([surge(v) for v in grid]))))
+    low, high = grid[k], grid[k + 1]
+    while high - low > 1e-9:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if abs(surge(middle) - surge(low)) < abs(surge(high) - surge(middle)) else (low, middle)
+    assert abs(surge(high) - surge(low)) > 0.01, "there is a jump [m/s2]"
+    assert slope_at(low) == pytest.approx(slope_at(low - 1e-5), rel=1e-3, abs=1e-3)

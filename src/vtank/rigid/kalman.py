@@ -19,6 +19,7 @@ from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
 from .steps import TOUCH_S
 
 NUDGE = 1e-6  # [SI] step of the finite differences
+JUMP = 1e3  # [SI] derivative that no step could follow, from which a difference went across a jump; a choice
 
 
 class Way(NamedTuple):
@@ -59,7 +60,10 @@ def pulled(hull):
 
 @lean
 def slope(t, x, i, drive, hull, D, scratch):
-    """Derivative of the rates with respect to the motion, at x, (18,), and time t in step i, into D, (12, 12)."""
+    """Derivative of the rates with respect to the motion, at x, (18,), and time t in step i, into D, (12, 12).
+
+    Beside a jump, as of the drag of a fin at its stall, that on this side of it.
+    """
     still, rate, base = scratch[1, :6], scratch[2], scratch[3]
     for a in range(6):
         still[a] = 0.0
@@ -68,13 +72,20 @@ def slope(t, x, i, drive, hull, D, scratch):
     placed = pulled(hull)
     for c in range(12):
         free = not drive.knows[c - 3] if c >= 3 else placed
-        if free:
-            before = x[c]
-            x[c] += NUDGE
+        for a in range(12):
+            D[a, c] = 0.0
+        for by in (NUDGE, -NUDGE):
+            steepest, before = 0.0, x[c]
+            if not free:
+                break
+            x[c] += by
             rates(t, x, thrust, asked, fins, still, known[9:], hull, rate)
             x[c] = before
-        for a in range(12):
-            D[a, c] = (rate[a] - base[a]) / NUDGE if free else 0.0
+            for a in range(12):
+                D[a, c] = (rate[a] - base[a]) / by
+                steepest = max(steepest, abs(D[a, c]))
+            if steepest < JUMP:
+                break
 
 
 @lean
