@@ -19,7 +19,7 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
 from vtank.rigid.fit import RUNAWAY, Fit, begun
-from vtank.rigid.layout import FIN, GONE, HULL, SUCTION, THRUSTER, masses
+from vtank.rigid.layout import FIN, GONE, HOLDS, HULL, STALL, SUCTION, THRUSTER, masses
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -209,6 +209,22 @@ def test_with_all_suction_lift_is_square_to_the_flow_and_without_the_force_is_sq
     wing = np.array(fin_force(p, first, angle, tuple(flow)))
     assert wing @ flow == pytest.approx(0.0, abs=1e-12)
     assert np.linalg.norm(wing) > 0.1
+
+
+@pytest.mark.parametrize("suction", [0.0, 1.0])
+def test_a_fin_that_holds_its_lift_beyond_the_stall_has_there_what_it_had_at_it(suction: float):
+    """No file states what comes after; a force square to the fin, or to the flow, either side of it."""
+    _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
+    p, first = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes) + FIN  # the rudder
+    p[first + SUCTION], p[first + HOLDS], stall = suction, 1.0, p[first + STALL]
+    lifts = []
+    for angle in (stall - 1e-9, stall + 1e-9, 1.3 * stall):
+        X, Y, _ = fin_force(p, first, angle, (1.4, 0.0, 0.0))
+        lifts.append(Y)
+        assert X == pytest.approx(-(1.0 - suction) * abs(Y) * np.tan(angle), rel=1e-6, abs=1e-9)
+    assert lifts == pytest.approx([lifts[0]] * 3, rel=1e-6) and abs(lifts[0]) > 1.0
+    p[first + HOLDS] = 0.0
+    assert abs(fin_force(p, first, 0.5 * np.pi, (1.4, 0.0, 0.0))[1]) < 1e-6, "all is lost athwart the flow"
 
 
 @pytest.mark.slow

@@ -35,6 +35,7 @@ from .layout import (
     FRICTION,
     GONE,
     HELD_AT,
+    HOLDS,
     HULL,
     INDUCED,
     LEFT_OUT,
@@ -121,8 +122,9 @@ def resisted(p, i, speed):
 def fin_force(p, i, angle, through):
     """Lift and drag of the fin whose block starts at slot i, at an angle [rad], in body axes [N].
 
-    Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond. Without
-    suction at the leading edge the force is square to the fin itself (a plate); with all of it, lift costs no drag.
+    Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond, but for
+    the share that it holds. Without suction at the leading edge the force is square to the fin itself (a plate); with
+    all of it, lift costs no drag.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
@@ -136,8 +138,10 @@ def fin_force(p, i, angle, through):
         lift = p[i + LIFT] * alpha
         drag = p[i + DRAG] + (1.0 - p[i + SUCTION]) * lift * math.tan(alpha)
     else:
-        lift = p[i + LIFT] * stall * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall) * math.copysign(1.0, alpha)
-        drag = p[i + DRAG] + 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
+        most, holds = p[i + LIFT] * math.copysign(stall, alpha), p[i + HOLDS]
+        lift = most * (holds + (1.0 - holds) * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall))
+        cost = (1.0 - holds) * 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
+        drag = p[i + DRAG] + cost + holds * (1.0 - p[i + SUCTION]) * most * math.tan(alpha)
     pressure = (1.0 - p[i + GONE]) * p[i + PRESSURE] * speed  # on what is left of its area
     X = pressure * (-lift * across - drag * along)
     Y = pressure * (lift * along - drag * across)
