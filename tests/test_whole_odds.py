@@ -187,6 +187,28 @@ def test_a_set_is_not_told_from_the_one_that_has_the_same_law_in_place_of_one_of
     assert verdict.rivals == (name, "clock_offset@gyro+fin_weak@rudder")
 
 
+@pytest.mark.parametrize(("apart", "alike"), [(2.5, True), (3.5, False)])
+def test_sets_that_no_instrument_tells_apart_are_one_answer(apart: float, alike: bool):
+    """A moment that is constant, and a centre of buoyancy that lies elsewhere under a vehicle that stays upright."""
+    made = {"A@pitch": 0.0, "B@vehicle": apart, "C@yaw": 40.0}
+
+    def of_one(name: str) -> SimpleNamespace:
+        effect, _, place = name.partition("@")
+        placed = SimpleNamespace(name=name, effect=effect, place=place, exchange=False, channel="hydrodynamics")
+        return SimpleNamespace(effects=(placed,), names=(name,), vector=lambda: made[name], fit=fit)
+
+    def residuals(vectors: list[float], found: object) -> np.ndarray:
+        return np.array([[10.0] * len(vectors), vectors])
+
+    fit = SimpleNamespace(residuals=residuals)
+    chances = {"A@pitch": 0.9, "B@vehicle": 0.04, "unknown@yaw": 0.05, "C@yaw": 0.01}
+    sets = {name: of_one(name) for name in made}
+    selection = SimpleNamespace(probabilities=chances, blocks=(), sets=sets, found=None)
+    verdict = diagnosis.verdict_of(selection, SimpleNamespace(lines=()))
+    assert verdict.rivals == (("A@pitch", "B@vehicle") if alike else ("A@pitch",))
+    assert verdict.probability == pytest.approx(0.94 if alike else 0.9)
+
+
 def test_own_parameters_in_the_place_of_an_effect_are_believed_less_the_farther_they_go() -> None:
     unknown = Unknown("gain@thrusters", np.array([0]), np.ones(1), 0.03, -1.0, 1.0, 1e-3)
     of_effect = replace(unknown, name="thruster_dead@port.share")

@@ -259,7 +259,7 @@ def _fin(name: str) -> Iterator[Placed]:
 
     for effect, number, words in (
         ("fin_offset", one("angle", "offset", "rad", 0.1, -1.5), "it does not stand straight when it is told to"),
-        ("fin_weak", one("share", "lost", "-", 0.5, -np.inf, high=1.0), "part of its area is lost"),
+        ("fin_weak", one("share", "lost", "-", 0.5, 0.0, high=1.0), "part of its area is lost"),
         ("fin_delay", one("d", "late", "s", 0.3, 0.0, far=LATE_S, grain=HELD_S), "it obeys late"),
         ("fin_drag", one("k", "induced_drag", "N s2/m2", 5.0, 0.0), "it drags with the square of its angle"),
     ):

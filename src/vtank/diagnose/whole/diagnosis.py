@@ -172,7 +172,6 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
     left = tuple(dict.fromkeys(block.place for block in selection.blocks if block.repeats))
-    same = tied(selection, name)
     rivals = tuple(other for other, p in chances.items() if p >= RIVAL and other in selection.sets and other != name)
     plain, nameless = {key: chances.get(key, 0.0) for key in ("none", "parameters")}, sum(unknown.values())
     calm = sum(plain.values())
@@ -190,6 +189,7 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     alike = [(placed, f"{TWINS[placed.effect]}@{placed.place}") for placed in model.effects if placed.effect in TWINS]
     alike += [(placed, f"{placed.effect}@{placed.detail}") for placed in model.effects if placed.exchange]
     twins = tuple("+".join(sorted({*model.names} - {placed.name} | {other})) for placed, other in alike)
+    same = tied(selection, name)
     chance += sum(chances.get(other, 0.0) for other in same)
     channels = {placed.channel for placed in model.effects}
     kind = "effect" if len(effects) == 1 else "effects"
@@ -198,20 +198,21 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
     if chance < NAMED or doubt:
         kind = "undecided"
     alone = channels.pop() if len(channels) == 1 else None
-    return Verdict(kind, effects, places, tuple(dict.fromkeys((name, *twins, *same, *rivals))), alone, chance, left, doubt)
+    every = tuple(dict.fromkeys((name, *twins, *same, *rivals)))
+    return Verdict(kind, effects, places, every, alone, chance, left, doubt)
 
 
 def tied(selection: Selection, name: str) -> list[str]:
     """Sets of as many effects as a named one that no instrument here tells from it, the most probable first.
 
-    Their innovations differ by fewer than SEPARABLE deviations, as those of ties of surge do: what lies between their
-    probabilities is what was held of them beforehand.
+    Their innovations differ by fewer than SEPARABLE deviations, as those of ties of surge do: what their probabilities
+    differ by was held of them beforehand.
     """
-    model = selection.sets.get(name)
-    if model is None or not model.effects:
+    model = selection.sets[name]
+    rivals = {key: other for key, other in selection.sets.items()
+              if key != name and len(other.effects) == len(model.effects) and other.fit is model.fit}  # fmt: skip
+    if not rivals:
         return []
-    rivals = {key: other for key, other in selection.sets.items() if key != name and other.fit is model.fit
-              and len(other.effects) == len(model.effects)}  # fmt: skip
     e = model.fit.residuals([other.vector() for other in (model, *rivals.values())], selection.found)
     apart = np.linalg.norm(e[:, 1:] - e[:, :1], axis=0)
     near = [key for key, far in zip(rivals, apart, strict=True) if far < SEPARABLE]

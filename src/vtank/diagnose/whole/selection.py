@@ -109,7 +109,9 @@ def select(
             )
             fitted, strong = _wider(best, found, own, layout, candidates, say)
             strongest.update(strong)
-            fitted += steadied(forgetful(best, floor), layout, candidates, floor)
+            steady, strong = steadied(forgetful(best, floor), layout, candidates, floor)
+            strongest.update(strong)
+            fitted += steady
             fitted.sort(key=lambda m: -m.log_evidence)
             form = _form(best, found, sizes) if best.effects else 0.0
             if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
@@ -125,20 +127,25 @@ def select(
     best = grown(best, found)
     del found  # as large as all that is judged by; it is made anew where it is needed
     selection = judged(best)
-    if named := _as_quiet(selection, candidates, floor):
+    named, strong = _as_quiet(selection, candidates, floor)
+    strongest.update(strong)
+    if named:
         return judged(grown(*trusting(named, named.fit.filter(named.vector()), own)))
     return selection
 
 
-def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array) -> Model | None:
-    """The best with one more effect, tried at far less of a disturbance, which may stand for what it does."""
+def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array) -> tuple[Model | None, set[str]]:
+    """The best with one more effect, tried at far less of a disturbance, which may stand for what it does.
+
+    And the names of the strongest there.
+    """
     best, layout = selection.best if selection.best.effects else selection.own, selection.layout
     noise = best.fit.noise
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
-        return None
-    tried = steadied([at_noise(best, calmed(noise, QUIETER**2))], layout, candidates, floor)
+        return None, set()
+    tried, strong = steadied([at_noise(best, calmed(noise, QUIETER**2))], layout, candidates, floor)
     top = max(tried, key=lambda model: model.log_evidence, default=best)
-    return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None
+    return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None, strong
 
 
 def _asked_for(candidates: tuple[Placed, ...], effects: Sequence[str] | None) -> tuple[Placed, ...]:
@@ -209,23 +216,21 @@ def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str
 
 def steadied(
     begins: Sequence[tuple[Model, list[Filtered]]], layout: Layout, candidates: Sequence[Placed], floor: Array
-) -> list[Model]:
+) -> tuple[list[Model], set[str]]:
     """Models with what promises most beside them, at less of a disturbance, each at the noise it then settles to.
 
-    But for those that lie far behind the best at the noise that they have before.
+    But for those that lie far behind the best at the noise that they have before; and the names of the strongest.
     """
-
-    def wider(calm: Model, there: list[Filtered]) -> list[Model]:
-        promising, J = _promising(calm, there, layout, candidates)
-        steadiest = [promise for promise in promising[:STEADIEST] if promise.gain > 0.0]
-        return [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in steadiest]
-
-    found: list[Model] = []
+    found, strong = list[Model](), set[str]()
     for calm, there in begins:
-        tried = wider(calm, there)
+        promising, J = _promising(calm, there, layout, candidates)
+        promising = [promise for promise in promising if promise.gain > 0.0]
+        strong.update(promise.placed.name for promise in promising[:STRONGEST])
+        tried = [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in promising[:STEADIEST]]
+        del J
         best = max((other.log_evidence for other in tried), default=0.0)
         found += [settled(other, floor)[0] for other in tried if other.log_evidence > best - NEAR]
-    return found
+    return found, strong
 
 
 def extended(
