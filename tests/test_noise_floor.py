@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from recorded import NOISE_M, NOMINAL, differing, record, recordings, turbulent
+from recorded import NOISE_M, NOMINAL, differing, misread, record, recordings, sine, turbulent
 
 from vtank.diagnose.evidence import STILL_SIGMA, Fitted, Setting, evaluate
 from vtank.diagnose.hypothesis import Hypothesis
@@ -100,3 +100,18 @@ def test_errors_of_the_readings_settle_beside_what_repeats_in_them() -> None:
     assert setting.noise.variance[0] + setting.noise.colour_sigma**2 > 1.5 * NOISE_M**2
     noise = settle(setting, fits)[0].noise
     assert noise.variance[0] + noise.colour_sigma**2 == pytest.approx(NOISE_M**2, rel=0.3)
+
+
+def test_a_sonar_that_drifts_off_for_a_while_is_no_colour_of_all_its_readings() -> None:
+    """It creeps along a side lobe at 6 mm/s until it finds its echo again, in one run once and in another twice."""
+
+    def creeping(run: Observed, *windows: tuple[float, float]) -> Observed:
+        return misread(run, lambda t: sum(np.where((t >= a) & (t < b), 0.006 * (t - a), 0.0) for a, b in windows))
+
+    plain = [
+        record(f"run_{k}", sine(*drive), NOMINAL, NOISE_M, 60 + k) for k, drive in enumerate(((0.5, 12.0), (0.3, 9.0)))
+    ]
+    setting, *fits = refitted([creeping(plain[0], (37.4, 60.4)), creeping(plain[1], (24.1, 45.0), (66.2, 74.5))])
+    assert setting.noise.colour_sigma > NOISE_M  # left to itself, the refit calls it a coloured error
+    noise = settle(setting, fits)[0].noise
+    assert noise.colour_sigma < 0.001 and noise.variance[0] == pytest.approx(NOISE_M**2, rel=0.3)

@@ -96,6 +96,15 @@ def test_a_fault_is_told_with_its_columns_and_cause(change: Callable[[Channels],
     assert re.search(said, told(change))
 
 
+@pytest.mark.parametrize(("rate", "warned"), [(True, False), (False, True)])
+def test_a_vehicle_that_rolls_over_and_over_is_believed_where_a_gyro_says_so_too(rate: bool, warned: bool) -> None:
+    time_s = np.linspace(0.0, 40.0, 401)
+    channels = {"roll_rad": (time_s, 0.3 * time_s), "depth_m": (time_s, 3.0 + 0.0 * time_s)}
+    channels |= {"roll_rate_rad_s": (time_s, 0.3 + 0.01 * np.sin(time_s))} if rate else {}
+    said = contradictions(Run.from_channels("run", channels))
+    assert any("roll_rad: reaches 12 rad" in sentence for sentence in said) is warned
+
+
 def test_a_sound_recording_is_left_in_peace() -> None:
     assert told(lambda channels: None) == ""
     assert told(timed("mocap.heading_rad", 0.1)) == ""  # the delay of a sensor

@@ -119,7 +119,8 @@ def test_a_disturbance_that_stands_for_a_late_thruster_does_not_hide_it() -> Non
     there = loud.fit.filter(loud.vector())
     loud = refit(loud, there, loud.theta)
     assert selection._promising(loud, there, layout, some)[0][0].gain < 5.0
-    named = selection._as_quiet(SimpleNamespace(best=loud, layout=layout, own=loud), some, noise.variance)  # type: ignore[arg-type]
+    named, strong = selection._as_quiet(SimpleNamespace(best=loud, layout=layout, own=loud), some, noise.variance)  # type: ignore[arg-type]
+    assert "command_delay@thruster_3" in strong
     assert named is not None and named.names == ("command_delay@thruster_3",)
 
 

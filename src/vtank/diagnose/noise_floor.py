@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from itertools import product
 
 import numpy as np
 
@@ -29,6 +30,7 @@ ROUNDS = 2  # alternations of fit and noise level
 SETTLED = 0.2  # change of the log of deviations that no longer matters
 LEAST_SIGMA = 1e-5  # [m/s2] disturbance too weak to matter over a run: 0.1 mm after 4 s
 LARGEST_SIGMA = float(np.exp(3.0))  # [m/s2, m] disturbance or coloured error beyond any water's
+DRIFTS = 2.0  # coloured error over the white one from which it may stand for errors in windows; a choice
 COLOURED = 5.0  # log-likelihood that the two numbers of a coloured error must gain
 MEMORY_S = (0.2, 30.0)  # [s] shortest and longest memory of the disturbance that is looked for
 STARTS_S = (0.5, 4.0)  # [s] memories from which the search sets out: the likelihood often has two hills
@@ -84,9 +86,9 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     """The setting at the noise level of the contender that, with its own level, is most likely; and how likely.
 
     Contenders are the likeliest hypotheses, alone and with what has no name beside them: what repeats, or is there in
-    a window only, is no turbulence, whatever level would swallow it. Of a foreign vehicle, whose model is not complete
-    before its effects are found one by one, the hypotheses alone are asked, whatever its waters are. least: of the
-    setting's own level, which stays where nothing is likelier.
+    a window only, is no turbulence, whatever level would swallow it, and an error in windows no colour of all readings.
+    Of a foreign vehicle, whose model is not complete before its effects are found one by one, the hypotheses alone are
+    asked, whatever its waters are. least: of the setting's own level, which stays where nothing is likelier.
     """
     ranked = sorted(fits, key=lambda f: -f.log_evidence)[:CONTENDERS]
     refit = next((f for f in fits if f.hypothesis.name == "parameters"), ranked[0])
@@ -97,9 +99,12 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
         likely, noise = max(alone, key=lambda pair: pair[0])
         return setting.with_noise(noise), likely
     coloured = np.unique(np.concatenate([run.kind[run.coloured > 0.0] for run in setting.runs])).tolist()
-    calm = still(max(alone, key=lambda pair: pair[0])[1], setting.usual, coloured)
+    likeliest = max(alone, key=lambda pair: pair[0])[1]
+    calm = [still(likeliest, setting.usual, coloured)]
+    if likeliest.colour_sigma > DRIFTS * np.sqrt(likeliest.variance[coloured[0]]):
+        calm.append(still(likeliest, setting.usual, ()))
     with ThreadPoolExecutor(2) as pool:
-        beyond = list(pool.map(lambda base: _beyond(setting, base, calm), bases))
+        beyond = list(pool.map(lambda pair: _beyond(setting, *pair), product(bases, calm)))
     likely, noise = max([(least, setting.noise), *alone, *beyond], key=lambda pair: pair[0])
     return setting.with_noise(noise), likely
 
@@ -107,7 +112,7 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
 def still(noise: Noise, usual: float = STILL_SIGMA, coloured: Collection[int] = (RANGE,)) -> Noise:
     """The noise in still water: no more of a disturbance, nor of a slower one, than usual, and no coloured error.
 
-    The readings stay as uncertain as they were: what was coloured is white, in the channels that have some.
+    What was coloured is white, in the channels of which it is, and gone in others.
     """
     variance = tuple(v + noise.colour_sigma**2 * (kind in coloured) for kind, v in enumerate(noise.variance))
     noise = replace(noise, variance=variance, colour_sigma=0.0)

@@ -35,7 +35,7 @@ MOTION = {
     "north_m": Column("m", "output", 1e8),
     "east_m": Column("m", "output", 1e8),
     "depth_m": Column("m", "output", 2e4),
-    "roll_rad": Column("rad", "output", 7.0),
+    "roll_rad": Column("rad", "output", 1e4),
     "pitch_rad": Column("rad", "output", 7.0),
     "heading_rad": Column("rad", "output", 1e4),
     "surge_m_s": Column("m/s", "output", 200.0),

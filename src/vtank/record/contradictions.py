@@ -44,11 +44,15 @@ def measured(run: Run, channel: str) -> list[str]:
 
 
 def _degrees(run: Run) -> Iterator[str]:
-    """A heading that does not begin within one turn."""
+    """A heading that does not begin within one turn; a vehicle that rolls over and over, and no rate says so."""
     for name in measured(run, "heading_rad"):
         first = float(run.samples(name)[1][0])
         if abs(first) > TURN:
             yield f"column {name}: begins at {first:.4g} rad, {abs(first) / TURN:.3g} turns; are these degrees?"
+    for name in measured(run, "roll_rad") if not measured(run, "roll_rate_rad_s") else ():
+        most = float(np.max(np.abs(run.samples(name)[1])))
+        if most > TURN:
+            yield f"column {name}: reaches {most:.4g} rad, {most / TURN:.3g} turns; are these degrees?"
 
 
 def _angles_and_rates(run: Run) -> Iterator[str]:
