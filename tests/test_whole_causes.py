@@ -19,7 +19,7 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
 from vtank.rigid.fit import RUNAWAY, Fit, begun
-from vtank.rigid.layout import FIN, GONE, HOLDS, HULL, STALL, SUCTION, THRUSTER, masses
+from vtank.rigid.layout import FIN, GONE, HOLDS, HULL, LEANS, STALL, SUCTION, THRUSTER, masses
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -225,6 +225,16 @@ def test_a_fin_that_holds_its_lift_beyond_the_stall_has_there_what_it_had_at_it(
     assert lifts == pytest.approx([lifts[0]] * 3, rel=1e-6) and abs(lifts[0]) > 1.0
     p[first + HOLDS] = 0.0
     assert abs(fin_force(p, first, 0.5 * np.pi, (1.4, 0.0, 0.0))[1]) < 1e-6, "all is lost athwart the flow"
+
+
+def test_a_fin_that_does_not_lean_pushes_square_to_the_hull_and_no_less():
+    _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
+    p, first = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes) + FIN  # the rudder
+    for angle in (0.1, 0.5):
+        before = fin_force(p, first, angle, (1.4, -0.1, 0.0))
+        upright = p.copy()
+        upright[first + LEANS] = 0.0
+        assert fin_force(upright, first, angle, (1.4, -0.1, 0.0)) == (0.0, *before[1:]) and before[0] < -0.1
 
 
 @pytest.mark.slow

@@ -38,6 +38,7 @@ from .layout import (
     HOLDS,
     HULL,
     INDUCED,
+    LEANS,
     LEFT_OUT,
     LENGTH,
     LIFT,
@@ -124,7 +125,8 @@ def fin_force(p, i, angle, through):
 
     Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond, but for
     the share that it holds. Without suction at the leading edge the force is square to the fin itself (a plate); with
-    all of it, lift costs no drag.
+    all of it, lift costs no drag. Of its part along the hull there is the share by which it leans: none of a force that
+    is square to the hull, as simple simulators have it.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
@@ -136,15 +138,15 @@ def fin_force(p, i, angle, through):
     stall = p[i + STALL]
     if abs(alpha) <= stall:
         lift = p[i + LIFT] * alpha
-        drag = p[i + DRAG] + (1.0 - p[i + SUCTION]) * lift * math.tan(alpha)
+        cost = (1.0 - p[i + SUCTION]) * lift * math.tan(alpha)
     else:
         most, holds = p[i + LIFT] * math.copysign(stall, alpha), p[i + HOLDS]
         lift = most * (holds + (1.0 - holds) * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall))
         cost = (1.0 - holds) * 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
-        drag = p[i + DRAG] + cost + holds * (1.0 - p[i + SUCTION]) * most * math.tan(alpha)
+        cost = cost + holds * (1.0 - p[i + SUCTION]) * most * math.tan(alpha)
     pressure = (1.0 - p[i + GONE]) * p[i + PRESSURE] * speed  # on what is left of its area
-    X = pressure * (-lift * across - drag * along)
-    Y = pressure * (lift * along - drag * across)
+    X = pressure * (p[i + LEANS] * (-lift * across - cost * along) - p[i + DRAG] * along)
+    Y = pressure * (lift * along - (cost + p[i + DRAG]) * across)
     X = X - p[i + INDUCED] * along * along * math.sin(angle) ** 2
     return X, Y * side[1], Y * side[2]
 

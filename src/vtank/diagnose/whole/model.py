@@ -31,6 +31,7 @@ SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wal
 ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
+LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
@@ -63,7 +64,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
     Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether rotors lag
-    or their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall.
+    or their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall, and
+    whether it has a part along the hull.
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
@@ -103,6 +105,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))
         beyond = layout.at([f"holds@{fin.name}" for fin in layout.vehicle.fins])
         found.append(Unknown("holds@fins", beyond, p[beyond], HOLDS, 0.0, 1.0, 1e-3, stated=False))
+        along = layout.at([f"leans@{fin.name}" for fin in layout.vehicle.fins])
+        found.append(Unknown("leans@fins", along, p[along], LEANS, -1.0, 0.0, 1e-3, stated=False))
     ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
     for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
         name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
