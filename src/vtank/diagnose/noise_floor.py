@@ -101,7 +101,7 @@ def settle(setting: Setting, fits: Sequence[Fitted], least: float = -np.inf) -> 
     coloured = np.unique(np.concatenate([run.kind[run.coloured > 0.0] for run in setting.runs])).tolist()
     likeliest = max(alone, key=lambda pair: pair[0])[1]
     calm = [still(likeliest, setting.usual, coloured)]
-    if likeliest.colour_sigma > DRIFTS * np.sqrt(likeliest.variance[coloured[0]]):
+    if coloured and likeliest.colour_sigma > DRIFTS * np.sqrt(likeliest.variance[coloured[0]]):
         calm.append(still(likeliest, setting.usual, ()))
     with ThreadPoolExecutor(2) as pool:
         beyond = list(pool.map(lambda pair: _beyond(setting, *pair), product(bases, calm)))
