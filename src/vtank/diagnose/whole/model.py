@@ -100,13 +100,12 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         at = layout.at([f"rotor@{name}" for name in rotors])
         known = float(p[at].max())
         found.append(Unknown("rotor@thrusters", at, p[at], ROTOR, -known, 1.0 - known, 1e-3, stated=False))
-    fins = layout.at([f"suction@{fin.name}" for fin in layout.vehicle.fins])
-    if fins.size:
-        found.append(Unknown("suction@fins", fins, p[fins], SUCTION, -SUCTION, 1.0, 1e-3, stated=False))
-        beyond = layout.at([f"holds@{fin.name}" for fin in layout.vehicle.fins])
-        found.append(Unknown("holds@fins", beyond, p[beyond], HOLDS, 0.0, 1.0, 1e-3, stated=False))
-        along = layout.at([f"leans@{fin.name}" for fin in layout.vehicle.fins])
-        found.append(Unknown("leans@fins", along, p[along], LEANS, -1.0, 0.0, 1e-3, stated=False))
+    for q, share, low, high in (
+        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0)
+    ):  # fmt: skip
+        fins = layout.at([f"{q}@{fin.name}" for fin in layout.vehicle.fins])
+        if fins.size:
+            found.append(Unknown(f"{q}@fins", fins, p[fins], share, low, high, 1e-3, stated=False))
     ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
     for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
         name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
