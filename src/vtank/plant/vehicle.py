@@ -57,7 +57,7 @@ class Vehicle:
         sites: places on the body, name of the MJCF's site -> body axes [m].
         fins: control surfaces, and fixed ones.
         sensors: instruments.
-        heave_N_per_m: by which a surface craft is held at its waterline, 0 for what dives [N/m].
+        heave_N_per_m: by which the origin of a surface craft is held at its waterline, 0 for what dives [N/m].
         path: of the file it was read from.
         centre_m: centre of gravity, body axes [m], where the file gives it; `tank.described` reads it from the MJCF.
         inertia: of the body about its centre of gravity, roll, pitch and yaw [kg m2], in the same way.

@@ -207,10 +207,11 @@ def lost(nu_r, asked, hull):
 
 @term
 def held_by(x, R, hull):
-    """Wrench of weight, buoyancy, a trim weight, and a tether, whose spring is about the start."""
+    """Wrench of weight, buoyancy, a waterline at the origin, a trim weight, and a tether with a spring about the start."""
     p, down = hull.p, back(R, (0.0, 0.0, 1.0))
-    W, B = p[WEIGHT], p[BUOYANCY] + p[WATERLINE] * x[2]
+    W, B, rise = p[WEIGHT], p[BUOYANCY], -p[WATERLINE] * x[2]
     total = at((W * down[0], W * down[1], W * down[2]), triple(p, CENTRE))
+    total = add(total, (rise * down[0], rise * down[1], rise * down[2], 0.0, 0.0, 0.0))
     total = subtract(total, at((B * down[0], B * down[1], B * down[2]), triple(p, BUOYED)))
     if p[TRIM] != 0.0:
         W = G * p[TRIM]
