@@ -12,8 +12,10 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.plant.actuators import Fin, Thruster
 from vtank.plant.sensor import Sensor
 from vtank.plant.vehicle import Vehicle
+from vtank.record import Run
 from vtank.rigid import recorded
-from vtank.rigid.filtered import free, innovations
+from vtank.rigid.filtered import Noise, free, innovations
+from vtank.rigid.fit import Fit
 from vtank.rigid.layout import G
 from vtank.rigid.recordings import record
 
@@ -69,15 +71,21 @@ def made(path: Path, seed: int, afloat: bool) -> Vehicle:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("seed, afloat", [(1, False), (2, True), (3, False), (4, True), (5, False), (6, True)])
-def test_the_tank_and_the_equations_of_the_estimators_move_a_vehicle_alike(tmp_path, monkeypatch, seed, afloat):
-    monkeypatch.setattr(recorded, "STEPS_S", (0.001, 0.02))  # [s] steps as short as the tank's, nearly
-    vehicle, rng = made(tmp_path / "made.xml", seed, afloat), np.random.default_rng(seed)
-    asked = {"time_s": np.arange(0.0, 6.0, 0.2)}
+def flown(vehicle: Vehicle, duration_s: float, seed: int, until_s: float = np.inf) -> Run:
+    """A sine of its own for every thruster and fin, until some time."""
+    rng, asked = np.random.default_rng(seed), {"time_s": np.arange(0.0, duration_s, 0.2)}
     for device in (*vehicle.thrusters, *vehicle.fins):
         most = MOST[device.input] if isinstance(device, Thruster) else 0.2
         asked[device.column] = most * np.sin(rng.uniform(0.5, 2.0) * asked["time_s"] + rng.uniform(0.0, 7.0))
-    layout, (run,), _ = record([fly_vehicle(vehicle, asked, 6.0, seed)], vehicle)
+        asked[device.column][asked["time_s"] > until_s] = 0.0
+    return fly_vehicle(vehicle, asked, duration_s, seed)
+
+
+@pytest.mark.parametrize("seed, afloat", [(1, False), (2, True), (3, False), (4, True), (5, False), (6, True)])
+def test_the_tank_and_the_equations_of_the_estimators_move_a_vehicle_alike(tmp_path, monkeypatch, seed, afloat):
+    monkeypatch.setattr(recorded, "STEPS_S", (0.001, 0.02))  # [s] steps as short as the tank's, nearly
+    vehicle = made(tmp_path / "made.xml", seed, afloat)
+    layout, (run,), _ = record([flown(vehicle, 6.0, seed)], vehicle)
     start = np.zeros(run.start.size)
     start[2] = 0.0 if afloat else 3.0
     run = replace(run, start=start, resting=True)
@@ -85,3 +93,16 @@ def test_the_tank_and_the_equations_of_the_estimators_move_a_vehicle_alike(tmp_p
     for c, column in enumerate(layout.columns):
         mine = run.column == c
         assert np.sqrt(np.mean(e[mine] ** 2)) < 3e-4 * np.sqrt(np.mean(run.value[mine] ** 2)) + 3.0 * NOISE, column
+
+
+def test_a_craft_afloat_need_not_begin_at_its_waterline(tmp_path):
+    """Nothing tells of how deep it sits but the speed at which that changes."""
+    motion = Sensor("motion", MOTION[3:], rate_hz=10.0, noise=(2e-3,) * 9)
+    vehicle = replace(made(tmp_path / "made.xml", 6, afloat=True), sensors=(motion,))
+    whole = flown(vehicle, 8.0, 6, until_s=2.0)
+    later = whole.time_s >= 4.0
+    columns = {name: values[later] for name, values in whole.columns.items()}
+    layout, (run,), _ = record([Run("cut", whole.time_s[later], columns)], vehicle)
+    noise = Noise(np.full(9, 4e-6), np.full(6, 1e-4)).even
+    (f,) = Fit((run,), noise).filter(layout.null)
+    assert np.mean(f.z**2) < 1.5

@@ -37,6 +37,21 @@ def test_a_column_belongs_to_the_only_instrument_that_has_its_channel():
     np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-12)
 
 
+def test_what_a_late_instrument_tells_of_before_the_recording_is_left_out():
+    """Nobody recorded what drove the vehicle then; simulated instruments tell of the start, as if nothing had."""
+    late = replace(FEW, sensors=tuple(replace(s, latency_s=0.5) if s.name == "dvl" else s for s in FEW.sensors))
+    run = fly_vehicle(late, multisine(FEW, 15.0, 1), 15.0, 1)
+    told, before = run.columns["dvl.surge_m_s"].copy(), run.time_s - run.time_s[0] < 0.5 - 1e-6
+    told[before & np.isfinite(told)] = 9.0
+    found = []
+    for columns in (run.columns, {**run.columns, "dvl.surge_m_s": told}):
+        _, (seen,), _ = record([replace(run, columns=columns)], late)
+        assert (seen.time_s - seen.late).min() >= run.time_s[0] - 1e-6
+        found.append((seen.start, seen.value))
+    for there, left_out in zip(*found, strict=True):
+        np.testing.assert_array_equal(there, left_out)
+
+
 def test_of_several_instruments_none_is_guessed():
     assert ROV.instrument("dvl.surge_m_s") == ROV.instrument("surge_m_s") == "dvl"
     assert ROV.instrument("depth_m") == "", "depth cell or motion capture"

@@ -207,7 +207,7 @@ def lost(nu_r, asked, hull):
 
 @term
 def held_by(x, R, hull):
-    """Wrench of weight, buoyancy, a waterline at the origin, a trim weight, and a tether with a spring about the start."""
+    """Wrench of weight, buoyancy, a waterline at the origin, a trim weight, a tether with a spring about the start."""
     p, down = hull.p, back(R, (0.0, 0.0, 1.0))
     W, B, rise = p[WEIGHT], p[BUOYANCY], -p[WATERLINE] * x[2]
     total = at((W * down[0], W * down[1], W * down[2]), triple(p, CENTRE))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ TELLS = {  # channel -> axes whose motion it tells
 }  # fmt: skip
 ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
+HEAVED_M = 0.05  # [m] by which a craft may be off its waterline when it begins, standard deviation; a guess
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -121,10 +122,12 @@ def _recorded(
     driven: Driven, bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
     """One run; driven: of `_inputs`. InputError where it holds nothing that was asked for."""
+    since_s = min(float(run.time_s[0]), float(driven.stamps[0]))
+    told = {name: _told(run, layout, name, since_s) for name in layout.columns if name in run.columns}
     parts = [
-        (c, *thinned(*samples(run, name), bins[name], driven.stamps, driven.jumps + latency_s(layout, name)))
+        (c, *thinned(*told[name], bins[name], driven.stamps, driven.jumps + latency_s(layout, name)))
         for c, name in enumerate(layout.columns)
-        if name in run.columns
+        if name in told
     ]
     parts = [part for part in parts if part[1].size >= FEWEST]
     if not parts:
@@ -134,11 +137,11 @@ def _recorded(
     order = np.argsort(time, kind="stable")
     kind = np.array([CHANNELS.index(channel_of(name)) for name in layout.columns])[column]
     sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
-    start, spread = _start(layout, run)
+    start, spread = _start(told, afloat=layout.vehicle.heave_N_per_m > 0.0)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
-    told = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
-    followed = np.isin(np.arange(6), list(told))
+    axes = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
+    followed = np.isin(np.arange(6), list(axes))
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
     recorded = Recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), followed=followed,
@@ -150,6 +153,16 @@ def _recorded(
     )  # fmt: skip
     spread[3:12][recorded.held[:9]] = 0.0
     return recorded
+
+
+def _told(run: Run, layout: Layout, name: str, since_s: float) -> tuple[Array, Array]:
+    """Samples of a column but what an instrument's latency lets it tell of before that time.
+
+    Nobody recorded what drove the vehicle then; a simulated instrument tells of the start instead.
+    """
+    time, value = samples(run, name)
+    known = time - latency_s(layout, name) >= since_s - TICK_S
+    return time[known], value[known]
 
 
 def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven]]:
@@ -179,19 +192,20 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
     return found
 
 
-def _start(layout: Layout, run: Run) -> tuple[Array, Array]:
+def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Array, Array]:
     """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is.
+
+    A craft that is held at its waterline need not begin there, whether or not anything tells of its heave.
 
     Of a place as good as nothing is known beforehand, so that a depth cell of another sign, unit or scale is not held
     against where its first sample had put the vehicle.
     """
     start = np.zeros(12)
-    spread = np.array([0.0, 0.0, 0.0, 0.05, 0.05, 0.0] + [UNTOLD_M_S] * 3 + [0.05] * 3)
+    spread = np.array([0.0, 0.0, HEAVED_M if afloat else 0.0, 0.05, 0.05, 0.0] + [UNTOLD_M_S] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
     told: dict[int, tuple[float, float]] = {}  # state -> spread, first sample
-    for name in layout.columns:
+    for name, (_, value) in series.items():
         state = states.get(channel_of(name))
-        _, value = samples(run, name) if name in run.columns else (None, np.empty(0))
         if state is not None and value.size:
             first, sure = float(value[0]), max(4.0 * scatter(value), 1e-4)
             told[state] = min(told.get(state, (np.inf, 0.0)), (sure, first))
