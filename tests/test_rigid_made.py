@@ -97,12 +97,12 @@ def test_the_tank_and_the_equations_of_the_estimators_move_a_vehicle_alike(tmp_p
 
 def test_a_craft_afloat_need_not_begin_at_its_waterline(tmp_path):
     """Nothing tells of how deep it sits but the speed at which that changes."""
-    motion = Sensor("motion", MOTION[3:], rate_hz=10.0, noise=(2e-3,) * 9)
-    vehicle = replace(made(tmp_path / "made.xml", 6, afloat=True), sensors=(motion,))
-    whole = flown(vehicle, 8.0, 6, until_s=2.0)
+    motion = Sensor("motion", MOTION[3:], rate_hz=10.0, noise=(5e-4,) * 9)
+    vehicle = replace(made(tmp_path / "made.xml", 4, afloat=True), sensors=(motion,))
+    whole = flown(vehicle, 8.0, 4, until_s=2.0)
     later = whole.time_s >= 4.0
     columns = {name: values[later] for name, values in whole.columns.items()}
     layout, (run,), _ = record([Run("cut", whole.time_s[later], columns)], vehicle)
-    noise = Noise(np.full(9, 4e-6), np.full(6, 1e-4)).even
+    noise = Noise(np.full(9, 2.5e-7), np.full(6, 1e-4)).even
     (f,) = Fit((run,), noise).filter(layout.null)
     assert np.mean(f.z**2) < 1.5
