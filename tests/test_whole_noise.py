@@ -10,7 +10,7 @@ import pytest
 from test_rigid_motion import multisine
 
 import vtank as vt
-from vtank.diagnose.whole.model import blank, own_unknowns
+from vtank.diagnose.whole.model import at_noise, blank, own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
 from vtank.rigid import noise
@@ -106,3 +106,13 @@ def test_each_axis_remembers_its_disturbance_for_a_time_of_its_own() -> None:
         return sum(map(log_likelihood, replace(fitted.fit, noise=alike).filter(fitted.vector())))
 
     assert sum(map(log_likelihood, found)) > max(map(likelihood, (0.6, 0.8, 1.0, 1.25, 1.6, 2.0))) + 10.0
+
+
+def test_a_slow_error_has_to_be_likelier_by_what_speaks_against_it_beforehand() -> None:
+    """A bias would be held against it otherwise: that pays for its prior, and a slow error fits it nearly as well."""
+    vehicle = vt.load_vehicle("bluerov2")
+    layout, runs, _ = record([fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1, depth_m=5.0)], vehicle)
+    model = blank(Fit(tuple(runs), noise.first_noise(runs).even), layout, (), own_unknowns(layout, runs[0].moves))
+    slow = np.where(np.arange(len(layout.columns)) == layout.columns.index(COLUMN), 1e-9, 0.0)  # [rad/s] nothing else
+    without, with_it = (at_noise(model, replace(model.fit.noise, slow=size))[0] for size in (0.0 * slow, slow))
+    assert without.log_evidence - with_it.log_evidence == pytest.approx(noise.SURELY, abs=1e-3)

@@ -50,6 +50,11 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
     return Noise(variance, np.where(_disturbed(runs), FIRST_SIGMA, 0.0)).even
 
 
+def against(noise: Noise) -> float:
+    """Log odds, beforehand, against as many slow errors as a noise has."""
+    return SURELY * float(np.count_nonzero(noise.slow))
+
+
 def _disturbed(runs: Sequence[Recorded]) -> NDArray[np.bool_]:
     """Axes that are disturbed in some run, (6,)."""
     return np.any([run.disturbed for run in runs], axis=0)

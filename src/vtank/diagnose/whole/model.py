@@ -19,6 +19,7 @@ from ...record.columns import channel_of
 from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, level
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
+from ...rigid.noise import against
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
 from ...rigid.tangent import Path
@@ -397,6 +398,7 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
     whitened = np.eye(theta.size) + inner * np.outer(scale, scale)
     occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
     evidence = level(found) - cost - occam + _bounded(unknowns) + _sparing(model, theta, H, inside)
+    evidence -= against(model.fit.noise)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
 
