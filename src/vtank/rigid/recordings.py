@@ -122,7 +122,7 @@ def _recorded(
     driven: Driven, bins: dict[str, float],
 ) -> Recorded:  # fmt: skip
     """One run; driven: of `_inputs`. InputError where it holds nothing that was asked for."""
-    since_s = min(float(run.time_s[0]), float(driven.stamps[0]))
+    since_s = min(float(run.time_s[0]), *driven.stamps[:1])
     told = {name: _told(run, layout, name, since_s) for name in layout.columns if name in run.columns}
     parts = [
         (c, *thinned(*told[name], bins[name], driven.stamps, driven.jumps + latency_s(layout, name)))
