@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from test_rigid_motion import multisine
 
 import vtank as vt
+from vtank.diagnose.whole.diagnosis import needed
 from vtank.diagnose.whole.model import at_noise, blank, own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
@@ -106,6 +108,8 @@ def test_each_axis_remembers_its_disturbance_for_a_time_of_its_own() -> None:
         return sum(map(log_likelihood, replace(fitted.fit, noise=alike).filter(fitted.vector())))
 
     assert sum(map(log_likelihood, found)) > max(map(likelihood, (0.6, 0.8, 1.0, 1.25, 1.6, 2.0))) + 10.0
+    selection = SimpleNamespace(best=fitted, found=found)
+    assert needed(selection, 0.1 * here.sigma) and not needed(selection, 0.95 * here.sigma)
 
 
 def test_a_slow_error_has_to_be_likelier_by_what_speaks_against_it_beforehand() -> None:

@@ -77,8 +77,11 @@ class Disturbed:
 
 
 @pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.65), (0.02, 0.9), (0.05, 0.99)])
-def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(sigma: float, chance: float):
-    """The surer the larger it is; what is within 10 % of the usual force, or 10 mm/s2, is water."""
+def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(
+    monkeypatch: pytest.MonkeyPatch, sigma: float, chance: float
+):
+    """The surer the larger it is; what is within 10 % of the usual force, or 10 mm/s2, is water, and what might be."""
+    monkeypatch.setattr(diagnosis, "needed", lambda selection, least: least[1] == pytest.approx(0.01))
     fit = SimpleNamespace(noise=SimpleNamespace(sigma=np.array([0.0, sigma, 0.0, 0.0, 0.0, 0.0])))
     best = SimpleNamespace(effects=(), vector=lambda: None, fit=fit)
     before = {"none": 0.8, "parameters": 0.1, "linear_drag@yaw": 0.1}
@@ -89,11 +92,14 @@ def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(sigma: floa
     assert diagnosis.disturbed(Disturbed(best, before, untold)).probabilities == before
     named = SimpleNamespace(**(vars(best) | {"effects": ("linear_drag@yaw",)}))
     assert diagnosis.disturbed(Disturbed(named, before)).probabilities == before
+    monkeypatch.setattr(diagnosis, "needed", lambda selection, least: False)
+    assert diagnosis.disturbed(Disturbed(best, before)).probabilities == before
 
 
 @pytest.mark.parametrize(("sigma", "axis"), [(0.09, ""), (0.2, "roll")])
-def test_what_turns_a_slender_hull_a_little_is_water(sigma: float, axis: str):
+def test_what_turns_a_slender_hull_a_little_is_water(monkeypatch: pytest.MonkeyPatch, sigma: float, axis: str):
     """1 N m is usual, and 0.1 rad/s2 moves a point 0.1 m off the axis by 10 mm/s2."""
+    monkeypatch.setattr(diagnosis, "needed", lambda selection, least: True)
     fit = SimpleNamespace(noise=SimpleNamespace(sigma=np.array([0.0, 0.0, 0.0, sigma, 0.0, 0.0])))
     trial = Disturbed(SimpleNamespace(effects=(), vector=lambda: None, fit=fit), {})
     trial.sizes = SimpleNamespace(force=np.array([10.0] * 3 + [0.5] * 3))

@@ -13,7 +13,9 @@ from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
 from ...record.run import Run
+from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
+from ...rigid.noise import SURELY
 from ...rigid.places import TWINS, Placed
 from ...rigid.recordings import record
 from ..given import telling
@@ -224,7 +226,7 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
 
     Of those of which something tells; about an axis it is that of a point as far off it as its mass is on average.
     missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,). "" and 0
-    where all are plausible.
+    where all are plausible, or might as well be.
     """
     best = selection.best
     hull = selection.runs[0].hull(best.vector())
@@ -233,8 +235,21 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
     lever_m = np.append(np.ones(3), np.sqrt(inertia[3:] / inertia[:3].mean()))
     share = sigma * inertia / selection.sizes.force
     beyond = np.minimum(share / PLAUSIBLE, sigma * lever_m / TURBULENT) * selection.runs[0].asked
-    axis = int(np.argmax(beyond))
-    return (AXES[axis], float(np.log2(beyond[axis]))) if beyond[axis] > 1.0 else ("", 0.0)
+    for axis in np.argsort(-beyond)[: np.count_nonzero(beyond > 1.0)]:
+        least = np.hypot(sigma / np.where(np.arange(6) == axis, beyond, 1.0), missed)
+        if needed(selection, least):
+            return AXES[axis], float(np.log2(beyond[axis]))
+    return "", 0.0
+
+
+def needed(selection: Selection, least: Array) -> bool:
+    """Whether the recordings are clearly less likely with disturbances of these sizes, (6,), than with the likeliest.
+
+    How large one is may be told by next to nothing.
+    """
+    best, fit = selection.best, selection.best.fit
+    calmer = replace(fit, noise=replace(fit.noise, sigma=least)).filter(best.vector())
+    return sum(map(log_likelihood, selection.found)) - sum(map(log_likelihood, calmer)) > SURELY
 
 
 def _plain(selection: Selection, name: str) -> bool:
