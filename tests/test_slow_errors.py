@@ -142,7 +142,7 @@ def test_slow_errors_are_found_where_they_are():
 def test_an_instrument_that_drifts_is_no_gap(monkeypatch, tmp_path, modelled: bool):
     """Taken for white, the slow errors of a simulator's own twin are a cause without a name."""
     if not modelled:
-        monkeypatch.setattr(search, "SURELY", np.inf)
+        monkeypatch.setattr(search, "SURELY", 1e9)
     errors = {f"imu__accel_{axis}_m_s2": 0.04 for axis in "xyz"} | {"imu__pitch_rate_rad_s": 0.004}
     found = vt.diagnose([flown(60.0, 6, **errors)], nominal=FEW, effects=["gyro_bias", "linear_drag"])
     assert (found.verdict.kind == "none") == modelled
