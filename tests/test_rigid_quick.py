@@ -112,7 +112,7 @@ def test_what_was_under_way_when_a_recording_began_was_pushed_before():
     for name, value in held.items():
         began[name] = np.where(np.arange(later.sum()) == 0, value, began[name])
     _, (seen,), _ = record([Run("cut", whole.time_s[later] - 12.0, began)], vehicle)
-    assert not seen.resting
+    assert not seen.resting and seen.steps.now[0] >= seen.stamps[0] - 1e-6
     time, e, sd = innovations(seen, first_noise([seen]), "imu.accel_x_m_s2")
     assert np.abs(e / sd)[time < 1.0].max() < 3.5
     drive = seen.drive(seen.layout.null)
