@@ -13,7 +13,7 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.rigid import noise as search
 from vtank.rigid.filtered import filtered, followed, innovations
 from vtank.rigid.fit import Fit
-from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.noise import SURELY, against, first_noise, settle
 from vtank.rigid.recordings import record
 from vtank.rigid.slow import likelihoods
 from vtank.rigid.tangent import tangents
@@ -78,6 +78,18 @@ def test_the_filter_takes_slow_errors_for_what_they_are(short):
     z = np.linalg.solve(factor, (undone @ f.innovation)[order])
     np.testing.assert_allclose(left.white(left.innovation)[order], z, atol=1e-5)
     assert np.abs(left.white(left.innovation) - f.white(f.innovation)).max() > 0.1
+
+
+@pytest.mark.parametrize(("memory_s", "sigma", "odd"), [(3.0, 1e-3, 1), (1.0, 1e-3, 0), (3.0, 1e-5, 0)])
+def test_a_disturbance_that_lasts_as_long_as_a_run_costs_as_a_slow_error_does(short, memory_s, sigma, odd):
+    """Over 4 s: what is remembered for 3 s of them stands for a steady force, unless it is none."""
+    run, _, white, noise = short
+    still = {"sigma": np.full(6, 1e-5), "memory_s": np.full(6, 3.0)}
+    heaving = {"sigma": still["sigma"] + [0, 0, sigma - 1e-5, 0, 0, 0],
+               "memory_s": still["memory_s"] + [0, 0, memory_s - 3.0, 0, 0, 0]}  # fmt: skip
+    for level, slow in ((white.even, 0), (noise, 2)):
+        assert against(Fit((run,), replace(level, **still))) == slow * SURELY
+        assert against(Fit((run,), replace(level, **heaving))) == (slow + odd) * SURELY
 
 
 def test_all_ways_along_a_run_have_the_same_slow_errors(short):

@@ -76,6 +76,10 @@ class Disturbed:
         return (SimpleNamespace(hull=lambda p: hull, asked=np.array(self.told)),)
 
 
+def of_water(trial: Disturbed) -> Disturbed:
+    return diagnosis.disturbed(trial, *diagnosis.too_large(trial))
+
+
 @pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.65), (0.02, 0.9), (0.05, 0.99)])
 def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(
     monkeypatch: pytest.MonkeyPatch, sigma: float, chance: float
@@ -85,15 +89,15 @@ def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(
     fit = SimpleNamespace(noise=SimpleNamespace(sigma=np.array([0.0, sigma, 0.0, 0.0, 0.0, 0.0])))
     best = SimpleNamespace(effects=(), vector=lambda: None, fit=fit)
     before = {"none": 0.8, "parameters": 0.1, "linear_drag@yaw": 0.1}
-    after = diagnosis.disturbed(Disturbed(best, before)).probabilities
+    after = of_water(Disturbed(best, before)).probabilities
     assert sum(after.values()) == pytest.approx(1.0)
     assert (after == before) if chance == 0.0 else (chance < after["unknown@sway"] < chance + 0.1)
     untold = (True, False, True, True, True, True)
-    assert diagnosis.disturbed(Disturbed(best, before, untold)).probabilities == before
+    assert of_water(Disturbed(best, before, untold)).probabilities == before
     named = SimpleNamespace(**(vars(best) | {"effects": ("linear_drag@yaw",)}))
-    assert diagnosis.disturbed(Disturbed(named, before)).probabilities == before
+    assert of_water(Disturbed(named, before)).probabilities == before
     monkeypatch.setattr(diagnosis, "needed", lambda selection, least: False)
-    assert diagnosis.disturbed(Disturbed(best, before)).probabilities == before
+    assert of_water(Disturbed(best, before)).probabilities == before
 
 
 @pytest.mark.parametrize(("sigma", "axis"), [(0.09, ""), (0.2, "roll")])

@@ -59,33 +59,35 @@ def pulled(hull):
 
 
 @lean
+def gentle(by, t, x, i, c, drive, hull, D, scratch):
+    """Column c of D by a difference to one side; whether it went across no jump. scratch: as `slope` leaves it."""
+    still, rate, base, steepest, before = scratch[1, :6], scratch[2], scratch[3], 0.0, x[c]
+    x[c] += by
+    rates(t, x, drive.thrust[i], drive.asked[i], drive.fins[i], still, drive.known[i, 9:], hull, rate)
+    x[c] = before
+    for a in range(12):
+        D[a, c] = (rate[a] - base[a]) / by
+        steepest = max(steepest, abs(D[a, c]))
+    return steepest < JUMP
+
+
+@lean
 def slope(t, x, i, drive, hull, D, scratch):
     """Derivative of the rates with respect to the motion, at x, (18,), and time t in step i, into D, (12, 12).
 
     Beside a jump, as of the drag of a fin at its stall, that on this side of it.
     """
-    still, rate, base = scratch[1, :6], scratch[2], scratch[3]
+    still, base = scratch[1, :6], scratch[3]
     for a in range(6):
         still[a] = 0.0
-    thrust, asked, fins, known = drive.thrust[i], drive.asked[i], drive.fins[i], drive.known[i]
-    rates(t, x, thrust, asked, fins, still, known[9:], hull, base)
+    rates(t, x, drive.thrust[i], drive.asked[i], drive.fins[i], still, drive.known[i, 9:], hull, base)
     placed = pulled(hull)
     for c in range(12):
-        free = not drive.knows[c - 3] if c >= 3 else placed
         for a in range(12):
             D[a, c] = 0.0
-        for by in (NUDGE, -NUDGE):
-            steepest, before = 0.0, x[c]
-            if not free:
-                break
-            x[c] += by
-            rates(t, x, thrust, asked, fins, still, known[9:], hull, rate)
-            x[c] = before
-            for a in range(12):
-                D[a, c] = (rate[a] - base[a]) / by
-                steepest = max(steepest, abs(D[a, c]))
-            if steepest < JUMP:
-                break
+        free = not drive.knows[c - 3] if c >= 3 else placed
+        if free and not gentle(NUDGE, t, x, i, c, drive, hull, D, scratch):
+            gentle(-NUDGE, t, x, i, c, drive, hull, D, scratch)
 
 
 @lean

@@ -35,6 +35,7 @@ SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # slow errors, as a variance ove
 COLOURED = 0.6  # share of a white error, as a variance, whose place a slow one may take at once; a choice
 SLOW_S = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memory of slow errors; a choice
 SURELY = 4.6  # log-likelihood from which an instrument has a slow error: odds of a hundred
+LASTS = 0.5  # of the longest run, over which a disturbance that is remembered stands for a steady force; a choice
 ERRORS, MEMORY = {"white", "slow", "coloured"}, "memory"  # parts of a noise: instruments', and those of disturbances
 KEPT = 0.25  # share of its fastest scatter, as a variance, below which a white error is not believed; a choice
 
@@ -50,9 +51,14 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
     return Noise(variance, np.where(_disturbed(runs), FIRST_SIGMA, 0.0)).even
 
 
-def against(noise: Noise) -> float:
-    """Log odds, beforehand, against as many slow errors as a noise has."""
-    return SURELY * float(np.count_nonzero(noise.slow))
+def against(fit: Fit) -> float:
+    """Log odds, beforehand, against as many slow errors as a noise has, and disturbances that are steady forces.
+
+    What lasts over most of every run is no more turbulence than an instrument's bias is its noise.
+    """
+    noise, lasts_s = fit.noise, LASTS * max(float(np.ptp(run.time_s)) for run in fit.runs)
+    steady = (noise.sigma > STILL) & (noise.memory_s > lasts_s)
+    return SURELY * float(np.count_nonzero(noise.slow) + np.count_nonzero(steady))
 
 
 def _disturbed(runs: Sequence[Recorded]) -> NDArray[np.bool_]:

@@ -153,12 +153,11 @@ def places_of(selection: Selection) -> dict[str, float]:
     return {place: p for place, p in sorted(found.items(), key=lambda item: -item[1]) if p >= 1e-3}
 
 
-def disturbed(selection: Selection, missed: Array | float = 0.0) -> Selection:
+def disturbed(selection: Selection, axis: str, octaves: float) -> Selection:
     """The selection with the chance that a disturbance too large for water is a cause, where none is named.
 
-    missed: as of `too_large`.
+    axis, octaves: of `too_large`.
     """
-    axis, octaves = too_large(selection, missed)
     if not axis or selection.best.effects:
         return selection
     chances = dict(selection.probabilities)
@@ -168,8 +167,8 @@ def disturbed(selection: Selection, missed: Array | float = 0.0) -> Selection:
     return replace(selection, probabilities={name: chance / total for name, chance in chances.items()})
 
 
-def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0) -> Verdict:
-    """The verdict, from probabilities and budget; missed: as of `too_large`."""
+def verdict_of(selection: Selection, spent: Budget, strange_axis: str = "") -> Verdict:
+    """The verdict, from probabilities and budget; strange_axis: that of `too_large`."""
     chances = dict(sorted(selection.probabilities.items(), key=lambda item: -item[1]))
     unknown = {name: p for name, p in chances.items() if name.startswith("unknown@")}
     name, chance = next(iter(chances.items()))
@@ -182,7 +181,7 @@ def verdict_of(selection: Selection, spent: Budget, missed: Array | float = 0.0)
             return Verdict("undecided", (), (), (name, *rivals), None, chance, left)
         if nameless >= calm:
             place = max(unknown, key=lambda key: unknown[key]).partition("@")[2]
-            doubt = "disturbance" if place == too_large(selection, missed)[0] and place not in left else ""
+            doubt = "disturbance" if place == strange_axis and place not in left else ""
             return Verdict("unknown", (), (place,), (), _channel(selection, place), nameless, left, doubt)
         name = max(plain, key=lambda key: plain[key])
         return Verdict(name, (), (), (), None, plain[name], left)
@@ -302,9 +301,9 @@ def _diagnosed(
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
-    missed = plant.sigma if plant else 0.0
-    selection = disturbed(selection, missed)
-    verdict = verdict_of(selection, spent, missed)
+    strange_axis, octaves = too_large(selection, plant.sigma if plant else 0.0)
+    selection = disturbed(selection, strange_axis, octaves)
+    verdict = verdict_of(selection, spent, strange_axis)
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)

@@ -398,7 +398,7 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
     whitened = np.eye(theta.size) + inner * np.outer(scale, scale)
     occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
     evidence = level(found) - cost - occam + _bounded(unknowns) + _sparing(model, theta, H, inside)
-    evidence -= against(model.fit.noise)
+    evidence -= against(model.fit)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
 
