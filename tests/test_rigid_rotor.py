@@ -8,23 +8,27 @@ from scipy.integrate import quad
 
 import vtank as vt
 from vtank.diagnose.whole.model import own_unknowns
-from vtank.rigid.layout import DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER, Layout
+from vtank.rigid.layout import DELAY, DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER, Layout
 from vtank.rigid.push import pushes
 from vtank.rigid.steps import thrusts
 
 LAG_S, REACH, STEP_S = 0.3, 20.0, 0.1
 
 
-def forces(share: float) -> tuple[np.ndarray, ...]:
-    """Mean and half the change of n|n| over steps of 0.1 s, of speeds held for two of them each."""
+def forces(share: float, first: int = 0, resting: bool = True, delay_s: float = 0.0) -> tuple[np.ndarray, ...]:
+    """Mean and half the change of n|n| over steps of 0.1 s, of speeds held for two of them each.
+
+    first: step with which it begins.
+    """
     p = np.zeros(HULL + THRUSTER)
     own = p[HULL:]
     own[DIRECTION], own[GAIN], own[SATURATION], own[LAG], own[ROTOR], own[SAG] = 1.0, 1.0, np.inf, LAG_S, share, 0.0
+    own[DELAY] = delay_s
     asked = np.linspace(-REACH, REACH, 4001)
     now = STEP_S * np.arange(200)
     stamps, speeds = now[::2].copy(), np.random.default_rng(3).uniform(-REACH, REACH, (100, 1))
-    force, swing, _ = thrusts(now, np.full(now.size, STEP_S), stamps, speeds, (asked * np.abs(asked))[None],
-                              np.array([REACH]), p, 1, True)  # fmt: skip
+    table, now = (asked * np.abs(asked))[None], now[first:]
+    force, swing, _ = thrusts(now, np.full(now.size, STEP_S), stamps, speeds, table, np.array([REACH]), p, 1, resting)
     return force[:, 0], swing[:, 0], speeds[:, 0]
 
 
@@ -43,6 +47,20 @@ def test_speed_lags_as_in_closed_form() -> None:
         )  # of 400, where a speed turns round amid a step
         assert swing[k] == pytest.approx(0.5 * (thrust(STEP_S) - thrust(0.0)), abs=0.02)
         n = goal + (begin - goal) * np.exp(-STEP_S / LAG_S)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("resting", [True, False])
+@pytest.mark.parametrize("delay_s", [0.0, 0.2])
+@pytest.mark.parametrize("first", [1, 5])
+def test_what_was_asked_for_before_the_first_step_has_acted(share: float, resting: bool, delay_s: float, first: int):
+    """An instrument that is late, or begins late, sees thrusters that have long been told where to go."""
+    whole, tail = (forces(share, k, resting, delay_s) for k in (0, first))
+    for every, later in zip(whole[:2], tail[:2], strict=True):
+        np.testing.assert_allclose(later, every[first:], rtol=0.0, atol=1e-9)
+    if first == 5 and not delay_s:
+        assert abs(tail[0][0]) > 1.0  # neither nothing nor where the input of this step goes
+        assert abs(tail[0][0] - tail[2][first // 2] * abs(tail[2][first // 2])) > 1.0
 
 
 def test_a_share_lies_between_both() -> None:

@@ -13,7 +13,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import log_ndtr
 
 from ..effects.effect import Parameter
 from ..estimate.innovations import simulated
@@ -22,6 +21,7 @@ from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
 from ..plant.parameters import LAG, indices, slot, vector
 from . import outliers
+from .bounds import within
 from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
 
 NUISANCE_SPREAD = 0.5  # prior deviation of the nominal's own parameters over their size; a guess, wide on purpose
@@ -264,22 +264,7 @@ def _occam(prior: Prior, optimum: Optimum) -> float:
     deviation = (optimum.theta - prior.mean) / prior.sd
     sign, logdet = np.linalg.slogdet(optimum.information * np.outer(prior.sd, prior.sd))
     total = -0.5 * float(deviation @ deviation) - 0.5 * logdet
-    at_low = (optimum.theta <= prior.low + 1e-12) & (optimum.gradient > 0)
-    at_high = (optimum.theta >= prior.high - 1e-12) & (optimum.gradient < 0)
-    variance = np.diag(np.linalg.inv(optimum.information))
-    bounded = np.flatnonzero(np.isfinite(prior.low) | np.isfinite(prior.high))
-    if sign <= 0.0 or np.any(variance[bounded] <= 0.0):  # lost to rounding: nothing is known about how wide it is
-        return -np.inf
-    for i in bounded:
-        pull = optimum.gradient[i] * variance[i] if at_low[i] or at_high[i] else 0.0
-        total += 0.5 * pull**2 / variance[i]
-        total += _log_inside(prior.low[i], prior.high[i], optimum.theta[i] - pull, np.sqrt(variance[i]))
-        total -= _log_inside(prior.low[i], prior.high[i], prior.mean[i], prior.sd[i])
-    return total
-
-
-def _log_inside(low: float, high: float, mean: float, sd: float) -> float:
-    """Log probability that a normal variable lies above `low` (where finite), else below `high`."""
-    if np.isfinite(low) and (not np.isfinite(high) or abs(mean - low) <= abs(high - mean)):
-        return float(log_ndtr((mean - low) / sd))
-    return float(log_ndtr((high - mean) / sd)) if np.isfinite(high) else 0.0
+    cut = within(
+        optimum.theta, optimum.gradient, np.linalg.inv(optimum.information), prior.low, prior.high, prior.mean, prior.sd
+    )
+    return total + cut if sign > 0.0 else -np.inf  # lost to rounding: nothing is known about how wide it is

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..plant.plant import Plant
 from ..plant.surge import STANDOFF, SURGE
 from ..record.columns import MOTION, channel_of, column
 from ..record.manifest import DataSetWarning
+from ..record.repeats import own_readings
 from ..record.run import INPUTS, Run
 from .kernels import Record, Steps
 
@@ -150,9 +151,30 @@ def stretches(runs: Sequence[Run]) -> tuple[Run, ...]:
     """The runs, cut where recording paused: what the vehicle did meanwhile, nobody knows, and its state is new after.
 
     Each has a clock of its own, which begins with its first row. A stretch is named after the run and its span; short
-    ones are left out. A DataSetWarning says so.
+    ones are left out. Readings that a logger wrote again are left out, too. A DataSetWarning says so.
     """
-    return tuple(part for run in runs for part in _stretches(run))
+    return tuple(part for run in runs for part in _stretches(_read_once(run)))
+
+
+def _read_once(run: Run) -> Run:
+    """The run without what was not read: a reading that is written again says nothing new, and is old by then."""
+    columns, shares = dict(run.columns), list[str]()
+    for name in (name for name in run.columns if channel_of(name) in MOTION):
+        values = run.columns[name].copy()
+        there = np.flatnonzero(~np.isnan(values))
+        own = own_readings(values[there])
+        if not own.all():
+            values[there[~own]] = np.nan
+            columns[name] = values
+            shares.append(f"{np.mean(~own):.0%} of {name}")
+    if not shares:
+        return run
+    warnings.warn(
+        f"run {run.name}: readings written again by the logger are left out: {', '.join(shares)}",
+        DataSetWarning,
+        stacklevel=4,
+    )
+    return replace(run, columns=columns)
 
 
 def _stretches(run: Run) -> list[Run]:

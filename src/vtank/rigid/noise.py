@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..lanes import WIDTH
+from ..record.repeats import smallest_step
 from .filtered import FAR, STILL, Filtered, Left, Noise, share
 from .fit import Fit, log_likelihood
 from .recorded import Recorded
@@ -73,10 +74,7 @@ def _rounding(runs: Sequence[Recorded]) -> Array:
 
 def resolution(runs: Sequence[Recorded], c: int) -> float:
     """Smallest step that a column's values take [its unit]."""
-    values = np.unique(np.concatenate([run.value[run.column == c] for run in runs]))
-    gaps = np.diff(values)
-    gaps = gaps[gaps > 1e-9 * max(float(np.abs(values).max(initial=0.0)), 1e-12)]
-    return float(gaps.min()) if gaps.size else 1e-9
+    return smallest_step(np.concatenate([run.value[run.column == c] for run in runs]))
 
 
 def settle(

@@ -109,17 +109,27 @@ def steady(n, t, table, reach, p, i):
     return p[i + GAIN] * (1.0 - p[i + LOST]) * (force + p[i + SKEWED] * abs(force)) * math.exp(-p[i + SAG] * t)
 
 
+@term
+def lagging(stamps, values, until, tau, z):
+    """What lags values that are held from their stamps on by tau [s], at a time; it is z at the first of them."""
+    for j in range(stamps.size):
+        if stamps[j] < until - TOUCH_S:
+            end = min(stamps[j + 1], until) if j + 1 < stamps.size else until
+            z = values[j] + (z - values[j]) * math.exp(-(end - stamps[j]) / tau)
+    return z
+
+
 @law
 def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
 
     inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
-    forces begin at nothing, else where the first inputs bring them, which have been there before. A share of the lag
-    may be that of a rotor, whose input lags and not its force.
+    forces are nothing at the first inputs, else where these bring them, which have been there before. A share of the
+    lag may be that of a rotor, whose input lags and not its force.
     """
     steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
     samples = stamps.size
-    made, turned, upto, told = np.empty(samples), np.empty(samples), np.empty(samples), np.empty(samples)
+    made, turned, told = np.empty(samples), np.empty(samples), np.empty(samples)
     for k in range(thrusters):
         i = HULL + THRUSTER * k
         wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
@@ -131,34 +141,35 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
             n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
             n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
             made[j] = steady(n, stamps[j], tables[k], reach[k], p, i)
-            turned[j], told[j], upto[j] = abs(n), n, stamps[j]
-        z, tau, rotor, j = 0.0, p[i + LAG] + p[i + SLOWER], p[i + ROTOR], 0
-        turns = 0.0 if resting else told[0]
+            turned[j], told[j] = abs(n), n
+        tau, rotor, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], 0
+        z, turns = (0.0, 0.0) if resting else (made[0], told[0])
+        if tau > 0.0 and steps > 0:
+            z = lagging(stamps, made, now[0] - p[i + DELAY], tau, z)
+            turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, turns)
         for s in range(steps):
             a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
-            while j + 1 < samples and upto[j + 1] <= a + TOUCH_S:
+            while j + 1 < samples and stamps[j + 1] <= a + TOUCH_S:
                 j += 1
             t, goal, spin, wanted, q = a, 0.0, 0.0, 0.0, j
             while t < b - TOUCH_S:
                 stop = b
-                if t < upto[0] - TOUCH_S:
-                    stop = min(b, upto[0])
+                if t < stamps[0] - TOUCH_S:
+                    stop = min(b, stamps[0])
                     if not resting:
                         goal += (stop - t) * made[0]
                         spin += (stop - t) * turned[0]
                         wanted += (stop - t) * told[0]
-                elif q + 1 < samples and upto[q + 1] < b:
-                    stop = max(upto[q + 1], t)
-                if t >= upto[0] - TOUCH_S:
+                elif q + 1 < samples and stamps[q + 1] < b:
+                    stop = max(stamps[q + 1], t)
+                if t >= stamps[0] - TOUCH_S:
                     goal += (stop - t) * made[q]
                     spin += (stop - t) * turned[q]
                     wanted += (stop - t) * told[q]
                 t = stop
-                if q + 1 < samples and upto[q + 1] <= t + TOUCH_S:
+                if q + 1 < samples and stamps[q + 1] <= t + TOUCH_S:
                     q += 1
             goal, spin = goal / length[s], spin / length[s]
-            if s == 0 and not resting:
-                z = goal
             size[s, k] = spin
             if tau > 0.0:
                 fade = math.exp(-length[s] / tau)

@@ -23,6 +23,7 @@ from ...rigid.noise import against
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
 from ...rigid.push import Push
 from ...rigid.tangent import Path
+from ..bounds import within
 from .unfinished import digest, step
 
 Array = NDArray[np.float64]
@@ -395,9 +396,9 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
             J, about = differentiated(theta, e), theta
     inner = J.T @ J
     H, inside = inner + np.diag(weight), (theta > low) & (theta < high)
-    whitened = np.eye(theta.size) + inner * np.outer(scale, scale)
-    occam = 0.5 * float(np.linalg.slogdet(whitened[np.ix_(inside, inside)])[1]) if inside.any() else 0.0
-    evidence = level(found) - cost - occam + _bounded(unknowns) + _sparing(model, theta, H, inside)
+    occam = 0.5 * float(np.linalg.slogdet(np.eye(theta.size) + inner * np.outer(scale, scale))[1])
+    cut = within(theta, J.T @ e + weight * theta, np.linalg.inv(H), low, high, 0.0, scale)
+    evidence = level(found) - cost - occam + cut + _sparing(model, theta, H, inside)
     evidence -= against(model.fit)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
@@ -452,8 +453,3 @@ def at_noise(model: Model, noise: Noise) -> tuple[Model, list[Filtered]]:
     fit = replace(model.fit, noise=noise)
     there = fit.filter(model.vector())
     return refit(replace(model, fit=fit), there, model.theta), there
-
-
-def _bounded(unknowns: Sequence[Unknown]) -> float:
-    """Log of two for every number whose prior reaches to one side only."""
-    return float(np.log(2.0) * sum(u.low == 0.0 or u.high == 0.0 for u in unknowns))
