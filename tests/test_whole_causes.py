@@ -19,7 +19,20 @@ from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
 from vtank.rigid.fit import RUNAWAY, Fit, begun
-from vtank.rigid.layout import FIN, GONE, HOLDS, HULL, LEANS, STALL, SUCTION, THRUSTER, masses
+from vtank.rigid.layout import (
+    ASLANT,
+    FIN,
+    GONE,
+    HOLDS,
+    HULL,
+    LEANS,
+    LIFT,
+    PRESSURE,
+    STALL,
+    SUCTION,
+    THRUSTER,
+    masses,
+)
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -227,14 +240,18 @@ def test_a_fin_that_holds_its_lift_beyond_the_stall_has_there_what_it_had_at_it(
     assert abs(fin_force(p, first, 0.5 * np.pi, (1.4, 0.0, 0.0))[1]) < 1e-6, "all is lost athwart the flow"
 
 
-def test_a_fin_that_does_not_lean_pushes_square_to_the_hull_and_no_less():
+@pytest.mark.parametrize(("power", "flowing"), [(0.0, 1.4**2 + 0.1**2), (2.0, 1.4**2)])
+@pytest.mark.parametrize("angle", [0.1, 0.5])
+def test_a_fin_that_does_not_lean_is_that_of_simple_simulators(angle: float, power: float, flowing: float):
+    """Square to the hull, by the ratio of speeds for an angle, up to the stall, and the square of all or of surge."""
     _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
     p, first = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes) + FIN  # the rudder
-    for angle in (0.1, 0.5):
-        before = fin_force(p, first, angle, (1.4, -0.1, 0.0))
-        upright = p.copy()
-        upright[first + LEANS] = 0.0
-        assert fin_force(upright, first, angle, (1.4, -0.1, 0.0)) == (0.0, *before[1:]) and before[0] < -0.1
+    p[first + LEANS], p[first + ASLANT] = 0.0, power
+    lift = p[first + PRESSURE] * flowing * p[first + LIFT] * min(angle + 0.1 / 1.4, p[first + STALL])
+    assert fin_force(p, first, angle, (1.4, -0.1, 0.0)) == pytest.approx((0.0, lift, 0.0), rel=1e-12)
+    leaning = run.layout.null.copy()
+    for flow in ((-1.4, -0.1, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.0)):  # of which simple simulators say nothing
+        assert fin_force(p, first, angle, flow) == fin_force(leaning, first, angle, flow)
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ from ..effects.wall_proximity import NEAREST_M, growth
 from ..plant.sixdof import add, at, coriolis, cross, multiply, subtract
 from .flow import pushed
 from .layout import (
+    ASLANT,
     ASYMMETRY,
     AXIS,
     BUOYANCY,
@@ -125,8 +126,9 @@ def fin_force(p, i, angle, through):
 
     Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond, but for
     the share that it holds. Without suction at the leading edge the force is square to the fin itself (a plate); with
-    all of it, lift costs no drag. Of its part along the hull there is the share by which it leans: none of a force that
-    is square to the hull, as simple simulators have it.
+    all of it, lift costs no drag. So far the share by which it leans; the rest is as simple simulators have it where
+    the flow comes from ahead: square to the hull, with the ratio of the flow across to that ahead for an angle, up to
+    the stall, and a power of its cosine, 0 by the square of all of the flow, 2 by that of the flow ahead.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
@@ -145,8 +147,12 @@ def fin_force(p, i, angle, through):
         cost = (1.0 - holds) * 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
         cost = cost + holds * (1.0 - p[i + SUCTION]) * most * math.tan(alpha)
     pressure = (1.0 - p[i + GONE]) * p[i + PRESSURE] * speed  # on what is left of its area
-    X = pressure * (p[i + LEANS] * (-lift * across - cost * along) - p[i + DRAG] * along)
-    Y = pressure * (lift * along - (cost + p[i + DRAG]) * across)
+    leans = p[i + LEANS] if along > 0.0 else 1.0
+    X = pressure * (leans * (-lift * across - cost * along) - p[i + DRAG] * along)
+    Y = pressure * (leans * (lift * along - cost * across) - p[i + DRAG] * across)
+    if leans != 1.0:
+        held = p[i + LIFT] * min(max(angle + p[i + OFFSET] - across / along, -stall), stall)
+        Y = Y + pressure * (1.0 - leans) * held * speed * math.pow(along / speed, p[i + ASLANT])
     X = X - p[i + INDUCED] * along * along * math.sin(angle) ** 2
     return X, Y * side[1], Y * side[2]
 

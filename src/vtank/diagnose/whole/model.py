@@ -34,6 +34,7 @@ ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a gue
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
+ASLANT = 1.0  # [-] of the power of the cosine with which a fin's force that has no such part goes; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
@@ -66,8 +67,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
     Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether rotors lag
-    or their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall, and
-    whether it has a part along the hull.
+    or their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall,
+    whether it has a part along the hull, and how it goes with an oblique flow where not.
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
@@ -103,7 +104,8 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         known = float(p[at].max())
         found.append(Unknown("rotor@thrusters", at, p[at], ROTOR, -known, 1.0 - known, 1e-3, stated=False))
     for q, share, low, high in (
-        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0)
+        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
+        ("aslant", ASLANT, -1.0, 1.0),
     ):  # fmt: skip
         fins = layout.at([f"{q}@{fin.name}" for fin in layout.vehicle.fins])
         if fins.size:
