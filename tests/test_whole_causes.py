@@ -270,6 +270,35 @@ def test_a_thruster_that_obeys_very_late_is_found():
     assert values["command_delay@thruster_3"]["d"][0] == pytest.approx(0.6, abs=0.01)
 
 
+def logged_late(run: vt.Run, by_s: float) -> vt.Run:
+    """The run with commands stamped later than they acted."""
+    commands = [name for name in run.columns if name.endswith("_command")]
+    at = np.flatnonzero(~np.isnan(run.columns[commands[0]]))
+    stamps = run.time_s[at] + by_s
+    time_s = np.union1d(run.time_s, stamps)
+    columns = {name: np.full(time_s.size, np.nan) for name in run.columns}
+    for name, values in run.columns.items():
+        columns[name][np.searchsorted(time_s, run.time_s)] = np.nan if name in commands else values
+    for name in commands:
+        columns[name][np.searchsorted(time_s, stamps)] = run.columns[name][at]
+    return replace(run, time_s=time_s, columns=columns)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modelled", [True, False])
+def test_commands_that_a_logger_stamps_a_few_milliseconds_late_are_no_gap(monkeypatch, modelled: bool):
+    """Within a tick, no file states when they act: taken for exact, it is own parameters that are off, or worse."""
+    if not modelled:
+        monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.model"), "PROMPT_S", 1e-9)
+    run = logged_late(fly_vehicle(FEW, multisine(FEW, 60.0, 5), 60.0, 5), 0.006)
+    found = vt.diagnose([run], nominal=FEW, effects=["linear_drag", "thrust_lag"])
+    assert (found.verdict.kind == "none") == modelled
+    if modelled:
+        model = found.selection.nominal
+        at = [u.name for u in model.unknowns].index("delay@thrusters")
+        assert model.theta[at] == pytest.approx(-0.006, abs=max(4.0 * float(model.sd[at]), 0.001))
+
+
 def test_speeds_of_which_nothing_tells_begin_at_rest_and_their_drag_is_free():
     run = fly_whole(scenario_of(ZIGZAG, "run_1"), PHOENIX).run
     selection = importlib.import_module("vtank.diagnose.whole.model")

@@ -31,6 +31,7 @@ T = TypeVar("T", Push, Fin)
 STEPS = 8  # of a fit, at most
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
+PROMPT_S, TICK_S = 0.005, 0.02  # [s] by which commands act off their stamps, usually and at most; guesses
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
@@ -66,9 +67,9 @@ class Unknown:
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
-    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether rotors lag
-    or their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall,
-    whether it has a part along the hull, and how it goes with an oblique flow where not.
+    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: how promptly
+    commands act, whether rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
+    and keep beyond their stall, whether it has a part along the hull, and how it goes with an oblique flow where not.
     """
     p, found = layout.null, []
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
@@ -103,6 +104,10 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         at = layout.at([f"rotor@{name}" for name in rotors])
         known = float(p[at].max())
         found.append(Unknown("rotor@thrusters", at, p[at], ROTOR, -known, 1.0 - known, 1e-3, stated=False))
+    told = [push.name for push in layout.pushes if push.thruster]
+    if told:
+        at = layout.at([f"delay@{name}" for name in told])
+        found.append(Unknown("delay@thrusters", at, p[at], PROMPT_S, -TICK_S, TICK_S, 1e-2 * PROMPT_S, stated=False))
     for q, share, low, high in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
         ("aslant", ASLANT, -1.0, 1.0),
