@@ -28,6 +28,7 @@ from vtank.rigid.layout import (
     LEANS,
     LIFT,
     PRESSURE,
+    RATIO,
     STALL,
     SUCTION,
     THRUSTER,
@@ -241,13 +242,16 @@ def test_a_fin_that_holds_its_lift_beyond_the_stall_has_there_what_it_had_at_it(
 
 
 @pytest.mark.parametrize(("power", "flowing"), [(0.0, 1.4**2 + 0.1**2), (2.0, 1.4**2)])
+@pytest.mark.parametrize(("ratio", "inflow"), [(0.0, np.arctan(0.1 / 1.4)), (1.0, 0.1 / 1.4)])
 @pytest.mark.parametrize("angle", [0.1, 0.5])
-def test_a_fin_that_does_not_lean_is_that_of_simple_simulators(angle: float, power: float, flowing: float):
-    """Square to the hull, by the ratio of speeds for an angle, up to the stall, and the square of all or of surge."""
+def test_a_fin_that_does_not_lean_is_that_of_simple_simulators(
+    angle: float, power: float, flowing: float, ratio: float, inflow: float
+):
+    """Square to the hull, by the flow's angle or a ratio of speeds, up to the stall, and the square of all or surge."""
     _, (run,), _ = record([fly_vehicle(REMUS, multisine(REMUS, 5.0, 1), 5.0, 1)], REMUS)
     p, first = run.layout.null.copy(), HULL + THRUSTER * len(run.layout.pushes) + FIN  # the rudder
-    p[first + LEANS], p[first + ASLANT] = 0.0, power
-    lift = p[first + PRESSURE] * flowing * p[first + LIFT] * min(angle + 0.1 / 1.4, p[first + STALL])
+    p[first + LEANS], p[first + ASLANT], p[first + RATIO] = 0.0, power, ratio
+    lift = p[first + PRESSURE] * flowing * p[first + LIFT] * min(angle + inflow, p[first + STALL])
     assert fin_force(p, first, angle, (1.4, -0.1, 0.0)) == pytest.approx((0.0, lift, 0.0), rel=1e-12)
     leaning = run.layout.null.copy()
     for flow in ((-1.4, -0.1, 0.0), (0.0, 0.1, 0.0), (0.0, 0.0, 0.0)):  # of which simple simulators say nothing

@@ -38,8 +38,8 @@ DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
 YAWED, PITCHED, WIRED, SPIKED, ROTOR = 20, 21, 22, 23, 24
 THRUSTER = 25
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, GONE, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
-HOLDS, LEANS, ASLANT = 15, 16, 17
-FIN = 18
+HOLDS, LEANS, ASLANT, RATIO = 15, 16, 17, 18
+FIN = 19
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
 SENSOR = 10
 SCALE, BIAS = 0, 1
@@ -70,7 +70,8 @@ THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ)
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
                   "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "lost",
-             "offset", "induced_drag", "late", "suction", "holds", "leans", "aslant")  # fmt: skip
+             "offset", "induced_drag", "late", "suction", "holds", "leans", "aslant",
+             "ratio")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")
@@ -183,7 +184,7 @@ class Layout:
             own[AXIS : AXIS + 3], own[SEAT : SEAT + 3] = fin.axis, vehicle.sites[fin.site]
             own[PRESSURE], own[LIFT] = 0.5 * fin.density_kg_per_m3 * fin.area_m2, fin.lift_per_rad
             own[STALL], own[DRAG], own[SUCTION] = fin.stall_rad, fin.drag, fin.suction
-            own[LEANS], own[ASLANT] = 1.0, 1.0
+            own[LEANS], own[ASLANT], own[RATIO] = 1.0, 1.0, 1.0
         known = {sensor.name: sensor for sensor in vehicle.sensors}
         for k, name in enumerate(self.sensors):
             own = p[sensors + SENSOR * k :][:SENSOR]

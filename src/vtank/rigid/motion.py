@@ -52,6 +52,7 @@ from .layout import (
     PRESSURE,
     PULL,
     QUADRATIC,
+    RATIO,
     RECOVERY,
     SEAT,
     SPRING,
@@ -127,15 +128,16 @@ def fin_force(p, i, angle, through):
     Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond, but for
     the share that it holds. Without suction at the leading edge the force is square to the fin itself (a plate); with
     all of it, lift costs no drag. So far the share by which it leans; the rest is as simple simulators have it where
-    the flow comes from ahead: square to the hull, with the ratio of the flow across to that ahead for an angle, up to
-    the stall, and a power of its cosine, 0 by the square of all of the flow, 2 by that of the flow ahead.
+    the flow comes from ahead: square to the hull, up to the stall, and with a power of the cosine of the flow's angle,
+    0 by the square of all of the flow, 2 by that of the flow ahead; a share of that angle is the ratio of both instead.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
     along = through[0]
     across = through[0] * side[0] + through[1] * side[1] + through[2] * side[2]
     speed = math.sqrt(along * along + across * across)
-    beyond = angle + p[i + OFFSET] - math.atan2(across, along)
+    turned, inflow = angle + p[i + OFFSET], math.atan2(across, along)
+    beyond = turned - inflow
     alpha = math.atan2(math.sin(beyond), math.cos(beyond))
     stall = p[i + STALL]
     if abs(alpha) <= stall:
@@ -151,7 +153,8 @@ def fin_force(p, i, angle, through):
     X = pressure * (leans * (-lift * across - cost * along) - p[i + DRAG] * along)
     Y = pressure * (leans * (lift * along - cost * across) - p[i + DRAG] * across)
     if leans != 1.0:
-        held = p[i + LIFT] * min(max(angle + p[i + OFFSET] - across / along, -stall), stall)
+        simple = turned - inflow - p[i + RATIO] * (across / along - inflow)
+        held = p[i + LIFT] * min(max(simple, -stall), stall)
         Y = Y + pressure * (1.0 - leans) * held * speed * math.pow(along / speed, p[i + ASLANT])
     X = X - p[i + INDUCED] * along * along * math.sin(angle) ** 2
     return X, Y * side[1], Y * side[2]

@@ -36,6 +36,7 @@ SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wi
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
 ASLANT = 1.0  # [-] of the power of the cosine with which a fin's force that has no such part goes; a guess
+RATIO = 0.5  # [-] of the share of the flow's angle for which that takes a ratio of speeds, from none to all; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
 EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
@@ -110,7 +111,7 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
         found.append(Unknown("delay@thrusters", at, p[at], PROMPT_S, -TICK_S, TICK_S, 1e-2 * PROMPT_S, stated=False))
     for q, share, low, high in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
-        ("aslant", ASLANT, -1.0, 1.0),
+        ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
     ):  # fmt: skip
         fins = layout.at([f"{q}@{fin.name}" for fin in layout.vehicle.fins])
         if fins.size:
