@@ -7,7 +7,7 @@ for all that are compared, so that no hypothesis can hide misfit in noise of its
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
@@ -41,9 +41,6 @@ STIFF = 0.9  # of the coupling at which added mass would weigh nothing along som
 EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
-WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
-CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
-SWEEPS = 2  # through the kinds of own parameters
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 PROMISE = 0.02  # log-likelihood that a further step must promise
 
@@ -266,47 +263,6 @@ def blank(fit: Fit, layout: Layout, effects: Sequence[Placed], own: Sequence[Unk
     return Model(fit, tuple(effects), tuple(unknowns), np.array(begin), fixed)
 
 
-def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
-    """Own parameters with priors as wide as this fit makes likely: how good a vehicle file is, only recordings tell.
-
-    Those of a kind are trusted alike: masses, drags, gains, lags; the widest that is not clearly less likely, lest one
-    number that happens to agree be taken for exact. own: with their widest priors. The evidence at other widths is that
-    of the quadratic about the optimum.
-    """
-    if not own or model.information is None:
-        return list(own)
-    scale = np.array([u.scale for u in model.unknowns])
-    A, pull = model.information - np.diag(scale**-2.0), scale**-2.0 * model.theta
-    rest, kinds = scale[len(own) :], [_quantity(u) for u in own]
-
-    def narrower(widths: Mapping[str, float]) -> list[Unknown]:
-        return [replace(u, scale=widths[kind] * u.scale) for u, kind in zip(own, kinds, strict=True)]
-
-    def evidence(widths: Mapping[str, float]) -> float:
-        s = np.concatenate([[u.scale for u in narrower(widths)], rest])
-        H = A + np.diag(s**-2.0)
-        end = np.linalg.solve(H, A @ model.theta + pull)
-        move = end - model.theta
-        cost = 0.5 * float(move @ A @ move + np.sum((end / s) ** 2)) - float(pull @ move)
-        return -cost - 0.5 * float(np.linalg.slogdet(np.eye(s.size) + A * np.outer(s, s))[1])
-
-    stated = dict.fromkeys(kind for u, kind in zip(own, kinds, strict=True) if u.stated)
-    widths = dict.fromkeys(kinds, 1.0)
-    for _ in range(SWEEPS):
-        for kind in stated:
-            tried = [(evidence(widths | {kind: width}), width) for width in WIDTHS]
-            widths[kind] = max(width for likely, width in tried if likely > max(tried)[0] - CLEARLY)
-    return narrower(widths)
-
-
-def _quantity(unknown: Unknown) -> str:
-    """What an own parameter is of a vehicle."""
-    name = unknown.name.partition("@")[0]
-    if not unknown.stated:
-        return unknown.name
-    return "mass" if name.startswith("added_mass") else "drag" if name.endswith("drag") else name
-
-
 def slopes(model: Model, paths: Sequence[Path]) -> Array:
     """Derivative of the residuals with respect to a model's unknowns along the paths, (sum M, U)."""
     side = _sides(model.unknowns, model.theta)
@@ -405,7 +361,8 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
     inner = J.T @ J
     H, inside = inner + np.diag(weight), (theta > low) & (theta < high)
     occam = 0.5 * float(np.linalg.slogdet(np.eye(theta.size) + inner * np.outer(scale, scale))[1])
-    cut = within(theta, J.T @ e + weight * theta, np.linalg.inv(H), low, high, 0.0, scale)
+    covariance = np.asarray(np.linalg.inv(H), dtype=np.float64)
+    cut = within(theta, J.T @ e + weight * theta, covariance, low, high, 0.0, scale)
     evidence = level(found) - cost - occam + cut + _sparing(model, theta, H, inside)
     evidence -= against(model.fit)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)

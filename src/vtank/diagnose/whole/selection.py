@@ -19,11 +19,12 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import EACH, Model, Unknown, at_noise, blank, even, own_unknowns, refit, trusted
+from .model import EACH, Model, Unknown, at_noise, blank, even, own_unknowns, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
+from .trust import DIFFER, differs, trusted
 from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
 
 Array = NDArray[np.float64]
@@ -41,7 +42,6 @@ MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
 ALIKE = 1e-3  # [-] by which the gains of thrusters differ that are alike; a choice
-DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
 
 @dataclass(frozen=True, eq=False)
@@ -400,6 +400,8 @@ def _judged(
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
     differing = [refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])]
+    if differs(refitted, own):
+        differing.append(refitted)
     if best.effects:  # beside which own parameters may be trusted more than they can be alone
         wide = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
         differing.append(refit(replace(wide, unknowns=tuple(trusted(wide, own))), found, wide.theta))
