@@ -363,21 +363,19 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
     occam = 0.5 * float(np.linalg.slogdet(np.eye(theta.size) + inner * np.outer(scale, scale))[1])
     covariance = np.asarray(np.linalg.inv(H), dtype=np.float64)
     cut = within(theta, J.T @ e + weight * theta, covariance, low, high, 0.0, scale)
-    evidence = level(found) - cost - occam + cut + _sparing(model, theta, H, inside)
+    evidence = level(found) - cost - occam + cut + _sparing(model, theta, covariance, inside)
     evidence -= against(model.fit)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
 
 
-def _sparing(model: Model, theta: Array, H: Array, inside: NDArray[np.bool_]) -> float:
-    """Gain of log evidence, as some components of a vector are as likely nothing as not; H: information, (U, U)."""
+def _sparing(model: Model, theta: Array, covariance: Array, inside: NDArray[np.bool_]) -> float:
+    """Gain of log evidence, as some components of a vector are as likely nothing as not; covariance: (U, U)."""
     place, gain = {u.name: i for i, u in enumerate(model.unknowns)}, 0.0
-    covariance: Array | None = None
     for placed in model.effects:
         free = [number for number in placed.parameters if number.scale > 0.0]
         some = [place[f"{placed.name}.{number.name}"] for number in free if number.optional]
         some = [i for i in some if inside[i]]
         if len(free) > 1 and some:
-            covariance = np.asarray(np.linalg.inv(H), dtype=np.float64) if covariance is None else covariance
             scale = np.array([model.unknowns[i].scale for i in some])
             gain += sparing(theta[some], covariance[np.ix_(some, some)], scale, len(some) == len(free))
     return gain
