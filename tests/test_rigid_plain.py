@@ -9,7 +9,7 @@ import pytest
 from test_rigid_motion import multisine
 
 import vtank as vt
-from vtank.diagnose.whole.model import own_unknowns
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.resources import models_dir

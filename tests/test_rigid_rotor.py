@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import vtank as vt
-from vtank.diagnose.whole.model import own_unknowns
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.rigid.layout import DELAY, DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER, Layout
 from vtank.rigid.push import pushes
 from vtank.rigid.steps import thrusts

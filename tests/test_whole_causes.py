@@ -14,7 +14,8 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.diagnose.whole.budget import _is_a_body
 from vtank.diagnose.whole.gross import mistaken
-from vtank.diagnose.whole.model import blank, own_unknowns
+from vtank.diagnose.whole.model import blank
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
 from vtank.record.table import Table
@@ -293,7 +294,7 @@ def logged_late(run: vt.Run, by_s: float) -> vt.Run:
 def test_commands_that_a_logger_stamps_a_few_milliseconds_late_are_no_gap(monkeypatch, modelled: bool):
     """Within a tick, no file states when they act: taken for exact, it is own parameters that are off, or worse."""
     if not modelled:
-        monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.model"), "PROMPT_S", 1e-9)
+        monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.own"), "PROMPT_S", 1e-9)
     run = logged_late(fly_vehicle(FEW, multisine(FEW, 60.0, 5), 60.0, 5), 0.006)
     found = vt.diagnose([run], nominal=FEW, effects=["linear_drag", "thrust_lag"])
     assert (found.verdict.kind == "none") == modelled
@@ -305,10 +306,9 @@ def test_commands_that_a_logger_stamps_a_few_milliseconds_late_are_no_gap(monkey
 
 def test_speeds_of_which_nothing_tells_begin_at_rest_and_their_drag_is_free():
     run = fly_whole(scenario_of(ZIGZAG, "run_1"), PHOENIX).run
-    selection = importlib.import_module("vtank.diagnose.whole.model")
     layout, seen, _ = record([run], PHOENIX)
     assert not seen[0].asked[0] and seen[0].moves[0], "nothing tells of surge"
-    free = {u.name for u in selection.own_unknowns(layout, seen[0].moves)}
+    free = {u.name for u in own_unknowns(layout, seen[0].moves)}
     assert {"quadratic_drag@surge", "added_mass@sway"} <= free
     noise = replace(first_noise(seen), sigma=np.full(6, 1e-4))
     fit = Fit(seen, noise)

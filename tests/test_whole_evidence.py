@@ -10,7 +10,8 @@ import pytest
 
 import vtank as vt
 from vtank.diagnose.freeform.functions import functions_of
-from vtank.diagnose.whole.model import Model, Unknown
+from vtank.diagnose.whole.model import Model
+from vtank.diagnose.whole.own import Unknown
 from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
 from vtank.diagnose.whole.trust import WIDTHS, differs, trusted
 from vtank.experiment import fly_vehicle

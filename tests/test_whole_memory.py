@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from test_rigid_motion import flown
 
-from vtank.diagnose.whole.model import blank, own_unknowns, refit
+from vtank.diagnose.whole.model import blank, refit
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.score import PIECE, Base, based, promises, whitening
 from vtank.rigid.filtered import give_back
 from vtank.rigid.fit import Fit

@@ -12,7 +12,8 @@ from test_rigid_motion import multisine
 
 import vtank as vt
 from vtank.diagnose.whole.diagnosis import needed
-from vtank.diagnose.whole.model import at_noise, blank, own_unknowns
+from vtank.diagnose.whole.model import at_noise, blank
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
 from vtank.rigid import noise

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vtank.diagnose.whole.model import Model, Unknown
+from vtank.diagnose.whole.model import Model
+from vtank.diagnose.whole.own import Unknown
 
 diagnosis = importlib.import_module("vtank.diagnose.whole.diagnosis")
 odds = importlib.import_module("vtank.diagnose.whole.odds")

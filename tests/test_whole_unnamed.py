@@ -15,7 +15,8 @@ from test_whole_causes import FEW, REMUS, ROV, flown_with
 import vtank as vt
 from vtank.diagnose.freeform.functions import dragged
 from vtank.diagnose.freeform.motion import faded
-from vtank.diagnose.whole.model import blank, own_unknowns, refit
+from vtank.diagnose.whole.model import blank, refit
+from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.score import based
 from vtank.diagnose.whole.settling import settled
 from vtank.diagnose.whole.sizes import sizes_of

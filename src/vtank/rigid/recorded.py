@@ -62,7 +62,7 @@ class Recorded:
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
         wall: distance to the wall ahead of the start [m]; facing: heading [rad] near which one is square to it.
         later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
-        resting: whether the thrusters have not pushed yet when it begins.
+        resting: whether the thrusters have not pushed yet when the first inputs come.
         pushed: a wrench beside that of the thrusters, from stamps [s] on, (I,), and what it is, (I, 6) [N, N m].
     """
 

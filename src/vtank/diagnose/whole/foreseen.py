@@ -26,7 +26,8 @@ from ...rigid.noise import first_noise
 from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from ...rigid.recordings import record
-from .model import Model, Unknown, own_unknowns
+from .model import Model
+from .own import Unknown, own_unknowns
 from .sizes import sizes_of
 
 Array = NDArray[np.float64]

@@ -16,7 +16,8 @@ from ...rigid.layout import AXES
 from ...rigid.noise import first_noise
 from ...rigid.recordings import record
 from ..given import telling
-from .model import blank, own_unknowns
+from .model import blank
+from .own import own_unknowns
 from .settling import rightly_begun, settled
 
 

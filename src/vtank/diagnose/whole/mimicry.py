@@ -6,7 +6,8 @@ from ...rigid.fit import Fit
 from ...rigid.layout import Layout
 from ...rigid.noise import KEPT
 from ...rigid.places import catalogue
-from .model import blank, own_unknowns
+from .model import blank
+from .own import own_unknowns
 from .score import based, promises
 from .settling import settled
 from .sizes import sizes_of

@@ -7,147 +7,29 @@ for all that are compared, so that no hypothesis can hide misfit in noise of its
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...plant.actuators import Fin
-from ...record.columns import channel_of
 from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, level
-from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
+from ...rigid.layout import Layout
 from ...rigid.noise import against
-from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS, Parameter, Placed
-from ...rigid.push import Push
+from ...rigid.places import Parameter, Placed
 from ...rigid.tangent import Path
 from ..bounds import within
+from .own import Unknown
 from .unfinished import digest, step
 
 Array = NDArray[np.float64]
-T = TypeVar("T", Push, Fin)
 STEPS = 8  # of a fit, at most
-SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
-ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
-PROMPT_S, TICK_S = 0.005, 0.02  # [s] by which commands act off their stamps, usually and at most; guesses
-SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
-HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
-LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
-ASLANT = 1.0  # [-] of the power of the cosine with which a fin's force that has no such part goes; a guess
-RATIO = 0.5  # [-] of the share of the flow's angle for which that takes a ratio of speeds, from none to all; a guess
-STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
-EACH = "own_gain"  # of a thruster beside others of its kind
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 PROMISE = 0.02  # log-likelihood that a further step must promise
-
-
-@dataclass(frozen=True)
-class Unknown:
-    """One unknown of a fit: slots that it moves, what it is added to there, prior and bounds about 0 change.
-
-    stated: whether the vehicle file states it, whose numbers are trusted all alike.
-    """
-
-    name: str
-    slots: NDArray[np.int64]
-    base: Array
-    scale: float
-    low: float
-    high: float
-    step: float
-    stated: bool = True
-
-
-def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
-    """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
-
-    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: how promptly
-    commands act, whether rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
-    and keep beyond their stall, whether it has a part along the hull, and how it goes with an oblique flow where not.
-    """
-    p, found = layout.null, []
-    groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
-    alike = {
-        "gain": _groups("thrusters", layout.pushes, _kind_and_way),
-        "lag": _groups("thrusters", layout.pushes, _kind),
-        "lift": _groups("fins", layout.vehicle.fins, _section),
-    }
-    groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
-    for name, slots in groups.items():
-        at = layout.at(slots)
-        at = at[p[at] > 0.0]
-        if at.size:
-            share = (OWN_OF_AXIS | OWN_OF_THRUSTERS | OWN_OF_FINS)[name.partition("@")[0]]
-            size = float(np.mean(p[at]))
-            found.append(Unknown(name, at, p[at], share * size, -0.95 * size, 20.0 * size, 1e-3 * size))
-    for k, (i, j) in enumerate(COUPLED_AT):  # moments of added mass, which the file has wrong as it has its masses
-        size = abs(p[COUPLED + k])
-        if size > 0.0 and (asked[i] or asked[j]):
-            room = STIFF * float(np.sqrt(p[ADDED + i] * p[ADDED + j]))
-            name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
-            low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
-            found.append(Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, 1e-3 * size))
-    thrusters = {thruster.name for thruster in layout.vehicle.thrusters}
-    for name in (n for names in alike["gain"].values() if len(names) > 1 for n in names if n in thrusters):
-        at, gain = layout.at([f"gain@{name}"]), float(p[layout.slot(f"gain@{name}")])  # beside which it is told
-        share = OWN_OF_THRUSTERS[EACH] * gain
-        found.append(Unknown(f"{EACH}@{name}", at, np.zeros(1), share, -0.95 * gain, 20.0 * gain, 1e-3 * gain))
-    rotors = [push.name for push in layout.pushes if push.thruster and push.thruster.input != "N"
-              and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
-    if rotors:
-        at = layout.at([f"rotor@{name}" for name in rotors])
-        known = float(p[at].max())
-        found.append(Unknown("rotor@thrusters", at, p[at], ROTOR, -known, 1.0 - known, 1e-3, stated=False))
-    told = [push.name for push in layout.pushes if push.thruster]
-    if told:
-        at = layout.at([f"delay@{name}" for name in told])
-        found.append(Unknown("delay@thrusters", at, p[at], PROMPT_S, -TICK_S, TICK_S, 1e-2 * PROMPT_S, stated=False))
-    for q, share, low, high in (
-        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
-        ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
-    ):  # fmt: skip
-        fins = layout.at([f"{q}@{fin.name}" for fin in layout.vehicle.fins])
-        if fins.size:
-            found.append(Unknown(f"{q}@fins", fins, p[fins], share, low, high, 1e-3, stated=False))
-    ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
-    for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
-        name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
-        found.append(
-            Unknown(name, layout.at([name]), np.zeros(1), SQUARE_RAD, -0.8, 0.8, 1e-3 * SQUARE_RAD, stated=False)
-        )
-    return found
-
-
-def _kind(push: Push) -> object:
-    """What thrusters share that differ but in their place, and are wrong in alike."""
-    return push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
-
-
-def _kind_and_way(push: Push) -> object:
-    """As `_kind`; what the hull takes of a thrust is another across its deck than along it."""
-    return _kind(push), abs(push.direction[2]) > np.hypot(*push.direction[:2])
-
-
-def _section(fin: Fin) -> object:
-    """What fins share that differ but in where they stand, and are wrong in alike.
-
-    A fixed one that stands for the lift of a hull is of no section: to the side a hull lifts otherwise than up.
-    """
-    return replace(fin, name="" if fin.limit_rad else fin.name, site="", axis=(0.0, 0.0, 1.0))
-
-
-def _groups(together: str, parts: Sequence[T], alike: Callable[[T], object]) -> dict[str, list[str]]:
-    """Names of thrusters or fins that are alike, by what they are called together; `together` where all are."""
-    groups: dict[object, list[str]] = {}
-    for part in parts:
-        groups.setdefault(alike(part), []).append(part.name)
-    if len(groups) == 1:
-        return {together: [*groups.values()][0]}
-    return {"/".join(names): names for names in groups.values()}
 
 
 def effect_unknowns(layout: Layout, placed: Placed) -> list[Unknown]:

@@ -21,7 +21,8 @@ from ...rigid.places import catalogue
 from ...rigid.recordings import record
 from ..given import telling
 from .budget import free_errors
-from .model import Model, blank, own_unknowns, refit
+from .model import Model, blank, refit
+from .own import own_unknowns
 from .score import based, promises
 from .selection import extended
 from .settling import settled

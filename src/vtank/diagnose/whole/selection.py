@@ -19,8 +19,9 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import EACH, Model, Unknown, at_noise, blank, even, own_unknowns, refit
+from .model import Model, at_noise, blank, even, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
+from .own import EACH, Unknown, own_unknowns
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
 from ...rigid.noise import MEMORIES_S, settle
-from .model import Model, Unknown, at_noise, refit
+from .model import Model, at_noise, refit
+from .own import Unknown
 from .trust import trusted
 from .unfinished import digest, step
 

@@ -18,7 +18,7 @@ from ...rigid.flow import Flow, terms
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, LENGTH, WEIGHT, XYZ, Layout, masses
 from ...rigid.recorded import Recorded
 from .curves import Bend
-from .model import Unknown
+from .own import Unknown
 
 Array = NDArray[np.float64]
 OWN_MASS = 0.3  # share of the body's mass that stays the body's; a choice

@@ -9,14 +9,15 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import Model, Unknown
+from ...rigid.noise import SURELY
+from .model import Model
+from .own import Unknown
 
 Array = NDArray[np.float64]
 WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
 CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
 SWEEPS = 2  # through the kinds of own parameters
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
-SURELY = 4.6  # log evidence from which those of a kind are: odds of a hundred
 
 
 @dataclass(frozen=True, eq=False)

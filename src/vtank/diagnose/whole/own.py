@@ -1,0 +1,155 @@
+"""Own parameters of a whole vehicle as unknowns of a fit: what its file states, and what no file does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...plant.actuators import Fin
+from ...record.columns import channel_of
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
+from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS
+from ...rigid.push import Push
+
+Array = NDArray[np.float64]
+T = TypeVar("T", Push, Fin)
+SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
+ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
+PROMPT_S, TICK_S = 0.005, 0.02  # [s] by which commands act off their stamps, usually and at most; guesses
+SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
+HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
+LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
+ASLANT = 1.0  # [-] of the power of the cosine with which a fin's force that has no such part goes; a guess
+RATIO = 0.5  # [-] of the share of the flow's angle for which that takes a ratio of speeds, from none to all; a guess
+STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
+EACH = "own_gain"  # of a thruster beside others of its kind
+LEAST, MOST = -0.95, 20.0  # of what the file has, by which a number may be less and more; choices
+STEP = 1e-3  # of finite differences, as a share of the number or of its range
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One unknown of a fit: slots that it moves, what it is added to there, prior and bounds about 0 change.
+
+    stated: whether the vehicle file states it, whose numbers are trusted all alike.
+    """
+
+    name: str
+    slots: NDArray[np.int64]
+    base: Array
+    scale: float
+    low: float
+    high: float
+    step: float
+    stated: bool = True
+
+
+def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
+    """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
+
+    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: how promptly
+    commands act, whether rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
+    and keep beyond their stall, whether it has a part along the hull, and how it goes with an oblique flow where not.
+    """
+    alike = {
+        "gain": _groups("thrusters", layout.pushes, _kind_and_way),
+        "lag": _groups("thrusters", layout.pushes, _kind),
+        "lift": _groups("fins", layout.vehicle.fins, _section),
+    }
+    groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
+    groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
+    together = [names for names in alike["gain"].values() if len(names) > 1]
+    return [*_sized(layout, groups), *_moments(layout, asked), *_each(layout, together), *_unstated(layout)]
+
+
+def _sized(layout: Layout, groups: dict[str, list[str]]) -> Iterator[Unknown]:
+    """Numbers that the file has, each of a group by as much."""
+    for name, slots in groups.items():
+        at = layout.at(slots)
+        at = at[layout.null[at] > 0.0]
+        if at.size:
+            share = (OWN_OF_AXIS | OWN_OF_THRUSTERS | OWN_OF_FINS)[name.partition("@")[0]]
+            size = float(np.mean(layout.null[at]))
+            yield Unknown(name, at, layout.null[at], share * size, LEAST * size, MOST * size, STEP * size)
+
+
+def _moments(layout: Layout, asked: NDArray[np.bool_]) -> Iterator[Unknown]:
+    """Moments of added mass, which the file has wrong as it has its masses."""
+    p = layout.null
+    for k, (i, j) in enumerate(COUPLED_AT):
+        size = abs(p[COUPLED + k])
+        if size > 0.0 and (asked[i] or asked[j]):
+            room = STIFF * float(np.sqrt(p[ADDED + i] * p[ADDED + j]))
+            name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
+            low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
+            yield Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, STEP * size)
+
+
+def _each(layout: Layout, together: Sequence[Sequence[str]]) -> Iterator[Unknown]:
+    """The gain of each thruster beside that which it has together with others."""
+    thrusters = {thruster.name for thruster in layout.vehicle.thrusters}
+    for name in (name for names in together for name in names if name in thrusters):
+        at, gain = layout.at([f"gain@{name}"]), float(layout.null[layout.slot(f"gain@{name}")])
+        share = OWN_OF_THRUSTERS[EACH] * gain
+        yield Unknown(f"{EACH}@{name}", at, np.zeros(1), share, LEAST * gain, MOST * gain, STEP * gain)
+
+
+def _unstated(layout: Layout) -> Iterator[Unknown]:
+    """What no file states, and is not the simulator's."""
+    p = layout.null
+
+    def free(name: str, slots: Sequence[str], scale: float, low: float, high: float, step: float) -> Unknown:
+        at = layout.at(slots)
+        return Unknown(name, at, p[at], scale, low, high, step, stated=False)
+
+    told = [push for push in layout.pushes if push.thruster]
+    rotors = [f"rotor@{push.name}" for push in told
+              if push.thruster and push.thruster.input != "N" and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
+    if rotors:
+        known = float(p[layout.at(rotors)].max())
+        yield free("rotor@thrusters", rotors, ROTOR, -known, 1.0 - known, STEP)
+    if told:
+        delays = [f"delay@{push.name}" for push in told]
+        yield free("delay@thrusters", delays, PROMPT_S, -TICK_S, TICK_S, STEP * TICK_S)
+    for q, scale, low, high in (
+        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
+        ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
+    ):  # fmt: skip
+        if fins := [f"{q}@{fin.name}" for fin in layout.vehicle.fins]:
+            yield free(f"{q}@fins", fins, scale, low, high, STEP)
+    ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
+    for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
+        name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall
+        yield replace(free(name, [name], SQUARE_RAD, -0.8, 0.8, STEP * SQUARE_RAD), base=np.zeros(1))
+
+
+def _kind(push: Push) -> object:
+    """What thrusters share that differ but in their place, and are wrong in alike."""
+    return push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
+
+
+def _kind_and_way(push: Push) -> object:
+    """As `_kind`; what the hull takes of a thrust is another across its deck than along it."""
+    return _kind(push), abs(push.direction[2]) > np.hypot(*push.direction[:2])
+
+
+def _section(fin: Fin) -> object:
+    """What fins share that differ but in where they stand, and are wrong in alike.
+
+    A fixed one that stands for the lift of a hull is of no section: to the side a hull lifts otherwise than up.
+    """
+    return replace(fin, name="" if fin.limit_rad else fin.name, site="", axis=(0.0, 0.0, 1.0))
+
+
+def _groups(together: str, parts: Sequence[T], alike: Callable[[T], object]) -> dict[str, list[str]]:
+    """Names of thrusters or fins that are alike, by what they are called together; `together` where all are."""
+    groups: dict[object, list[str]] = {}
+    for part in parts:
+        groups.setdefault(alike(part), []).append(part.name)
+    if len(groups) == 1:
+        return {together: [*groups.values()][0]}
+    return {"/".join(names): names for names in groups.values()}
