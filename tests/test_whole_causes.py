@@ -18,6 +18,7 @@ from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.experiment.whole import fly_vehicle
 from vtank.experiment.whole_scenario import fly_whole, scenario_of
+from vtank.present.words import WORDS
 from vtank.record.table import Table
 from vtank.rigid.fit import RUNAWAY, Fit, begun
 from vtank.rigid.layout import (
@@ -33,11 +34,13 @@ from vtank.rigid.layout import (
     STALL,
     SUCTION,
     THRUSTER,
+    Layout,
     masses,
 )
 from vtank.rigid.motion import fin_force
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
+from vtank.rigid.push import pushes
 from vtank.rigid.recordings import record
 from vtank.tank.places import read_placed
 
@@ -287,6 +290,23 @@ def logged_late(run: vt.Run, by_s: float) -> vt.Run:
     for name in commands:
         columns[name][np.searchsorted(time_s, stamps)] = run.columns[name][at]
     return replace(run, time_s=time_s, columns=columns)
+
+
+def test_the_tank_cannot_act_before_it_is_told():
+    """A corrected simulator of commands that were stamped late is flown as one of commands that act at once."""
+    asked = {"time_s": [0.0, 1.0], **{f"thruster_{k}_command": [0.3, -0.3] for k in range(1, 9)}}
+    early = replace(FEW, corrections={f"delay@thruster_{k}": -0.0048 for k in range(1, 9)})
+    for name, values in fly_vehicle(FEW, asked, 3.0, 1).columns.items():
+        np.testing.assert_array_equal(fly_vehicle(early, asked, 3.0, 1).columns[name], values)
+
+
+@pytest.mark.parametrize("vehicle", [ROV, REMUS, PHOENIX], ids=lambda vehicle: vehicle.name)
+def test_every_own_parameter_has_a_word(vehicle: vt.Vehicle):
+    columns = [thruster.column for thruster in vehicle.thrusters]
+    sonars = [f"{s.name}.range_m" for s in vehicle.sensors if "range_m" in s.channels]
+    layout = Layout(vehicle, pushes(vehicle, columns), tuple(s.partition(".")[0] for s in sonars), tuple(sonars))
+    for unknown in own_unknowns(layout, np.ones(6, bool)):
+        assert unknown.name.partition("@")[0] in WORDS["own_whole"], unknown.name
 
 
 @pytest.mark.slow

@@ -2,7 +2,8 @@
 
 The corrections are numbers of `rigid.layout`, QUANTITY@PLACE; those that the file has take its numbers' places, the
 others become effects of `tank.places`. What spoils a recording alone (lone wrong readings, echoes) is not flown, nor
-what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags.
+what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags, nor
+commands that act before they are given.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ def corrected(vehicle: Vehicle, quickest_s: float) -> tuple[Vehicle, tuple[Place
 
     quickest_s: the shortest lag that can be flown [s]; a shorter one is none.
     """
-    c = vehicle.corrections
+    c = {name: value for name, value in vehicle.corrections.items() if value > 0.0 or not name.startswith("delay@")}
+    vehicle = replace(vehicle, corrections=c)
     changed = replace(
         vehicle,
         added_mass=_added_mass(vehicle, c),
