@@ -13,7 +13,7 @@ from vtank.diagnose.freeform.functions import functions_of
 from vtank.diagnose.whole.model import Model
 from vtank.diagnose.whole.own import Unknown
 from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
-from vtank.diagnose.whole.trust import WIDTHS, differs, trusted
+from vtank.diagnose.whole.trust import WIDTHS, trusted
 from vtank.experiment import fly_vehicle
 
 
@@ -89,26 +89,6 @@ def test_masses_are_not_trusted_for_what_drags_are():
     found = trusted(fitted_to(unknowns, signs * np.repeat([0.01, 0.2], 10), 1e-3), unknowns)
     masses, drags = (np.array([u.scale for u in some]) for some in (found[:10], found[10:]))
     assert 0.008 < masses.min() == masses.max() < 0.031 and 0.08 < drags.min() == drags.max()
-
-
-@pytest.mark.parametrize(
-    ("masses_off", "drags_off", "sd", "off"),
-    [
-        (0.0, 0.2, 1e-3, True),
-        (0.2, 0.2, 1e-3, True),
-        (0.0, 0.0, 1e-3, False),
-        (0.0, 0.0, 10.0, False),
-        (0.0, 0.01, 0.1, False),
-    ],
-)
-def test_own_parameters_differ_where_those_of_some_kind_surely_do(masses_off, drags_off, sd, off):
-    """Not where nothing tells of them, whose priors stay wide; and not all kinds have to."""
-    unknowns = [replace(u, name=f"{('added_mass', 'quadratic_drag')[n // 10]}@{n}") for n, u in enumerate(own(20))]
-    signs = np.where(np.arange(20) % 2, 1.0, -1.0)
-    told = signs * np.repeat([masses_off, drags_off], 10)
-    here = trusted(fitted_to(unknowns, told, sd), unknowns)
-    assert differs(fitted_to(here, told, sd), unknowns) is off
-    assert not differs(fitted_to(unknowns, told, sd), [])
 
 
 def test_one_number_that_agrees_is_not_taken_for_exact():

@@ -15,7 +15,6 @@ from .layout import Layout
 
 Array = NDArray[np.float64]
 BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
-LAGS = 0.5  # of the shortest lag of a thruster, over which accelerations are, which follow it at once; a choice
 MOST = 150_000  # measurements of all runs; beyond, some stretches are looked at, so that memory holds; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
@@ -24,14 +23,12 @@ TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many
 def bins_of(runs: Sequence[Run], layout: Layout, driven: Sequence[Driven]) -> tuple[dict[str, float], float]:
     """Time over which samples of each column are averaged [s], and the share of all time that can be looked at."""
     bins, count = dict[str, float](), 0.0
-    quickest_s = LAGS * min((push.lag_s for push in layout.pushes if push.lag_s > 0.0), default=np.inf)
     for name in layout.columns:
         late_s = latency_s(layout, name)
         each = [
             (*samples(run, name), told, late_s) for run, told in zip(runs, driven, strict=True) if name in run.columns
         ]
-        longest_s = min(BIN_S, quickest_s) if channel_of(name).startswith("accel") else BIN_S
-        bins[name] = min(_bin_s(*taken, longest_s) for taken in each)
+        bins[name] = min(_bin_s(*taken) for taken in each)
         count += sum(min(time.size, np.ptp(time) / bins[name] + told.jumps.size) for time, _, told, _ in each)
     return bins, min(MOST / max(count, 1.0), 1.0)
 
@@ -42,14 +39,14 @@ def latency_s(layout: Layout, name: str) -> float:
     return sum(sensor.late_s for sensor in layout.vehicle.sensors if sensor.name == owner)
 
 
-def _bin_s(time: Array, value: Array, driven: Driven, late_s: float, longest_s: float) -> float:
-    """Time over which averaging leaves no more that is faster than a parabola than there was, at most longest_s.
+def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
+    """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s].
 
     And no longer than inputs are held that answer the noise of these samples: an average would hold what a pilot has
     answered meanwhile.
     """
-    stamps, jumps, bin_s, least = driven.stamps, driven.jumps + late_s, longest_s, scatter(value)
-    if _interval_s(stamps) < longest_s and _answered(time, value, driven):
+    stamps, jumps, bin_s, least = driven.stamps, driven.jumps + late_s, BIN_S, scatter(value)
+    if _interval_s(stamps) < BIN_S and _answered(time, value, driven):
         bin_s = _interval_s(stamps)
     while bin_s > ALMOST * _interval_s(time) and scatter(thinned(time, value, bin_s, stamps, jumps)[1]) > least:
         bin_s *= 0.5

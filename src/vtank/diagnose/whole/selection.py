@@ -25,7 +25,7 @@ from .own import EACH, Unknown, own_unknowns
 from .score import Promise, based, promises
 from .settling import forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
-from .trust import DIFFER, differs, trusted
+from .trust import trusted
 from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
 
 Array = NDArray[np.float64]
@@ -42,6 +42,7 @@ LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
+DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 ALIKE = 1e-3  # [-] by which the gains of thrusters differ that are alike; a choice
 
 
@@ -401,8 +402,6 @@ def _judged(
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
     differing = [refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])]
-    if differs(refitted, own):
-        differing.append(refitted)
     if best.effects:  # beside which own parameters may be trusted more than they can be alone
         wide = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
         differing.append(refit(replace(wide, unknowns=tuple(trusted(wide, own))), found, wide.theta))

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.noise import SURELY
 from .model import Model
 from .own import Unknown
 
@@ -17,7 +16,6 @@ Array = NDArray[np.float64]
 WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
 CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
 SWEEPS = 2  # through the kinds of own parameters
-DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +36,6 @@ class _About:
     @cached_property
     def stated(self) -> list[str]:
         return list(dict.fromkeys(kind for u, kind in zip(self.own, self.kinds, strict=True) if u.stated))
-
-    @cached_property
-    def widths(self) -> dict[str, float]:
-        """Of the model, over the widest."""
-        now = self.model.unknowns[: len(self.own)]
-        return {kind: u.scale / w.scale for kind, u, w in zip(self.kinds, now, self.own, strict=True)}
 
     @cached_property
     def _quadratic(self) -> tuple[Array, Array, Array]:
@@ -80,19 +72,6 @@ def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
             tried = [(about.evidence(widths | {kind: width}), width) for width in WIDTHS]
             widths[kind] = max(width for likely, width in tried if likely > max(tried)[0] - CLEARLY)
     return about.narrower(widths)
-
-
-def differs(model: Model, own: Sequence[Unknown]) -> bool:
-    """Whether own parameters of some kind are surely others than the file has; own: as of `trusted`."""
-    if not own or model.information is None:
-        return False
-    about = _About(model, own)
-    here = about.evidence(about.widths)
-    return any(
-        here - about.evidence(about.widths | {kind: WIDTHS[-1]}) > SURELY
-        for kind in about.stated
-        if about.widths[kind] >= DIFFER
-    )
 
 
 def _quantity(unknown: Unknown) -> str:
