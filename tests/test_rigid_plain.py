@@ -118,11 +118,7 @@ def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
     """It is free in the nominal, too, which is none the worse for it; as is what lags of a propeller."""
     run = fly_vehicle("phoenix", multisine(load_vehicle("phoenix"), 15.0, 1), 15.0, 4, walls=models_dir() / "basin.xml")
     found = vt.diagnose([run], nominal="phoenix", effects=("sonar_offset",))
-    assert [u.name for u in found.selection.nominal.unknowns] == [
-        "rotor@thrusters",
-        "delay@thrusters",
-        "wall_bearing@sonar",
-    ]
+    assert [u.name for u in found.selection.nominal.unknowns] == ["rotor@thrusters", "wall_bearing@sonar"]
 
 
 def test_of_a_long_recording_stretches_are_looked_at_by_its_own_clock(monkeypatch: pytest.MonkeyPatch):

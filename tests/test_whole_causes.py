@@ -278,28 +278,6 @@ def test_a_thruster_that_obeys_very_late_is_found():
     assert values["command_delay@thruster_3"]["d"][0] == pytest.approx(0.6, abs=0.01)
 
 
-def logged_late(run: vt.Run, by_s: float) -> vt.Run:
-    """The run with commands stamped later than they acted."""
-    commands = [name for name in run.columns if name.endswith("_command")]
-    at = np.flatnonzero(~np.isnan(run.columns[commands[0]]))
-    stamps = run.time_s[at] + by_s
-    time_s = np.union1d(run.time_s, stamps)
-    columns = {name: np.full(time_s.size, np.nan) for name in run.columns}
-    for name, values in run.columns.items():
-        columns[name][np.searchsorted(time_s, run.time_s)] = np.nan if name in commands else values
-    for name in commands:
-        columns[name][np.searchsorted(time_s, stamps)] = run.columns[name][at]
-    return replace(run, time_s=time_s, columns=columns)
-
-
-def test_the_tank_cannot_act_before_it_is_told():
-    """A corrected simulator of commands that were stamped late is flown as one of commands that act at once."""
-    asked = {"time_s": [0.0, 1.0], **{f"thruster_{k}_command": [0.3, -0.3] for k in range(1, 9)}}
-    early = replace(FEW, corrections={f"delay@thruster_{k}": -0.0048 for k in range(1, 9)})
-    for name, values in fly_vehicle(FEW, asked, 3.0, 1).columns.items():
-        np.testing.assert_array_equal(fly_vehicle(early, asked, 3.0, 1).columns[name], values)
-
-
 @pytest.mark.parametrize("vehicle", [ROV, REMUS, PHOENIX], ids=lambda vehicle: vehicle.name)
 def test_every_own_parameter_has_a_word(vehicle: vt.Vehicle):
     columns = [thruster.column for thruster in vehicle.thrusters]
@@ -307,21 +285,6 @@ def test_every_own_parameter_has_a_word(vehicle: vt.Vehicle):
     layout = Layout(vehicle, pushes(vehicle, columns), tuple(s.partition(".")[0] for s in sonars), tuple(sonars))
     for unknown in own_unknowns(layout, np.ones(6, bool)):
         assert unknown.name.partition("@")[0] in WORDS["own_whole"], unknown.name
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("modelled", [True, False])
-def test_commands_that_a_logger_stamps_a_few_milliseconds_late_are_no_gap(monkeypatch, modelled: bool):
-    """Within a tick, no file states when they act: taken for exact, it is own parameters that are off, or worse."""
-    if not modelled:
-        monkeypatch.setattr(importlib.import_module("vtank.diagnose.whole.own"), "PROMPT_S", 1e-9)
-    run = logged_late(fly_vehicle(FEW, multisine(FEW, 60.0, 5), 60.0, 5), 0.006)
-    found = vt.diagnose([run], nominal=FEW, effects=["linear_drag", "thrust_lag"])
-    assert (found.verdict.kind == "none") == modelled
-    if modelled:
-        model = found.selection.nominal
-        at = [u.name for u in model.unknowns].index("delay@thrusters")
-        assert model.theta[at] == pytest.approx(-0.006, abs=max(4.0 * float(model.sd[at]), 0.001))
 
 
 def test_speeds_of_which_nothing_tells_begin_at_rest_and_their_drag_is_free():

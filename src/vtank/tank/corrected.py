@@ -2,8 +2,7 @@
 
 The corrections are numbers of `rigid.layout`, QUANTITY@PLACE; those that the file has take its numbers' places, the
 others become effects of `tank.places`. What spoils a recording alone (lone wrong readings, echoes) is not flown, nor
-what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags, nor
-commands that act before they are given.
+what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags.
 """
 
 from __future__ import annotations
@@ -31,8 +30,7 @@ def corrected(vehicle: Vehicle, quickest_s: float) -> tuple[Vehicle, tuple[Place
 
     quickest_s: the shortest lag that can be flown [s]; a shorter one is none.
     """
-    c = {name: value for name, value in vehicle.corrections.items() if value > 0.0 or not name.startswith("delay@")}
-    vehicle = replace(vehicle, corrections=c)
+    c = vehicle.corrections
     changed = replace(
         vehicle,
         added_mass=_added_mass(vehicle, c),

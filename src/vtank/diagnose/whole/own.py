@@ -19,7 +19,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T", Push, Fin)
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
-PROMPT_S, TICK_S = 0.005, 0.02  # [s] by which commands act off their stamps, usually and at most; guesses
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
@@ -51,8 +50,8 @@ class Unknown:
 def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
-    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: how promptly
-    commands act, whether rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
+    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether
+    rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
     and keep beyond their stall, whether it has a part along the hull, and how it goes with an oblique flow where not.
     """
     alike = {
@@ -112,9 +111,6 @@ def _unstated(layout: Layout) -> Iterator[Unknown]:
     if rotors:
         known = float(p[layout.at(rotors)].max())
         yield free("rotor@thrusters", rotors, ROTOR, -known, 1.0 - known, STEP)
-    if told:
-        delays = [f"delay@{push.name}" for push in told]
-        yield free("delay@thrusters", delays, PROMPT_S, -TICK_S, TICK_S, STEP * TICK_S)
     for q, scale, low, high in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
         ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
