@@ -25,7 +25,7 @@ def evidence(best: float, curvature: float, low: float, high: float) -> tuple[fl
     laplace = -cost(theta) - np.log(SD) - 0.5 * np.log(H) + cut
     ends = [max(low, free - 12.0 / np.sqrt(H)), min(high, free + 12.0 / np.sqrt(H))]
     if ends[0] >= ends[1]:  # far beyond a bound: what falls off from there
-        ends = sorted([theta, theta - np.sign(gradient) * -min(30.0 / abs(gradient), 5.0 * SD)])
+        ends = sorted([theta, theta + np.sign(gradient) * min(30.0 / abs(gradient), 5.0 * SD)])
     posterior, _ = quad(lambda x: np.exp(cost(theta) - cost(x)), *ends, epsabs=0.0)
     prior, _ = quad(lambda x: np.exp(-0.5 * (x / SD) ** 2), max(low, -4.0), min(high, 4.0), points=[0.0])
     return laplace, float(np.log(posterior) - cost(theta) - np.log(prior))

@@ -113,9 +113,10 @@ def steady(n, t, table, reach, p, i):
 def lagging(stamps, values, until, tau, z):
     """What lags values that are held from their stamps on by tau [s], at a time; it is z at the first of them."""
     for j in range(stamps.size):
-        if stamps[j] < until - TOUCH_S:
-            end = min(stamps[j + 1], until) if j + 1 < stamps.size else until
-            z = values[j] + (z - values[j]) * math.exp(-(end - stamps[j]) / tau)
+        if stamps[j] >= until - TOUCH_S:
+            break
+        end = min(stamps[j + 1], until) if j + 1 < stamps.size else until
+        z = values[j] + (z - values[j]) * math.exp(-(end - stamps[j]) / tau)
     return z
 
 

@@ -2,7 +2,8 @@
 
 The corrections are numbers of `rigid.layout`, QUANTITY@PLACE; those that the file has take its numbers' places, the
 others become effects of `tank.places`. What spoils a recording alone (lone wrong readings, echoes) is not flown, nor
-what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags.
+what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags, nor
+how a fin goes with an oblique flow or beyond its stall, where the tank's has the law of `tank.fins`.
 """
 
 from __future__ import annotations

@@ -105,8 +105,7 @@ def _unstated(layout: Layout) -> Iterator[Unknown]:
         at = layout.at(slots)
         return Unknown(name, at, p[at], scale, low, high, step, stated=False)
 
-    told = [push for push in layout.pushes if push.thruster]
-    rotors = [f"rotor@{push.name}" for push in told
+    rotors = [f"rotor@{push.name}" for push in layout.pushes
               if push.thruster and push.thruster.input != "N" and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
     if rotors:
         known = float(p[layout.at(rotors)].max())
