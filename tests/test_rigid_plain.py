@@ -75,7 +75,7 @@ def test_a_range_knows_how_the_wall_stands(off: float):
     at = sonar, layout.columns.index("range_m")
     told = read(RANGE, *at, x, np.zeros(18), p, layout.counts, np.zeros(2), seen.wall, off)
     assert told == pytest.approx(8.0 / np.cos(off), abs=1e-9)
-    bearing = next(u for u in own_unknowns(layout, seen.asked) if u.name == "wall_bearing@ping")
+    bearing = next(u for u in own_unknowns(layout, [seen]) if u.name == "wall_bearing@ping")
     assert not bearing.stated
 
 
@@ -106,11 +106,11 @@ def test_thrusters_of_a_kind_are_wrong_alike():
     phoenix = load_vehicle("phoenix")
     run = fly_vehicle(phoenix, multisine(phoenix, 4.0, 1), 4.0, 1)
     layout, (seen,), _ = record([run], phoenix)
-    gains = {u.name: u.slots.size for u in own_unknowns(layout, seen.asked) if u.name.startswith("gain@")}
+    gains = {u.name: u.slots.size for u in own_unknowns(layout, [seen]) if u.name.startswith("gain@")}
     assert gains["gain@propeller_port/propeller_starboard"] == 2 and sorted(gains.values()) == [2, 2, 2]
     assert gains["gain@tunnel_bow_vertical/tunnel_stern_vertical"] == 2, "and none of the lateral ones"
     rov, (seen,), _ = record([fly_vehicle(ROV, multisine(ROV, 4.0, 1), 4.0, 1)], ROV)
-    own = {u.name: u.slots.size for u in own_unknowns(rov, seen.asked)}
+    own = {u.name: u.slots.size for u in own_unknowns(rov, [seen])}
     assert own["lag@thrusters"] == 8 and sorted(n for name, n in own.items() if name.startswith("gain@")) == [4, 4]
 
 
@@ -118,7 +118,8 @@ def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
     """It is free in the nominal, too, which is none the worse for it; as is what lags of a propeller."""
     run = fly_vehicle("phoenix", multisine(load_vehicle("phoenix"), 15.0, 1), 15.0, 4, walls=models_dir() / "basin.xml")
     found = vt.diagnose([run], nominal="phoenix", effects=("sonar_offset",))
-    assert [u.name for u in found.selection.nominal.unknowns] == ["rotor@thrusters", "wall_bearing@sonar"]
+    free = ["rotor@thrusters", "delay@thrusters", "straight@inputs", "wall_bearing@sonar"]
+    assert [u.name for u in found.selection.nominal.unknowns] == free
 
 
 def test_of_a_long_recording_stretches_are_looked_at_by_its_own_clock(monkeypatch: pytest.MonkeyPatch):

@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 import vtank as vt
 from vtank.diagnose.whole.own import own_unknowns
-from vtank.rigid.layout import DELAY, DIRECTION, GAIN, HULL, LAG, ROTOR, SAG, SATURATION, THRUSTER, Layout
+from vtank.rigid.layout import (
+    DELAY,
+    DIRECTION,
+    FIN,
+    GAIN,
+    HULL,
+    LAG,
+    LATE,
+    ROTOR,
+    SAG,
+    SATURATION,
+    STRAIGHT,
+    SWEPT,
+    THRUSTER,
+    Layout,
+)
 from vtank.rigid.push import pushes
-from vtank.rigid.steps import thrusts
+from vtank.rigid.steps import held, thrusts
 
 LAG_S, REACH, STEP_S = 0.3, 20.0, 0.1
 
@@ -69,10 +86,35 @@ def test_a_share_lies_between_both() -> None:
     np.testing.assert_allclose(half, 0.5 * (force + rotor), atol=1e-9)
 
 
+@pytest.mark.parametrize("delay_s", [-0.07, 0.0, 0.2])
+@pytest.mark.parametrize("rotor", [0.0, 1.0])
+def test_inputs_that_go_straight_to_the_next_are_many_that_are_held(rotor: float, delay_s: float) -> None:
+    p, stamps, times = np.zeros(HULL + THRUSTER + FIN), 0.2 * np.arange(30), 200
+    own, fin = p[HULL:], p[HULL + THRUSTER :]
+    own[DIRECTION], own[GAIN], own[SATURATION], own[LAG], own[ROTOR], own[DELAY] = 1.0, 1.0, np.inf, 0.3, rotor, delay_s
+    fin[LATE] = delay_s
+    speeds = 5.0 + 4.0 * np.sin(1.7 * stamps)[:, None]
+    fine = 0.2 / times * np.arange(29 * times + 1)
+    between = np.interp(fine + 0.1 / times, stamps, speeds[:, 0])[:, None]
+    now, asked = 0.5 + 0.05 * np.arange(90), np.linspace(-REACH, REACH, 40001)
+    table, length = (asked * np.abs(asked))[None], np.full(90, 0.05)
+
+    def of(stamps: np.ndarray, speeds: np.ndarray, share: float) -> list[np.ndarray]:
+        own[STRAIGHT] = fin[SWEPT] = share
+        pushed = thrusts(now, length, stamps, speeds, table, np.array([REACH]), p, 1, False)
+        return [part[:, 0] for part in (*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER))]
+
+    true, straight = of(fine, between, 0.0), of(stamps, speeds, 1.0)
+    for ours, exact, within in zip(straight, true, (0.2, 0.1, 1e-3, 1e-3), strict=True):
+        np.testing.assert_allclose(ours, exact, rtol=0.0, atol=within)
+    apart = [np.abs(ours - exact).max() for ours, exact in zip(of(stamps, speeds, 0.0), true, strict=True)]
+    assert apart[0] > 1.0 and apart[2] > 0.5 and apart[3] > 0.5
+
+
 def own_of(columns: list[str]) -> list[str]:
     vehicle = vt.load_vehicle("bluerov2")
     layout = Layout(vehicle, pushes(vehicle, columns), (), ())
-    return [u.name for u in own_unknowns(layout, np.ones(6, bool))]
+    return [u.name for u in own_unknowns(layout, [SimpleNamespace(moves=np.ones(6, bool), tick_s=0.1)])]
 
 
 def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> None:
@@ -80,6 +122,6 @@ def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> 
     assert [f"own_gain@thruster_{k}" for k in range(1, 9)] == [
         name for name in thrusters if name.startswith("own_gain")
     ]
-    assert "rotor@thrusters" in thrusters
+    assert {"rotor@thrusters", "delay@thrusters", "straight@inputs"} < set(thrusters)
     wrench = own_of(["surge_N", "sway_N", "yaw_Nm"])
-    assert not any(name.startswith(("own_gain", "rotor")) for name in wrench)
+    assert not any(name.startswith(("own_gain", "rotor", "delay", "straight")) for name in wrench)

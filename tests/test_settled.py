@@ -40,7 +40,7 @@ def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was()
     run = fly_vehicle(true, multisine(true, 60.0, 2), 60.0, 2)
     layout, seen, _ = record([run], replace(true, quadratic_drag=drag, added_mass=added))
     noise = first_noise(seen)
-    own = own_unknowns(layout, seen[0].moves)
+    own = own_unknowns(layout, seen)
     settled, _ = settling.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
     assert np.all(settled.fit.noise.sigma < 0.0005)  # [m/s2, rad/s2]
 
@@ -49,7 +49,7 @@ def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_fo
     vehicle = vt.load_vehicle("bluerov2")
     layout, seen, _ = record([fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1)], vehicle)
     noise = replace(first_noise(seen), sigma=np.where(seen[0].moves, 0.001, 0.0))
-    own = own_unknowns(layout, seen[0].moves)
+    own = own_unknowns(layout, seen)
     still = model.blank(Fit(seen, replace(noise, memory_s=np.ones(6))), layout, (), own)
     assert not settling.forgetful(still, noise.variance)
     slow = replace(still, fit=replace(still.fit, noise=replace(noise, memory_s=np.full(6, 30.0))))
@@ -68,7 +68,7 @@ def test_a_bias_that_a_slow_error_stands_for_is_found_without_it():
     slow, slow_s = white.slow.copy(), white.slow_s.copy()
     slow[column], slow_s[column] = 0.01, 32.0
     fit = Fit(seen, replace(white, sigma=np.where(seen[0].moves, 1e-5, 0.0), slow=slow, slow_s=slow_s))
-    drifting = model.blank(fit, layout, (), own_unknowns(layout, seen[0].moves))
+    drifting = model.blank(fit, layout, (), own_unknowns(layout, seen))
     found = fit.filter(drifting.vector())
     drifting = model.refit(drifting, found, drifting.theta)
     (hidden, *_), _ = selection._promising(drifting, found, layout, biases)

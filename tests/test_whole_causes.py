@@ -135,7 +135,7 @@ def test_a_depth_that_grows_upwards_is_seen_at_any_depth(sign: float, found: str
 def test_where_a_part_left_out_would_tell_of_no_body_the_step_is_shorter():
     """Added mass in surge is moved to less than none of the body's own."""
     layout, seen, _ = record([fly_vehicle(FEW, multisine(FEW, 4.0, 1), 4.0, 1)], FEW)
-    own = [u for u in own_unknowns(layout, seen[0].moves) if u.name == "added_mass@surge"]
+    own = [u for u in own_unknowns(layout, seen) if u.name == "added_mass@surge"]
     model = blank(Fit(seen, first_noise(seen)), layout, (), own)
     assert _is_a_body(model, np.zeros(1)) and not _is_a_body(model, np.array([-100.0]))
 
@@ -182,7 +182,7 @@ def test_moments_of_added_mass_are_own_parameters():
 def test_wherever_moments_of_added_mass_are_sought_no_direction_is_without_mass(name: str):
     vehicle = vt.load_vehicle(name)
     layout, (run,), _ = record([fly_vehicle(vehicle, multisine(vehicle, 4.0, 1), 4.0, 1)], vehicle)
-    moments = [u for u in own_unknowns(layout, run.moves) if u.name.endswith("@hull")]
+    moments = [u for u in own_unknowns(layout, [run]) if u.name.endswith("@hull")]
     assert len(moments) == {"phoenix": 2, "remus100": 2}.get(name, 0)
     for ends in np.ndindex(*(2 for _ in moments)):
         p = layout.null.copy()
@@ -195,7 +195,7 @@ def test_lift_is_an_own_parameter_of_fins_of_a_section():
     """As the gain of thrusters of a kind: a fin that is weak alone differs from the others; a hull is of no section."""
     vehicle = vt.load_vehicle("remus100")
     layout, (run,), _ = record([fly_vehicle(vehicle, multisine(vehicle, 4.0, 1), 4.0, 1)], vehicle)
-    lifts = {u.name: u.slots.size for u in own_unknowns(layout, run.moves) if u.name.startswith("lift@")}
+    lifts = {u.name: u.slots.size for u in own_unknowns(layout, [run]) if u.name.startswith("lift@")}
     assert lifts == {"lift@plane/rudder": 2, "lift@hull_heave": 1, "lift@hull_sway": 1}
 
 
@@ -278,12 +278,52 @@ def test_a_thruster_that_obeys_very_late_is_found():
     assert values["command_delay@thruster_3"]["d"][0] == pytest.approx(0.6, abs=0.01)
 
 
+def ramps(vehicle: vt.Vehicle, duration_s: float, seed: int) -> vt.Run:
+    """A flight by commands that go straight from each value to the next, of which the log has these alone."""
+    told = multisine(vehicle, duration_s, seed)
+    fine = np.linspace(0.0, told["time_s"][-1], 10 * told["time_s"].size - 9)
+    between = {name: np.interp(fine, told["time_s"], values) for name, values in told.items()}
+    run = fly_vehicle(vehicle, between, duration_s, seed)
+    logged = np.isin(np.round(run.time_s, 6), np.round(told["time_s"], 6))
+    return replace(run, columns={
+        name: np.where(logged, values, np.nan) if name.endswith("_command") else values
+        for name, values in run.columns.items()
+    })  # fmt: skip
+
+
+def test_the_tank_cannot_act_before_it_is_told():
+    """A corrected simulator of inputs that were stamped late is flown as one of inputs that act at once."""
+    asked = {"time_s": [0.0, 1.0], **{f"thruster_{k}_command": [0.3, -0.3] for k in range(1, 9)}}
+    early = replace(FEW, corrections={f"delay@thruster_{k}": -0.0048 for k in range(1, 9)})
+    for name, values in fly_vehicle(FEW, asked, 3.0, 1).columns.items():
+        np.testing.assert_array_equal(fly_vehicle(early, asked, 3.0, 1).columns[name], values)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("modelled", [True, False])
+def test_commands_that_go_straight_from_one_to_the_next_are_no_gap(monkeypatch, modelled: bool):
+    """Held, they act late by half the time between them, and in steps: of which no file tells."""
+    if not modelled:
+        own = importlib.import_module("vtank.diagnose.whole.own")
+        for name in ("OFF", "STRAIGHT"):
+            monkeypatch.setattr(own, name, 1e-9)
+    found = vt.diagnose([ramps(FEW, 60.0, 5)], nominal=FEW, effects=["linear_drag", "thrust_lag"])
+    assert (found.verdict.kind == "none") == modelled
+    if modelled:
+        nominal = found.selection.nominal
+        values = {u.name: theta for u, theta in zip(nominal.unknowns, nominal.theta, strict=True)}
+        assert values["straight@inputs"] == pytest.approx(1.0, abs=0.03)
+        assert values["delay@thrusters"] == pytest.approx(0.01, abs=0.003), (
+            "the flight's own commands are held for 20 ms"
+        )
+
+
 @pytest.mark.parametrize("vehicle", [ROV, REMUS, PHOENIX], ids=lambda vehicle: vehicle.name)
 def test_every_own_parameter_has_a_word(vehicle: vt.Vehicle):
     columns = [thruster.column for thruster in vehicle.thrusters]
     sonars = [f"{s.name}.range_m" for s in vehicle.sensors if "range_m" in s.channels]
     layout = Layout(vehicle, pushes(vehicle, columns), tuple(s.partition(".")[0] for s in sonars), tuple(sonars))
-    for unknown in own_unknowns(layout, np.ones(6, bool)):
+    for unknown in own_unknowns(layout, [SimpleNamespace(moves=np.ones(6, bool), tick_s=0.1)]):
         assert unknown.name.partition("@")[0] in WORDS["own_whole"], unknown.name
 
 
@@ -291,7 +331,7 @@ def test_speeds_of_which_nothing_tells_begin_at_rest_and_their_drag_is_free():
     run = fly_whole(scenario_of(ZIGZAG, "run_1"), PHOENIX).run
     layout, seen, _ = record([run], PHOENIX)
     assert not seen[0].asked[0] and seen[0].moves[0], "nothing tells of surge"
-    free = {u.name for u in own_unknowns(layout, seen[0].moves)}
+    free = {u.name for u in own_unknowns(layout, seen)}
     assert {"quadratic_drag@surge", "added_mass@sway"} <= free
     noise = replace(first_noise(seen), sigma=np.full(6, 1e-4))
     fit = Fit(seen, noise)

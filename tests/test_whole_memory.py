@@ -40,7 +40,7 @@ def screened():
     runs = tuple(flown("bluerov2", seconds) for seconds in (8.0, 12.0))
     layout = runs[0].layout
     fit = Fit(runs, first_noise(runs))
-    model = blank(fit, layout, (), own_unknowns(layout, runs[0].moves))
+    model = blank(fit, layout, (), own_unknowns(layout, runs))
     found = fit.filter(model.vector())
     model = refit(model, found, model.theta)
     sought = [

@@ -63,7 +63,7 @@ def test_sought_from_white_errors_as_well(monkeypatch: pytest.MonkeyPatch) -> No
     ]
     layout, runs, _ = record([coloured(flight) for flight in flights], vehicle)
     begin = noise.first_noise(runs)
-    model = blank(Fit(tuple(runs), begin), layout, (), own_unknowns(layout, runs[0].moves))
+    model = blank(Fit(tuple(runs), begin), layout, (), own_unknowns(layout, runs))
 
     def likelihood() -> float:
         return sum(map(log_likelihood, settled(model, begin.variance)[1]))
@@ -80,7 +80,7 @@ def test_size_and_memory_of_a_disturbance_go_together_where_neither_goes_alone(m
     vehicle = vt.load_vehicle("bluerov2")
     layout, runs, _ = record([pushed_about(vehicle)], vehicle)
     first = noise.first_noise(runs)
-    model, _ = settled(blank(Fit(tuple(runs), first), layout, (), own_unknowns(layout, runs[0].moves)), first.variance)
+    model, _ = settled(blank(Fit(tuple(runs), first), layout, (), own_unknowns(layout, runs)), first.variance)
     p, here = model.vector(), model.fit.noise
     far = replace(here, sigma=2.0 * here.sigma, memory_s=4.0 * here.memory_s)
 
@@ -99,7 +99,7 @@ def test_each_axis_remembers_its_disturbance_for_a_time_of_its_own() -> None:
     memories_s = {t.column: 8.0 if abs(t.direction[2]) > 0.5 else 0.4 for t in vehicle.thrusters}
     layout, runs, _ = record([pushed_about(vehicle, memories_s)], vehicle)
     first = noise.first_noise(runs)
-    own = own_unknowns(layout, runs[0].moves)
+    own = own_unknowns(layout, runs)
     fitted, found = settled(blank(Fit(tuple(runs), first), layout, (), own), first.variance)
     here = fitted.fit.noise
     assert np.mean(here.memory_s[2:5]) > 1.5 * np.mean(here.memory_s[[0, 1, 5]])
@@ -117,7 +117,7 @@ def test_a_slow_error_has_to_be_likelier_by_what_speaks_against_it_beforehand() 
     """A bias would be held against it otherwise: that pays for its prior, and a slow error fits it nearly as well."""
     vehicle = vt.load_vehicle("bluerov2")
     layout, runs, _ = record([fly_vehicle(vehicle, multisine(vehicle, 20.0, 1), 20.0, 1, depth_m=5.0)], vehicle)
-    model = blank(Fit(tuple(runs), noise.first_noise(runs).even), layout, (), own_unknowns(layout, runs[0].moves))
+    model = blank(Fit(tuple(runs), noise.first_noise(runs).even), layout, (), own_unknowns(layout, runs))
     slow = np.where(np.arange(len(layout.columns)) == layout.columns.index(COLUMN), 1e-9, 0.0)  # [rad/s] nothing else
     without, with_it = (at_noise(model, replace(model.fit.noise, slow=size))[0] for size in (0.0 * slow, slow))
     assert without.log_evidence - with_it.log_evidence == pytest.approx(noise.SURELY, abs=1e-3)

@@ -111,7 +111,7 @@ def test_a_disturbance_that_stands_for_a_late_thruster_does_not_hide_it() -> Non
     selection = importlib.import_module("vtank.diagnose.whole.selection")
     run = flown_with(FEW, SECONDS, command_delay__thruster_3={"d_s": 0.2})
     layout, seen, _ = record([run], FEW)
-    own, noise = own_unknowns(layout, seen[0].moves), first_noise(seen)
+    own, noise = own_unknowns(layout, seen), first_noise(seen)
     quiet, found = settled(blank(Fit(seen, noise), layout, (), own), noise.variance)
     some = tuple(c for c in catalogue(layout, seen[0].moves, sizes_of(quiet, found)) if c.effect == "command_delay")
     loud = replace(
@@ -149,7 +149,7 @@ def test_a_model_is_judged_by_its_own_filter() -> None:
     run = fly_vehicle(vehicle, multisine(vehicle, 20.0, 4), 20.0, 1)
     late = {name: np.where(run.time_s < 2.0, np.nan, values) for name, values in run.columns.items() if "mocap" in name}
     layout, seen, _ = record([replace(run, columns=run.columns | late)], vehicle)
-    own = blank(Fit(seen, first_noise(seen)), layout, (), own_unknowns(layout, seen[0].moves))
+    own = blank(Fit(seen, first_noise(seen)), layout, (), own_unknowns(layout, seen))
     there = own.fit.filter(own.vector())
     [tether] = [c for c in catalogue(layout, seen[0].moves, sizes_of(own, there)) if c.name == "tether@sway"]
     tied = blank(own.fit, layout, (tether,), own.unknowns)
@@ -191,7 +191,7 @@ def test_a_screw_that_turns_the_hull_goes_with_its_thrust() -> None:
     roll[:, 3] = -0.02 * run.drive(layout.null).thrust[:, 0]  # that the recording lacks
     noise = first_noise([run])
     own, found = settled(
-        blank(Fit((run.beside(layout.null, roll),), noise), layout, (), own_unknowns(layout, run.moves)), noise.variance
+        blank(Fit((run.beside(layout.null, roll),), noise), layout, (), own_unknowns(layout, [run])), noise.variance
     )
     sizes = sizes_of(own, found)
     [block] = unnamed.at_place(based(own, found), sizes, "roll")

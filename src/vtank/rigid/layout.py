@@ -35,11 +35,11 @@ MIDDLE, WALL_DRAG, WALL_MASS = 110, 111, 112
 HULL = 113
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
-YAWED, PITCHED, WIRED, SPIKED, ROTOR = 20, 21, 22, 23, 24
-THRUSTER = 25
+YAWED, PITCHED, WIRED, SPIKED, ROTOR, STRAIGHT = 20, 21, 22, 23, 24, 25
+THRUSTER = 26
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, GONE, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
-HOLDS, LEANS, ASLANT, RATIO = 15, 16, 17, 18
-FIN = 19
+HOLDS, LEANS, ASLANT, RATIO, SWEPT = 15, 16, 17, 18, 19
+FIN = 20
 LATENCY, SKEW, ROTATED, SITE, EARTH, BEARING = 0, 1, 2, 5, 8, 9
 SENSOR = 10
 SCALE, BIAS = 0, 1
@@ -68,10 +68,10 @@ def _hull_names() -> list[str]:
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor")  # fmt: skip
+                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor", "straight")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "lost",
              "offset", "induced_drag", "late", "suction", "holds", "leans", "aslant",
-             "ratio")  # fmt: skip
+             "ratio", "straight")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")

@@ -16,7 +16,6 @@ from .layout import (
     CENTRE,
     FRICTION,
     HULL,
-    LATE,
     LATENCY,
     LINEAR,
     LOSS,
@@ -97,6 +96,11 @@ class Recorded:
     def moves(self) -> NDArray[np.bool_]:
         """Axes that the equations of motion move, shape (6,)."""
         return ~self.knows[3:9]
+
+    @property
+    def tick_s(self) -> float:
+        """Usual time between inputs [s]; 0 where there is one alone."""
+        return float(np.median(np.diff(self.stamps))) if self.stamps.size > 1 else 0.0
 
     @property
     def disturbed(self) -> NDArray[np.bool_]:
@@ -202,7 +206,7 @@ class Recorded:
         Inputs begin a step where they stay as they are for longer than one, or as long as most are held; what comes
         faster is averaged.
         """
-        slow = self.stamps.size < 2 or float(np.median(np.diff(self.stamps))) >= min(self.longest_s, INPUTS_S)
+        slow = self.stamps.size < 2 or self.tick_s >= min(self.longest_s, INPUTS_S)
         return Steps(*plan(self.time_s - self.late, self.stamps if slow else self.stamps[:0], self.longest_s))
 
     @cached_property
@@ -233,7 +237,7 @@ class Recorded:
                 steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
                 self.resting,
             )  # fmt: skip
-            angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins + LATE)
+            angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins)
             turn = gears(p, self.layout.counts[0])
             thrust = force @ turn
             if self.pushed is not None:

@@ -1,7 +1,8 @@
 """The steps of a simulation of a whole vehicle, and what pushes over each of them.
 
 Thruster forces follow from the inputs alone, but for what speed takes off, and are worked out beforehand as means over
-the steps, exact for delays and first-order lags of held inputs; of rotors that lag by Simpson's rule.
+the steps, exact for delays and first-order lags of held inputs; of rotors that lag by Simpson's rule. Inputs may go
+straight from one to the next instead, by a share of the way.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from .layout import (
     GAIN,
     HULL,
     LAG,
+    LATE,
     LOST,
     MISREAD,
     ROTOR,
@@ -28,6 +30,8 @@ from .layout import (
     SKEWED,
     SLOWER,
     SPIKED,
+    STRAIGHT,
+    SWEPT,
     THRUSTER,
     WIRED,
 )  # fmt: skip
@@ -110,13 +114,25 @@ def steady(n, t, table, reach, p, i):
 
 
 @term
-def lagging(stamps, values, until, tau, z):
-    """What lags values that are held from their stamps on by tau [s], at a time; it is z at the first of them."""
+def along(stamps, values, j, t, stop, share):
+    """Mean from t to stop of values of which the j-th is held from its stamp on, or goes by a share to the next."""
+    if share == 0.0 or j + 1 >= stamps.size:
+        return values[j]
+    way = (0.5 * (t + stop) - stamps[j]) / (stamps[j + 1] - stamps[j])
+    return values[j] + share * way * (values[j + 1] - values[j])
+
+
+@term
+def lagging(stamps, values, until, tau, share, z):
+    """What lags values by tau [s], at a time; it is z at the first of them. share: as of `along`."""
     for j in range(stamps.size):
         if stamps[j] >= until - TOUCH_S:
             break
         end = min(stamps[j + 1], until) if j + 1 < stamps.size else until
-        z = values[j] + (z - values[j]) * math.exp(-(end - stamps[j]) / tau)
+        length = end - stamps[j]
+        rise = 2.0 * (along(stamps, values, j, stamps[j], end, share) - values[j])
+        behind = rise * tau / length
+        z = values[j] + rise - behind + (z - values[j] + behind) * math.exp(-length / tau)
     return z
 
 
@@ -130,7 +146,7 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
     """
     steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
     samples = stamps.size
-    made, turned, told = np.empty(samples), np.empty(samples), np.empty(samples)
+    made, told = np.empty(samples), np.empty(samples)
     for k in range(thrusters):
         i = HULL + THRUSTER * k
         wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
@@ -142,12 +158,12 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
             n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
             n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
             made[j] = steady(n, stamps[j], tables[k], reach[k], p, i)
-            turned[j], told[j] = abs(n), n
-        tau, rotor, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], 0
+            told[j] = n
+        tau, rotor, straight, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], p[i + STRAIGHT], 0
         z, turns = (0.0, 0.0) if resting else (made[0], told[0])
         if tau > 0.0 and steps > 0:
-            z = lagging(stamps, made, now[0] - p[i + DELAY], tau, z)
-            turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, turns)
+            z = lagging(stamps, made, now[0] - p[i + DELAY], tau, straight, z)
+            turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, straight, turns)
         for s in range(steps):
             a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
             while j + 1 < samples and stamps[j + 1] <= a + TOUCH_S:
@@ -159,14 +175,18 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
                     stop = min(b, stamps[0])
                     if not resting:
                         goal += (stop - t) * made[0]
-                        spin += (stop - t) * turned[0]
+                        spin += (stop - t) * abs(told[0])
                         wanted += (stop - t) * told[0]
                 elif q + 1 < samples and stamps[q + 1] < b:
                     stop = max(stamps[q + 1], t)
                 if t >= stamps[0] - TOUCH_S:
-                    goal += (stop - t) * made[q]
-                    spin += (stop - t) * turned[q]
-                    wanted += (stop - t) * told[q]
+                    n, f = told[q], made[q]
+                    if straight > 0.0:
+                        n = along(stamps, told, q, t, stop, straight)
+                        f = steady(n, 0.5 * (t + stop), tables[k], reach[k], p, i)
+                    goal += (stop - t) * f
+                    spin += (stop - t) * abs(n)
+                    wanted += (stop - t) * n
                 t = stop
                 if q + 1 < samples and stamps[q + 1] <= t + TOUCH_S:
                     q += 1
@@ -195,11 +215,11 @@ def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
 def held(now, length, stamps, inputs, p, first):
     """Mean angles of fins, (I, F), held from their stamps on, over each step, (N, F); the first ones before it.
 
-    first: slot of their delay, of the first fin; the others follow.
+    first: slot of the first fin; the others follow.
     """
     out = np.zeros((now.size, inputs.shape[1]))
     for f in range(inputs.shape[1]):
-        late, j = p[first + FIN * f], 0
+        late, straight, j = p[first + FIN * f + LATE], p[first + FIN * f + SWEPT], 0
         for s in range(now.size):
             t, b = now[s] - late, now[s] + length[s] - late
             while j + 1 < stamps.size and stamps[j + 1] <= t + TOUCH_S:
@@ -207,7 +227,8 @@ def held(now, length, stamps, inputs, p, first):
             q = j
             while t < b - TOUCH_S:
                 stop = b if q + 1 >= stamps.size else min(b, max(stamps[q + 1], t))
-                out[s, f] += (stop - t) * inputs[q, f] / length[s]
+                share = straight if t >= stamps[q] - TOUCH_S else 0.0
+                out[s, f] += (stop - t) * along(stamps, inputs[:, f], q, t, stop, share) / length[s]
                 t = stop
                 if q + 1 < stamps.size and stamps[q + 1] <= t + TOUCH_S:
                     q += 1

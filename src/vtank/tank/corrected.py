@@ -31,7 +31,9 @@ def corrected(vehicle: Vehicle, quickest_s: float) -> tuple[Vehicle, tuple[Place
 
     quickest_s: the shortest lag that can be flown [s]; a shorter one is none.
     """
-    c = vehicle.corrections
+    late = ("delay@", "late@")
+    c = {name: value for name, value in vehicle.corrections.items() if value > 0.0 or not name.startswith(late)}
+    vehicle = replace(vehicle, corrections=c)
     changed = replace(
         vehicle,
         added_mass=_added_mass(vehicle, c),

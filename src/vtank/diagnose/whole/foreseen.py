@@ -120,7 +120,7 @@ def foreseen(
 ) -> list[Foreseen]:
     """What each flight tells of hypotheses; noise: whose disturbance is taken, by default that of still water."""
     layout, seen, _ = record(flights, vehicle)
-    own = own_unknowns(layout, seen[0].moves)
+    own = own_unknowns(layout, seen)
     return [_foreseen(layout, run, own, hypotheses, noise) for run in seen]
 
 
@@ -164,7 +164,7 @@ def possible(
     The first is own parameters alone; chances are those of the diagnosis beforehand.
     """
     layout, seen, _ = record(flights, vehicle)
-    own = own_unknowns(layout, seen[0].moves)
+    own = own_unknowns(layout, seen)
     fit = Fit(seen, first_noise(seen))
     model = Model(fit, (), (), np.array([]), layout.null)
     placed = usual(layout, seen, sizes_of(model, fit.filter(layout.null)), effects)
@@ -180,7 +180,7 @@ def own_numbers(vehicle: Vehicle, flights: Sequence[Run]) -> dict[str, tuple[flo
     In the order of the information about them.
     """
     layout, seen, _ = record(flights, vehicle)
-    return {u.name: (float(np.mean(u.base)), u.scale) for u in own_unknowns(layout, seen[0].moves)}
+    return {u.name: (float(np.mean(u.base)), u.scale) for u in own_unknowns(layout, seen)}
 
 
 def usual(layout: Layout, seen: Sequence[Recorded], sizes: Sizes, effects: Iterable[str] | None = None) -> list[Placed]:

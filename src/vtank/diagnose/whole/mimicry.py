@@ -21,7 +21,7 @@ def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
     """
     moves = fit.runs[0].moves
     model, found = settled(
-        blank(fit, layout, (), own_unknowns(layout, moves)), fit.noise.variance, KEPT * fit.noise.variance
+        blank(fit, layout, (), own_unknowns(layout, fit.runs)), fit.noise.variance, KEPT * fit.noise.variance
     )
     sizes, base = sizes_of(model, found), based(model, found)
     gains = {NAMELESS: max([0.0, *(float(block.gain) for block in unnamed(model, found, base, sizes))])}

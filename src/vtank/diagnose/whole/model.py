@@ -21,6 +21,7 @@ from ...rigid.noise import against
 from ...rigid.places import Parameter, Placed
 from ...rigid.tangent import Path
 from ..bounds import within
+from .descent import descend
 from .own import Unknown
 from .unfinished import digest, step
 
@@ -29,7 +30,6 @@ STEPS = 8  # of a fit, at most
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
-PROMISE = 0.02  # log-likelihood that a further step must promise
 
 
 def effect_unknowns(layout: Layout, placed: Placed) -> list[Unknown]:
@@ -195,8 +195,6 @@ def refit(
 def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int) -> Model:
     unknowns, scale = model.unknowns, np.array([u.scale for u in model.unknowns])
     low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("low", "high"))
-    weight, damping = scale**-2.0, 1e-4
-    theta = np.clip(theta, low, high)
 
     def residual(at: Array) -> Array:
         return model.fit.residuals([_vector(model.fixed, unknowns, at)], found)[:, 0]
@@ -211,35 +209,9 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
         moved = [_vector(model.fixed, unknowns, at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
         return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
 
-    def cost_of(e: Array, at: Array) -> float:
-        return 0.5 * float(e @ e + np.sum(weight * at * at))
-
-    e, about = residual(theta), theta
-    cost = cost_of(e, theta)
-    J = differentiated(theta, e) if theta.size else np.empty((e.size, 0))
-    for _ in range(steps if theta.size else 0):
-        gradient, H = J.T @ e + weight * theta, J.T @ J + np.diag(weight)
-        free = ~(((theta <= low) & (gradient > 0.0)) | ((theta >= high) & (gradient < 0.0)))
-        move = np.zeros(theta.size)
-        move[free] = -np.linalg.solve(H[np.ix_(free, free)], gradient[free])
-        if -0.5 * gradient @ move < PROMISE:
-            break
-        trial = theta
-        while -gradient @ move - 0.5 * move @ H @ move > PROMISE:
-            A = H[np.ix_(free, free)] + damping * np.diag(np.diag(H)[free])
-            move[free] = -np.linalg.solve(A, gradient[free])
-            at = np.clip(theta + move, low, high)
-            there = residual(at)
-            if cost_of(there, at) < cost:
-                trial = at
-                break
-            damping = max(damping, 1e-3) * 10.0
-        if trial is theta:
-            break
-        theta, e, damping = trial, there, max(damping / 10.0, 1e-8)
-        cost = cost_of(e, theta)
-        if held is not None or (theta - about) @ H @ (theta - about) > theta.size:
-            J, about = differentiated(theta, e), theta
+    theta, e, J = descend(residual, differentiated, theta, scale, (low, high), steps, held is not None)
+    weight = scale**-2.0
+    cost = 0.5 * float(e @ e + np.sum(weight * theta * theta))
     inner = J.T @ J
     H, inside = inner + np.diag(weight), (theta > low) & (theta < high)
     occam = 0.5 * float(np.linalg.slogdet(np.eye(theta.size) + inner * np.outer(scale, scale))[1])

@@ -54,11 +54,11 @@ def known_fits(vehicle: Vehicle, runs: Sequence[Run], plain: Sequence[Run], is_t
     layout, seen, _ = record(telling(runs)[0], vehicle)
     plain_layout, still, _ = record(telling(plain)[0], vehicle)
     noise = first_noise(still)
-    own = own_unknowns(plain_layout, still[0].moves)
+    own = own_unknowns(plain_layout, still)
     at_rest, found = settled(blank(Fit(still, noise), plain_layout, (), own), noise.variance)
     nominal = refit(blank(at_rest.fit, plain_layout, (), ()), found, np.array([]))
     d_parameters = _deviations(nominal.cost - at_rest.cost)
-    own = own_unknowns(layout, seen[0].moves)
+    own = own_unknowns(layout, seen)
     model = blank(Fit(seen, at_rest.fit.noise), layout, (), own)
     try:
         model, found = _own(replace(model, theta=at_rest.theta))

@@ -14,11 +14,14 @@ from ...record.columns import channel_of
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, Layout
 from ...rigid.places import OWN_OF_AXIS, OWN_OF_FINS, OWN_OF_THRUSTERS
 from ...rigid.push import Push
+from ...rigid.recorded import Recorded
 
 Array = NDArray[np.float64]
 T = TypeVar("T", Push, Fin)
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
+OFF, FAR_OFF = 0.5, 1.05  # of the time between inputs, by which they act off their stamps, usually and at most; guesses
+STRAIGHT = 1.0  # [-] of the way from one input to the next on which they act, from none (held) to all; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
@@ -47,13 +50,15 @@ class Unknown:
     stated: bool = True
 
 
-def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
+def own_unknowns(layout: Layout, runs: Sequence[Recorded]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
-    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: whether
-    rotors lag or their force, how a wall stands, how much of their lift fins pay for with drag,
-    and keep beyond their stall, whether it has a part along the hull, and how it goes with an oblique flow where not.
+    Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: when inputs act
+    that are logged at instants (held from there on, on the way to the next, or until there), whether rotors lag or
+    their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall, whether
+    it has a part along the hull, and how it goes with an oblique flow where not.
     """
+    asked = runs[0].moves
     alike = {
         "gain": _groups("thrusters", layout.pushes, _kind_and_way),
         "lag": _groups("thrusters", layout.pushes, _kind),
@@ -62,7 +67,12 @@ def own_unknowns(layout: Layout, asked: NDArray[np.bool_]) -> list[Unknown]:
     groups = {f"{q}@{axis}": [f"{q}@{axis}"] for i, axis in enumerate(AXES) if asked[i] for q in OWN_OF_AXIS}
     groups |= {f"{q}@{place}": [f"{q}@{name}" for name in names] for q in alike for place, names in alike[q].items()}
     together = [names for names in alike["gain"].values() if len(names) > 1]
-    return [*_sized(layout, groups), *_moments(layout, asked), *_each(layout, together), *_unstated(layout)]
+    return [
+        *_sized(layout, groups),
+        *_moments(layout, asked),
+        *_each(layout, together),
+        *_unstated(layout, max(run.tick_s for run in runs)),
+    ]
 
 
 def _sized(layout: Layout, groups: dict[str, list[str]]) -> Iterator[Unknown]:
@@ -97,8 +107,8 @@ def _each(layout: Layout, together: Sequence[Sequence[str]]) -> Iterator[Unknown
         yield Unknown(f"{EACH}@{name}", at, np.zeros(1), share, LEAST * gain, MOST * gain, STEP * gain)
 
 
-def _unstated(layout: Layout) -> Iterator[Unknown]:
-    """What no file states, and is not the simulator's."""
+def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
+    """What no file states, and is not the simulator's; tick_s: between inputs [s]."""
     p = layout.null
 
     def free(name: str, slots: Sequence[str], scale: float, low: float, high: float, step: float) -> Unknown:
@@ -110,6 +120,15 @@ def _unstated(layout: Layout) -> Iterator[Unknown]:
     if rotors:
         known = float(p[layout.at(rotors)].max())
         yield free("rotor@thrusters", rotors, ROTOR, -known, 1.0 - known, STEP)
+    thrusters = [f"delay@{push.name}" for push in layout.pushes if push.thruster]
+    moved = [f"late@{fin.name}" for fin in layout.vehicle.fins if fin.limit_rad]
+    if tick_s > 0.0:
+        for name, slots in (("delay@thrusters", thrusters), ("late@fins", moved)):
+            if slots:
+                yield free(name, slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
+        inputs = [name.replace("delay@", "straight@").replace("late@", "straight@") for name in (*thrusters, *moved)]
+        if inputs:
+            yield free("straight@inputs", inputs, STRAIGHT, 0.0, 1.0, STEP)
     for q, scale, low, high in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
         ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),

@@ -90,7 +90,7 @@ def select(
     say("noise of the recordings")
     noise = first_noise(runs)
     floor = noise.variance
-    own = own_unknowns(layout, runs[0].moves)
+    own = own_unknowns(layout, runs)
     known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
     best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
     best, found = trusting(*rightly_begun(best, found, floor), own)
