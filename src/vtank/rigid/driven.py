@@ -1,4 +1,4 @@
-"""What drove a run: held inputs of thrusters and angles of fins, from the stamps on at which they change."""
+"""What drove a run: inputs of thrusters and angles of fins, from the stamps on at which they change."""
 
 from __future__ import annotations
 
@@ -13,16 +13,34 @@ from ..record.run import Run
 from .layout import Layout
 
 Array = NDArray[np.float64]
+EVENTS_S = 0.2  # [s] from which on a log tells of inputs when they change alone, and not at instants; a guess
 JUMP = 0.1  # of an input's range, by which what it pushes jumps: no average goes across that; a choice
 
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F)."""
+    """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F).
+
+    before: when those until then were told last [s], (I,).
+    """
 
     stamps: Array
     inputs: Array
     angles: Array
+    before: Array
+
+    @property
+    def tick_s(self) -> float:
+        """Time between inputs that are told of at instants [s], at most EVENTS_S; 0 where they never change."""
+        return min(float(np.median((self.stamps - self.before)[1:])), EVENTS_S) if self.stamps.size > 1 else 0.0
+
+    def told(self) -> tuple[Array, Array, Array]:
+        """Stamps, inputs and angles with those told last before a change, (J,), (J, K), (J, F)."""
+        again = np.flatnonzero(self.before[1:] > self.stamps[:-1])  # the next change is not at the next row
+        rows = np.sort(np.r_[np.arange(self.stamps.size), again])
+        stamps = self.stamps[rows]
+        stamps[1:][rows[1:] == rows[:-1]] = self.before[again + 1]
+        return stamps, self.inputs[rows], self.angles[rows]
 
     @cached_property
     def jumps(self) -> Array:
@@ -46,7 +64,7 @@ def driven(run: Run, layout: Layout) -> Driven:
             values = run.columns[name][rows]
             last = np.maximum.accumulate(np.where(np.isnan(values), -1, np.arange(values.size)))
             table[:, i] = np.where(last < 0, 0.0, values[np.maximum(last, 0)])
-    keep = np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)]
-    split = len(layout.pushes)
-    parts = (np.ascontiguousarray(part) for part in (table[keep, :split], table[keep, split:]))
-    return Driven(run.time_s[rows][keep], *parts)
+    keep = np.flatnonzero(np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)])
+    split, stamps = len(layout.pushes), run.time_s[rows]
+    inputs, angles = (np.ascontiguousarray(part) for part in (table[keep, :split], table[keep, split:]))
+    return Driven(stamps[keep], inputs, angles, stamps[np.maximum(keep - 1, 0)])

@@ -56,6 +56,7 @@ class Recorded:
             the filter follows, since instruments err.
         tied: whether they are where they were measured to be all the same, as a simulation without a filter needs.
         stamps: of the inputs [s], (I,); inputs of what pushes, (I, K), and angles of fins, (I, F).
+        tick_s: time between inputs that are told of at instants [s]; 0 where they never change.
         tables: steady force of what pushes over inputs from -reach to reach, (K, T); reach: (K,).
         time_s, kind, sensor, column, value: of the measurements, (M,).
         start: first guess of place, attitude and velocity, (12,), and its standard deviations.
@@ -72,6 +73,7 @@ class Recorded:
     known: tuple[Array, Array]
     followed: NDArray[np.bool_]
     stamps: Array
+    tick_s: float
     inputs: Array
     angles: Array
     reach: Array
@@ -96,11 +98,6 @@ class Recorded:
     def moves(self) -> NDArray[np.bool_]:
         """Axes that the equations of motion move, shape (6,)."""
         return ~self.knows[3:9]
-
-    @property
-    def tick_s(self) -> float:
-        """Usual time between inputs [s]; 0 where there is one alone."""
-        return float(np.median(np.diff(self.stamps))) if self.stamps.size > 1 else 0.0
 
     @property
     def disturbed(self) -> NDArray[np.bool_]:
@@ -206,8 +203,8 @@ class Recorded:
         Inputs begin a step where they stay as they are for longer than one, or as long as most are held; what comes
         faster is averaged.
         """
-        slow = self.stamps.size < 2 or self.tick_s >= min(self.longest_s, INPUTS_S)
-        return Steps(*plan(self.time_s - self.late, self.stamps if slow else self.stamps[:0], self.longest_s))
+        many = (self.stamps.size - 1) * min(self.longest_s, INPUTS_S) > np.ptp(self.stamps)
+        return Steps(*plan(self.time_s - self.late, self.stamps[:0] if many else self.stamps, self.longest_s))
 
     @cached_property
     def longest_s(self) -> float:

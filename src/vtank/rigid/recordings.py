@@ -143,9 +143,10 @@ def _recorded(
     axes = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
     followed = np.isin(np.arange(6), list(axes))
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
+    stamps, inputs, angles = driven.told()
     recorded = Recorded(
         name=run.name, layout=layout, asked=asked, knows=knows, known=(grid, motion), followed=followed,
-        stamps=driven.stamps, inputs=driven.inputs, angles=driven.angles, reach=reach, tables=tables,
+        stamps=stamps, tick_s=driven.tick_s, inputs=inputs, angles=angles, reach=reach, tables=tables,
         start=start, spread=spread,
         wall=0.0, facing=float(start[5]), later=np.zeros(len(layout.sensors)),
         resting=bool(np.all(np.abs(start[6:12]) <= spread[6:12])),
@@ -186,7 +187,7 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
         found.append(
             (
                 Run(name, run.time_s[kept], columns),
-                Driven(driven.stamps[acts], driven.inputs[acts], driven.angles[acts]),
+                Driven(*(part[acts] for part in (driven.stamps, driven.inputs, driven.angles, driven.before))),
             )
         )
     return found
