@@ -33,6 +33,7 @@ class Noise:
     """White error of each column, (C,) [its unit squared]; disturbance of each axis, (6,) [m/s2, rad/s2], memories [s].
 
     slow, slow_s: deviation [its unit] and memory [s] of the slow error of each column, (C,); none by default.
+    flows: whether the first three are speeds of the water north, east, and down instead [m/s], which push by the drag.
     """
 
     variance: Array
@@ -40,6 +41,7 @@ class Noise:
     memory_s: Array = field(default_factory=lambda: np.full(6, 2.0))
     slow: Array = field(default_factory=lambda: np.zeros(1))
     slow_s: Array = field(default_factory=lambda: np.ones(1))
+    flows: bool = False
 
     @property
     def even(self) -> Noise:
@@ -56,7 +58,8 @@ class Noise:
         mine, its = (np.maximum(noise.sigma, STILL) for noise in (self, other))
         size, memory = np.log2(mine / its), np.log2(self.memory_s / other.memory_s)
         any_is = np.maximum(mine, its) > STILL
-        return bool(np.all(np.abs(size) < 1.0) and np.all(np.abs(memory[any_is]) < 1.0))
+        near = bool(np.all(np.abs(size) < 1.0) and np.all(np.abs(memory[any_is]) < 1.0))
+        return near and self.flows == other.flows
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +132,15 @@ class Filtered(Left):
     judged: NDArray[np.bool_]
 
 
+def shaken(noise: Noise, found: Sequence[Filtered]) -> Array:
+    """Deviation of the disturbance of each axis as an acceleration [m/s2, rad/s2], (6,), over what was filtered."""
+    if not noise.flows:
+        return noise.sigma
+    stir = np.concatenate([f.gains.stir for f in found])
+    water = np.mean(np.sum((stir * noise.sigma[:3]) ** 2, axis=2), axis=0)
+    return np.asarray(np.sqrt(water + np.where(np.arange(6) < 3, 0.0, noise.sigma) ** 2))
+
+
 def bent(z: Array) -> Array:
     """Residuals whose square is Huber's: deviations as they are up to FAR, beyond it growing as their root.
 
@@ -168,13 +180,15 @@ def _gains(run: Recorded, noise: Noise) -> tuple[Gains, Array]:
     """Gains to fill, at a noise, and the deviations of its slow errors, (S,)."""
     has = np.broadcast_to(noise.slow > 0.0, noise.variance.shape)
     which = np.where(has, np.cumsum(has) - 1, -1)
-    gains = Gains(np.empty((run.time_s.size, SIZE + has.sum())), memories(run, noise), which, noise.slow_s[has])
+    of, stir = np.empty((run.time_s.size, SIZE + has.sum())), np.zeros((run.steps.now.size * noise.flows, 6, 3))
+    gains = Gains(of, memories(run, noise), which, noise.slow_s[has], stir)
     return gains, noise.slow[has]
 
 
 def free(run: Recorded) -> Gains:
     """Of a pure simulation, which follows nothing that was measured."""
-    return Gains(np.zeros((run.time_s.size, SIZE)), np.ones(6), np.full(len(run.layout.columns), -1), np.empty(0))
+    none = np.full(len(run.layout.columns), -1)
+    return Gains(np.zeros((run.time_s.size, SIZE)), np.ones(6), none, np.empty(0), np.zeros((0, 6, 3)))
 
 
 def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:

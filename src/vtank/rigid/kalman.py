@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled import law, lean, term
-from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, told
-from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
+from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, stirred, told
+from .layout import MASS, SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
 from .steps import TOUCH_S
@@ -26,8 +26,8 @@ class Way(NamedTuple):
     """A filter's path along a run and its linearisation.
 
     states: at the starts of the N steps and at the end, (N + 1, 18); before: before each measurement, (M, 18);
-    F: transition of the motion over each step, (N, 12, 12); H: derivative of each prediction, (M, 18), but for its slow
-    error.
+    F: transition of the motion over each step, (N, 12, 12); H: derivative of each prediction with respect to the motion
+    and the acceleration of each axis, (M, 18).
     """
 
     states: np.ndarray
@@ -137,9 +137,51 @@ def reach(m, record, hull):
     return (3, 6) if kind < SURGE else (3, 12) if kind < ROLL_RATE else (9, 12)
 
 
+@term
+def swept(D, x, hull, stir, i):
+    """How a speed of the water north, east, and down accelerates a hull whose rates have the slope D at x, into row i.
+
+    As the opposite speed of the hull, but for what its own mass does where it turns.
+    """
+    mass, p, q, r = hull.p[MASS], x[9], x[10], x[11]
+    sr, cr, sp, cp, sy, cy = (
+        math.sin(x[3]), math.cos(x[3]), math.sin(x[4]), math.cos(x[4]), math.sin(x[5]), math.cos(x[5]),
+    )  # fmt: skip
+    for a in range(6):
+        to = hull.inverse[a]
+        u = -D[6 + a, 6] - mass * (r * to[1] - q * to[2])
+        v = -D[6 + a, 7] - mass * (p * to[2] - r * to[0])
+        w = -D[6 + a, 8] - mass * (q * to[0] - p * to[1])
+        stir[i, a, 0] = cy * cp * u + (cy * sp * sr - sy * cr) * v + (cy * sp * cr + sy * sr) * w
+        stir[i, a, 1] = sy * cp * u + (sy * sp * sr + cy * cr) * v + (sy * sp * cr - cy * sr) * w
+        stir[i, a, 2] = -sp * u + cp * sr * v + cp * cr * w
+
+
+@term
+def through(H, stir, i, c):
+    """Derivative of a prediction with respect to the disturbance of axis c in step i; H: of `Way`, (18,)."""
+    if c >= 3 or stir.shape[0] == 0:
+        return H[12 + c]
+    by = 0.0
+    for a in range(6):
+        by += H[12 + a] * stir[i, a, c]
+    return by
+
+
+@term
+def pushing(F, h, stir, i, a, c):
+    """By how much the motion's a-th number changes in step i of h [s] by a disturbance of axis c that stays."""
+    if c >= 3 or stir.shape[0] == 0:
+        return 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
+    by = 0.0
+    for b in range(6):
+        by += 0.5 * h * (F[a, 6 + b] + (1.0 if a == 6 + b else 0.0)) * stir[i, b, c]
+    return by
+
+
 @lean
-def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
-    """Prediction of measurement m, and its derivative with respect to states and disturbances into H, (18,).
+def differ(m, t, s, x, d, stir, record, steps, drive, i, hull, D, scratch, H):
+    """Prediction of measurement m, and its derivative with respect to states and accelerations into H, (18,).
 
     D: slope of the rates near here, by which an accelerometer sees what moves them, and what is read late what was.
     """
@@ -147,6 +189,7 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
         x[a] = s[a]
     for a in range(6):
         d[a] = s[12 + a]
+    stirred(d, stir, max(i - 1, 0))
     here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
     for c in range(SIZE):
         H[c] = 0.0
@@ -171,7 +214,7 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
         for a in range(12 if wound_back else 0):
             there[a] = then[a]
         there[c] = then[c]
-    for c in range(6 if shaken else 0):  # a disturbance is an acceleration itself
+    for c in range(6 if shaken else 0):
         rate[6 + c] += NUDGE
         there[6 + c] -= NUDGE * late if wound_back else 0.0
         H[12 + c] = (told(m, there, rate, record, hull) - here) / NUDGE
@@ -181,8 +224,8 @@ def differ(m, t, s, x, d, record, steps, drive, i, hull, D, scratch, H):
 
 
 @lean
-def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
-    """In place, the covariance P, (18 + S, 18 + S), after a step of h [s] whose transition of the motion is F.
+def carry(F, h, sigma, memory, slow, slow_s, stir, i, T, P, A):
+    """In place, the covariance P, (18 + S, 18 + S), after step i of h [s] whose transition of the motion is F.
 
     A disturbance holds on with its memory, (6,), and is a speed that grows on the way through the step; slow errors, of
     deviations slow and memories slow_s, hold on with theirs. T, (18, 12), and A: scratch.
@@ -194,51 +237,57 @@ def carry(F, h, sigma, memory, slow, slow_s, T, P, A):
     for c in range(6):
         _, mean = lasting(h, memory[c])
         for a in range(12):
-            T[12 + c, a] = 0.5 * h * mean * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) if sigma[c] > 0.0 else 0.0
-    for i in range(size):  # A = P T, of which the disturbances' columns, and those of slow errors, but fade
+            T[12 + c, a] = mean * pushing(F, h, stir, i, a, c) if sigma[c] > 0.0 else 0.0
+    for j in range(size):  # A = P T, of which the disturbances' columns, and those of slow errors, but fade
         for k in range(12):
-            A[i, k] = 0.0
+            A[j, k] = 0.0
         for q in range(SIZE):
-            f = P[i, q]
+            f = P[j, q]
             if f != 0.0:
                 for k in range(12):
-                    A[i, k] += f * T[q, k]
+                    A[j, k] += f * T[q, k]
     for k in range(12, SIZE):
         keep, _ = lasting(h, memory[k - 12])
-        for i in range(size):
-            A[i, k] = keep * P[i, k]
+        for j in range(size):
+            A[j, k] = keep * P[j, k]
     for k in range(SIZE, size):
         left = math.exp(-h / slow_s[k - SIZE])
-        for i in range(size):
-            A[i, k] = left * P[i, k]
-    for i in range(12):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
-        for k in range(i, size):
-            P[i, k] = 0.0
+        for j in range(size):
+            A[j, k] = left * P[j, k]
+    for j in range(12):  # P = T' A, the upper half; what rounding makes of the lower would grow for itself
+        for k in range(j, size):
+            P[j, k] = 0.0
         for q in range(SIZE):
-            f = T[q, i]
+            f = T[q, j]
             if f != 0.0:
-                for k in range(i, size):
-                    P[i, k] += f * A[q, k]
-    for i in range(12, SIZE):
-        keep, _ = lasting(h, memory[i - 12])
-        for k in range(i, size):
-            P[i, k] = keep * A[i, k]
-    for i in range(SIZE, size):
-        left = math.exp(-h / slow_s[i - SIZE])
-        for k in range(i, size):
-            P[i, k] = left * A[i, k]
-        P[i, i] += slow[i - SIZE] ** 2 * (1.0 - left * left)
-    for a in range(6):
-        keep, _ = lasting(h, memory[a])
-        both = memory[a] * (1.0 - keep) * (1.0 - keep)
-        gust = memory[a] * memory[a] * max(2.0 * h / memory[a] - 3.0 + 4.0 * keep - keep * keep, 0.0)
-        s2 = sigma[a] * sigma[a]
-        P[12 + a, 12 + a] += s2 * (1.0 - keep * keep)
-        P[6 + a, 6 + a] += s2 * gust
-        P[6 + a, 12 + a] += s2 * both
-    for i in range(size):
-        for k in range(i):
-            P[i, k] = P[k, i]
+                for k in range(j, size):
+                    P[j, k] += f * A[q, k]
+    for j in range(12, SIZE):
+        keep, _ = lasting(h, memory[j - 12])
+        for k in range(j, size):
+            P[j, k] = keep * A[j, k]
+    for j in range(SIZE, size):
+        left = math.exp(-h / slow_s[j - SIZE])
+        for k in range(j, size):
+            P[j, k] = left * A[j, k]
+        P[j, j] += slow[j - SIZE] ** 2 * (1.0 - left * left)
+    for c in range(6):
+        keep, _ = lasting(h, memory[c])
+        both = memory[c] * (1.0 - keep) * (1.0 - keep)
+        gust = memory[c] * memory[c] * max(2.0 * h / memory[c] - 3.0 + 4.0 * keep - keep * keep, 0.0)
+        s2 = sigma[c] * sigma[c]
+        P[12 + c, 12 + c] += s2 * (1.0 - keep * keep)
+        if c >= 3 or stir.shape[0] == 0:
+            P[6 + c, 6 + c] += s2 * gust
+            P[6 + c, 12 + c] += s2 * both
+        else:
+            for a in range(6):
+                P[6 + a, 12 + c] += stir[i, a, c] * s2 * both
+                for b in range(a, 6):
+                    P[6 + a, 6 + b] += stir[i, a, c] * stir[i, b, c] * s2 * gust
+    for j in range(size):
+        for k in range(j):
+            P[j, k] = P[k, j]
 
 
 @law
@@ -335,8 +384,11 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
     s, x, y, b, memory, i, t = w.s, w.x, w.y, w.b, gains.memory, 0, steps.now[0] if steps.now.size else 0.0
     for a in range(12):
         x[a] = s[a]
+    stirs = gains.stir.shape[0] > 0 and not given
     if steps.now.size:
         slope(t, x, 0, drive, soft, w.D, w.more)
+        if stirs:
+            swept(w.D, x, soft, gains.stir, 0)
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -348,10 +400,12 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
                 w.d[a] = s[12 + a]
             for a in range(SIZE):
                 way.states[i, a] = s[a]
-            moved(y, w.d, t, h, memory, drive, i, hull, w.k, w.z, w.push)
+            if stirs:
+                swept(w.D, x, soft, gains.stir, i)
+            moved(y, w.d, t, h, memory, gains.stir, drive, i, hull, w.k, w.z, w.push)
             transition(t, x, y, h, i, drive, soft, way.F[i], w.D, w.more)
             if not given:
-                carry(way.F[i], h, sigma, memory, slow, gains.slow_s, w.T, w.P, w.A)
+                carry(way.F[i], h, sigma, memory, slow, gains.slow_s, gains.stir, i, w.T, w.P, w.A)
             fade(b, h, gains.slow_s)
             for a in range(12):
                 s[a] = y[a]
@@ -363,13 +417,17 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
             way.before[m, a] = s[a]
         for a in range(6):
             x[12 + a] = w.wake[a]
-        here = differ(m, t, s, x, w.d, record, steps, drive, i, hull, w.D, w.more, way.H[m])
+        here = differ(m, t, s, x, w.d, gains.stir, record, steps, drive, i, hull, w.D, w.more, way.H[m])
         own = gains.slow[record.column[m]]
         told.slow[m] = b[own] if own >= 0 else 0.0
         e = folded(record.value[m] - here, m, record, hull) - told.slow[m]
         told.innovation[m] = e
         if not given:
-            weigh(w.P, way.H[m], own, noise_var[m], w.C, gains.of[m], m, told)
+            for a in range(12):
+                w.z[a] = way.H[m, a]
+            for a in range(6):
+                w.z[12 + a] = through(way.H[m], gains.stir, max(i - 1, 0), a)
+            weigh(w.P, w.z, own, noise_var[m], w.C, gains.of[m], m, told)
         for a in range(SIZE):
             s[a] += gains.of[m, a] * e
         for a in range(b.size):

@@ -1,8 +1,9 @@
 """The compiled kernels that move a whole vehicle along a recording and read its instruments.
 
 What an estimator carries is the motion x, 12 numbers, on each axis a disturbance, an Ornstein-Uhlenbeck acceleration
-that stands for turbulence, and the slow error of each column that has one, an Ornstein-Uhlenbeck process as well.
-Farrell, Aided Navigation (2008), ch. 4: errors of inertial instruments as white noise and Gauss-Markov processes.
+(or, in place of the first three, the speed of the water north, east, and down), and the slow error of each column that
+has one, such a process as well. Farrell, Aided Navigation (2008), ch. 4: errors of inertial instruments as white noise
+and Gauss-Markov processes.
 """
 
 from __future__ import annotations
@@ -45,13 +46,25 @@ class Gains(NamedTuple):
     """What M innovations do to states, disturbances and S slow errors, (M, 18 + S), and how soon the latter are over.
 
     memory: of the disturbance of each axis [s], (6,); slow_s: of the slow errors [s], (S,); slow: which of these a
-    column has, (C,), -1 for none.
+    column has, (C,), -1 for none. stir: how a speed of the water north, east, and down accelerates each axis over
+    each step [1/s], (N, 6, 3); (0, 6, 3) where disturbances are accelerations.
     """
 
     of: np.ndarray
     memory: np.ndarray
     slow: np.ndarray
     slow_s: np.ndarray
+    stir: np.ndarray
+
+
+@term
+def stirred(d, stir, i):
+    """Disturbances, (6,), as the accelerations that they are in step i, in place."""
+    if stir.shape[0]:
+        u, v, w = d[0], d[1], d[2]
+        for a in range(6):
+            own = d[a] if a >= 3 else 0.0
+            d[a] = own + stir[i, a, 0] * u + stir[i, a, 1] * v + stir[i, a, 2] * w
 
 
 @lean
@@ -70,12 +83,13 @@ def lasting(h, memory):
 
 
 @lean
-def moved(x, d, t, h, memory, drive, i, hull, k, y, push):
+def moved(x, d, t, h, memory, stir, drive, i, hull, k, y, push):
     """State x and disturbances d, in place, after step i of h [s]."""
     for a in range(6):
         keep, mean = lasting(h, memory[a])
         push[a] = d[a] * mean
         d[a] *= keep
+    stirred(push, stir, i)
     tied(x, drive, i)
     step, change = h / hull.often, 2.0 / hull.often
     for n in range(hull.often):
@@ -112,7 +126,7 @@ def told(m, x, rate, record, hull):
 
 @term
 def seen(m, t, x, d, record, steps, drive, i, hull, scratch):
-    """Prediction of measurement m in the state x under disturbances d; i is the step that comes next."""
+    """Prediction of measurement m in the state x under accelerations d; i is the step that comes next."""
     if record.kind[m] < ACCEL and abs(lateness(m, record, hull)) <= TOUCH_S:
         return told(m, x, scratch[1], record, hull)
     return elsewhere(m, t, x, d, record, steps, drive, i, hull, scratch)
@@ -184,7 +198,7 @@ def along(hull, steps, record, drive, gains, restart, out, track, x, d, b, k, y,
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
-            moved(x, d, t, steps.length[i], gains.memory, drive, i, hull, k, y, push)
+            moved(x, d, t, steps.length[i], gains.memory, gains.stir, drive, i, hull, k, y, push)
             fade(b, steps.length[i], gains.slow_s)
             t += steps.length[i]
             i += 1
@@ -193,7 +207,10 @@ def along(hull, steps, record, drive, gains, restart, out, track, x, d, b, k, y,
                 x[a] = restart[m, a]
             for a in range(6):
                 d[a] = restart[m, 12 + a]
-        here = seen(m, t, x, d, record, steps, drive, i, hull, scratch)
+        for a in range(6):
+            push[a] = d[a]
+        stirred(push, gains.stir, max(i - 1, 0))
+        here = seen(m, t, x, push, record, steps, drive, i, hull, scratch)
         out[m], slow = folded(record.value[m] - here, m, record, hull), gains.slow[record.column[m]]
         if slow >= 0:
             out[m] -= b[slow]

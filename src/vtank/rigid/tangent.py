@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ..compiled import law, lean
 from ..lanes import WIDTH, load, store
 from .filtered import FAR, THREADS, Filtered, bent, followed, share
-from .kalman import Way
-from .kernels import SIZE, Gains, folded, lasting, seen
+from .kalman import Way, pushing, through
+from .kernels import SIZE, Gains, folded, lasting, seen, stirred
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS, Hull
 from .motion import rates
 from .recorded import Recorded
@@ -46,13 +46,14 @@ def accelerated(hull, steps, drive, path, out, x, still, rate):
 
 
 @law
-def shifted(hull, here, other, apart, steps, record, drive, before, out):
+def shifted(hull, here, other, apart, steps, record, drive, before, stir, out):
     """What instruments that are described otherwise, `apart`, would read over `here` along the path, all (M,)."""
-    reread(hull, here, other, apart, steps, record, drive, before, out, np.zeros(18), np.zeros(6), np.zeros((9, 18)))
+    x, d, scratch = np.zeros(18), np.zeros(6), np.zeros((9, 18))
+    reread(hull, here, other, apart, steps, record, drive, before, stir, out, x, d, scratch)
 
 
 @lean
-def reread(hull, here, other, apart, steps, record, drive, before, out, x, d, scratch):
+def reread(hull, here, other, apart, steps, record, drive, before, stir, out, x, d, scratch):
     """As `shifted`; x, d, scratch: to use."""
     for q in range(steps.which.size):
         m, i = steps.which[q], steps.upto[q]
@@ -63,6 +64,7 @@ def reread(hull, here, other, apart, steps, record, drive, before, out, x, d, sc
                 x[a] = before[m, a]
             for a in range(6):
                 d[a] = before[m, 12 + a]
+            stirred(d, stir, max(i - 1, 0))
             there = seen(m, t, x, d, record, steps, drive, i, other, scratch)
             out[m] = folded(there - here[m], m, record, hull)
 
@@ -105,7 +107,10 @@ def on_the_way(way, steps, column, gains, push, shift, X, Y, keep, mean):
                 for c in range(6):
                     f = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
                     if f != 0.0:
-                        on = on + f * (mean[c] * load(X, 12 + c) + load(push, 6 * i + c))
+                        on = on + f * load(push, 6 * i + c)
+                    f = pushing(F, h, gains.stir, i, a, c) * mean[c]
+                    if f != 0.0:
+                        on = on + f * load(X, 12 + c)
                 store(Y, a, on)
             for a in range(12):
                 store(X, a, load(Y, a))
@@ -117,10 +122,13 @@ def on_the_way(way, steps, column, gains, push, shift, X, Y, keep, mean):
         e, own = -load(shift, m), gains.slow[column[m]]
         if own >= 0:
             e = e - load(X, SIZE + own)
-        for a in range(SIZE):
+        for a in range(12):
             if way.H[m, a] != 0.0:
                 e = e - way.H[m, a] * load(X, a)
         for a in range(6):
+            f = through(way.H[m], gains.stir, max(i - 1, 0), a)
+            if f != 0.0:
+                e = e - f * load(X, 12 + a)
             if way.H[m, 12 + a] != 0.0:
                 e = e - way.H[m, 12 + a] * load(push, 6 * min(i, last) + a)
         store(shift, m, e)
@@ -166,7 +174,18 @@ class Path:
 
     def _read(self, hull: Hull, over: Array, apart: NDArray[np.bool_], out: Array) -> None:
         """What instruments that are described otherwise would read over something along the path, into (M,)."""
-        shifted(self.hull, over, hull, apart, self.run.steps, self.run.record, self.drive, self.way.before, out)
+        shifted(
+            self.hull,
+            over,
+            hull,
+            apart,
+            self.run.steps,
+            self.run.record,
+            self.drive,
+            self.way.before,
+            self.f.gains.stir,
+            out,
+        )
 
     @cached_property
     def readings(self) -> Array:

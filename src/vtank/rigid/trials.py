@@ -14,7 +14,7 @@ import numpy as np
 from ..compiled import law, lean
 from ..lanes import WIDTH, load, store
 from .filtered import Filtered, Left, Noise, memories
-from .kalman import Told
+from .kalman import Told, pushing, through
 from .kernels import SIZE, lasting
 from .recorded import Recorded
 
@@ -54,16 +54,13 @@ def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
 
 
 @lean
-def carried(F, h, levels, keep, mean, G, P, A):
-    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; G, (12, 6), and A, as P: scratch.
+def carried(F, h, levels, stir, step, keep, mean, G, P, A):
+    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; A, as P: scratch.
 
-    keep, mean: of `lasting`, (6, W).
+    G: of `pushing`, (12, 6); keep, mean: of `lasting`, (6, W).
     """
     size = SIZE + levels.slow.shape[0]
     none = 0.0 * load(levels.memory, 0)
-    for a in range(12):
-        for c in range(6):
-            G[a, c] = 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0))
     for i in range(size):  # A = P T'
         for k in range(12):
             moves = none
@@ -101,8 +98,16 @@ def carried(F, h, levels, keep, mean, G, P, A):
         both = memory * (1.0 - left) * (1.0 - left)
         gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * left - left * left, 0.0)
         store(P, d * size + d, load(P, d * size + d) + sigma * sigma * (1.0 - left * left))
-        store(P, v * size + v, load(P, v * size + v) + sigma * sigma * gust)
-        store(P, v * size + d, load(P, v * size + d) + sigma * sigma * both)
+        if a >= 3 or stir.shape[0] == 0:
+            store(P, v * size + v, load(P, v * size + v) + sigma * sigma * gust)
+            store(P, v * size + d, load(P, v * size + d) + sigma * sigma * both)
+        else:
+            for b in range(6):
+                by, at = stir[step, b, a], 6 + b
+                store(P, at * size + d, load(P, at * size + d) + by * (sigma * sigma * both))
+                for c in range(b, 6):
+                    to = at * size + 6 + c
+                    store(P, to, load(P, to) + by * stir[step, c, a] * (sigma * sigma * gust))
     for i in range(size):
         for k in range(i):
             store(P, i * size + k, load(P, k * size + i))
@@ -152,13 +157,13 @@ def beside(way, steps, spread, column, levels, then, before, told):
     size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
     P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
     C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
-    keep, mean, meant = np.empty((6, wide)), np.empty((6, wide)), np.empty(6)
-    on_the_way(way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant)
+    keep, mean, meant, H = np.empty((6, wide)), np.empty((6, wide)), np.empty(6), np.empty(SIZE)
+    on_the_way(way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H)
 
 
 @lean
 def on_the_way(
-    way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant
+    way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
 ):  # fmt: skip
     """As `beside`; P, x: covariance and state, of zeros; the others: to use."""
     size, i = SIZE + levels.slow.shape[0], 0
@@ -182,8 +187,8 @@ def on_the_way(
                 for c in range(12):
                     on = on + F[a, c] * load(x, c)
                 for c in range(6):
-                    push = load(mean, c) * load(x, 12 + c) - meant[c] * way.states[i, 12 + c]
-                    on = on + 0.5 * h * (F[a, 6 + c] + (1.0 if a == 6 + c else 0.0)) * push
+                    G[a, c] = pushing(F, h, then.stir, i, a, c)
+                    on = on + G[a, c] * (load(mean, c) * load(x, 12 + c) - meant[c] * way.states[i, 12 + c])
                 store(new, a, on)
             for a in range(12):
                 store(x, a, load(new, a))
@@ -191,9 +196,13 @@ def on_the_way(
                 store(x, a, load(keep, a - 12) * load(x, a))
             for a in range(SIZE, size):
                 store(x, a, math.exp(-h / load(levels.slow_s, a - SIZE)) * load(x, a))
-            carried(F, h, levels, keep, mean, G, P, A)
+            carried(F, h, levels, then.stir, i, keep, mean, G, P, A)
             i += 1
-        H, own = way.H[m], levels.which[column[m]]
+        own = levels.which[column[m]]
+        for a in range(12):
+            H[a] = way.H[m, a]
+        for a in range(6):
+            H[12 + a] = through(way.H[m], then.stir, max(i - 1, 0), a)
         e = before.innovation[m] + before.slow[m] + 0.0 * load(levels.memory, 0)
         for a in range(12):
             e = e - H[a] * load(x, a)

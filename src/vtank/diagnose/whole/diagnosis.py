@@ -13,6 +13,7 @@ from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
 from ...record.run import Run
+from ...rigid.filtered import TINY, shaken
 from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import SURELY
@@ -109,9 +110,10 @@ class WholeDiagnosis:
                          for name, lines in self.budget.columns.items()},
             "slow_errors": {name: {"size": float(size), "memory_s": float(memory)} for name, size, memory
                             in zip(selection.layout.columns, noise.slow, noise.slow_s, strict=True) if size > 0.0},
-            "disturbance": {"sigma": dict(zip(AXES, map(float, noise.sigma), strict=True)),
+            "disturbance": {"sigma": dict(zip(AXES, map(float, selection.disturbance), strict=True)),
                             "memory_s": dict(zip(AXES, map(float, noise.memory_s), strict=True)),
-                            "unit": "m/s2, rad/s2"},
+                            "unit": "m/s2, rad/s2",
+                            "water_m_s": list(map(float, noise.sigma[:3])) if noise.flows else None},
             "unexplained": {"share": self.budget.left,
                             "blocks": {block.place: block.gain for block in selection.blocks},
                             "goes_with": {block.place: list(block.goes_with) for block in selection.blocks
@@ -229,7 +231,7 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
     """
     best = selection.best
     hull = selection.runs[0].hull(best.vector())
-    sigma = np.sqrt(np.maximum(best.fit.noise.sigma**2 - np.square(missed), 0.0))
+    sigma = np.sqrt(np.maximum(selection.disturbance**2 - np.square(missed), 0.0))
     inertia = np.diag(hull.body + hull.water)
     lever_m = np.append(np.ones(3), np.sqrt(inertia[3:] / inertia[:3].mean()))
     share = sigma * inertia / selection.sizes.force
@@ -244,10 +246,14 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
 def needed(selection: Selection, least: Array) -> bool:
     """Whether the recordings are clearly less likely with disturbances of these sizes, (6,), than with the likeliest.
 
-    How large one is may be told by next to nothing.
+    How large one is may be told by next to nothing. least: accelerations [m/s2, rad/s2].
     """
     best, fit = selection.best, selection.best.fit
-    calmer = replace(fit, noise=replace(fit.noise, sigma=least)).filter(best.vector())
+    sigma = np.minimum(least / np.maximum(shaken(fit.noise, selection.found), TINY), 1.0)
+    if fit.noise.flows:
+        sigma[:3] = sigma[:3].min()  # water moves along all axes alike
+    sigma *= fit.noise.sigma
+    calmer = replace(fit, noise=replace(fit.noise, sigma=sigma)).filter(best.vector())
     return sum(map(log_likelihood, selection.found)) - sum(map(log_likelihood, calmer)) > SURELY
 
 

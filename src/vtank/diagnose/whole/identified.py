@@ -11,6 +11,7 @@ import numpy as np
 from ...plant.vehicle import Vehicle
 from ...record.run import Run
 from ...record.shown import preformatted
+from ...rigid.filtered import shaken
 from ...rigid.fit import Fit
 from ...rigid.layout import AXES
 from ...rigid.noise import first_noise
@@ -18,7 +19,7 @@ from ...rigid.recordings import record
 from ..given import telling
 from .model import blank
 from .own import own_unknowns
-from .settling import rightly_begun, settled
+from .settling import flowing, rightly_begun, settled
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,8 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
     layout, seen, notes = record(kept, vehicle, axes)
     noise = first_noise(seen)
     own = own_unknowns(layout, seen)
-    model, _ = rightly_begun(*settled(blank(Fit(seen, noise), layout, (), own), noise.variance), noise.variance)
+    begun = rightly_begun(*settled(blank(Fit(seen, noise), layout, (), own), noise.variance), noise.variance)
+    model, there = flowing(*begun, noise.variance)
     nominal = {u.name: float(np.mean(u.base)) for u in own}
     found = model.fit.noise
     return WholeEstimate(
@@ -77,7 +79,7 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
         nominal=nominal,
         values={u.name: nominal[u.name] + float(theta) for u, theta in zip(own, model.theta, strict=True)},
         sd={u.name: float(sd) for u, sd in zip(own, model.sd, strict=True)},
-        disturbance={axis: float(s) for axis, s in zip(AXES, found.sigma, strict=True) if s > 0.0},
+        disturbance={axis: float(s) for axis, s in zip(AXES, shaken(found, there), strict=True) if s > 0.0},
         noise={name: float(np.sqrt(v)) for name, v in zip(layout.columns, found.variance, strict=True)},
         notes=notes + said,
     )

@@ -50,7 +50,7 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
         f"probability = {verdict.probability:.4g}",
         "",
         "[noise]",
-        f"sigma = [{', '.join(f'{s:.6g}' for s in noise.sigma)}]  # of the disturbance, m/s2 and rad/s2",
+        f"sigma = [{', '.join(f'{s:.6g}' for s in selection.disturbance)}]  # of the disturbance, m/s2 and rad/s2",
         f"memory_s = [{', '.join(f'{s:g}' for s in noise.memory_s)}]",
     ]
     for part, changed in values.items():

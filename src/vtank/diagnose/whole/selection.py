@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...rigid.filtered import STILL, Filtered, Noise
+from ...rigid.filtered import STILL, Filtered, Noise, shaken
 from ...rigid.fit import Fit, level
 from ...rigid.layout import Layout
 from ...rigid.noise import first_noise
@@ -23,7 +23,7 @@ from .model import Model, at_noise, blank, even, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .own import EACH, Unknown, own_unknowns
 from .score import Promise, based, promises
-from .settling import forgetful, rightly_begun, settled, trusting
+from .settling import flowing, forgetful, rightly_begun, settled, trusting
 from .sizes import sizes_of
 from .trust import trusted
 from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
@@ -72,6 +72,11 @@ class Selection:
         """The filter at the best."""
         return self.best.fit.filter(self.best.vector())
 
+    @property
+    def disturbance(self) -> Array:
+        """Deviation of the disturbance of each axis beside the best, as an acceleration [m/s2, rad/s2], (6,)."""
+        return shaken(self.best.fit.noise, self.found)
+
     def lesser(self, name: str) -> Model:
         """The best without one of its effects."""
         placed = next(placed for placed in self.best.effects if placed.name == name)
@@ -93,7 +98,7 @@ def select(
     own = own_unknowns(layout, runs)
     known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
     best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
-    best, found = trusting(*rightly_begun(best, found, floor), own)
+    best, found = trusting(*flowing(*rightly_begun(best, found, floor), floor), own)
     sizes, less = sizes_of(best, found), mimicry or {}
     candidates = catalogue(layout, runs[0].moves, sizes)
     candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
@@ -120,6 +125,7 @@ def select(
                 break
             best, found = trusting(*settled(fitted[0], floor), own)
             best, found = _afresh(best, own, noise, floor) or (best, found)
+            best, found = trusting(*flowing(best, found, floor), own)
         return best
 
     def judged(best: Model) -> Selection:

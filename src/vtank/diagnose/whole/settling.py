@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
 from ...rigid.noise import MEMORIES_S, settle
@@ -19,6 +20,7 @@ from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
+GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
 
@@ -79,6 +81,25 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
         return model, found
     return settled(replace(model, fit=other), floor)
+
+
+def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+    """The settled model, or what it settles to where the water that moves it is likelier than forces of its own.
+
+    A gust pushes as hard as the drag has it: hardly at rest, and in all axes that its flow meets. Taken for a force as
+    large at all times, slow errors of instruments seem to make up for it.
+    """
+    noise = model.fit.noise
+    if noise.flows or not all(run.moves[:3].all() for run in model.fit.runs):
+        return model, found
+    sigma, memory_s = noise.sigma.copy(), noise.memory_s.copy()
+    sigma[:3], memory_s[:3] = GUST_M_S, GUST_S
+    gusts = replace(noise.even, sigma=sigma, memory_s=memory_s, flows=True)
+    try:
+        other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor)
+    except InputError:
+        return model, found
+    return (other, there) if other.log_evidence > model.log_evidence else (model, found)
 
 
 def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
