@@ -24,7 +24,7 @@ OFF, FAR_OFF = 0.5, 1.05  # of the time between inputs, by which they act off th
 STRAIGHT = 1.0  # [-] of the way from one input to the next on which they act, from none (held) to all; a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
-LEANS = 0.5  # [-] of the part of a fin's force along the hull, from none to all; a guess
+LEANS = 0.5  # [-] of the part of a fin's force along the hull, from all of it to the opposite, as some have it; a guess
 ASLANT = 1.0  # [-] of the power of the cosine with which a fin's force that has no such part goes; a guess
 RATIO = 0.5  # [-] of the share of the flow's angle for which that takes a ratio of speeds, from none to all; a guess
 STIFF = 0.9  # of the coupling at which added mass would weigh nothing along some direction; a guess
@@ -130,7 +130,7 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
         if inputs:
             yield free("straight@inputs", inputs, STRAIGHT, 0.0, 1.0, STEP)
     for q, scale, low, high in (
-        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 0.0),
+        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -2.0, 0.0),
         ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
     ):  # fmt: skip
         if fins := [f"{q}@{fin.name}" for fin in layout.vehicle.fins]:
