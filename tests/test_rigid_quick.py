@@ -91,7 +91,7 @@ def test_a_covariance_stays_one_where_the_motion_is_unstable():
     T, A, C, gain, H = np.zeros((18, 12)), np.zeros((18, 18)), np.zeros(18), np.zeros(18), np.zeros(18)
     told = Told(*np.empty((5, 1)))
     for _ in range(4000):
-        carry(F, 0.05, np.full(6, 1e-3), np.full(6, 2.0), np.empty(0), np.empty(0), T, P, A)
+        carry(F, 0.05, np.full(6, 1e-3), np.full(6, 2.0), np.empty(0), np.empty(0), np.zeros((0, 6, 3)), 0, T, P, A)
         H[:] = 0.0
         H[:12] = rng.normal(size=12) * (rng.uniform(size=12) < 0.3)
         weigh(P, H, -1, 1e-6, C, gain, 0, told)

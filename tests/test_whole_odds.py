@@ -71,6 +71,10 @@ class Disturbed:
     sizes = SimpleNamespace(force=10.0 * np.ones(6))
 
     @property
+    def disturbance(self) -> np.ndarray:
+        return self.best.fit.noise.sigma
+
+    @property
     def runs(self) -> tuple[SimpleNamespace]:
         body = np.diag([100.0] * 3 + [1.0] * 3)  # 0.1 m off its axes
         hull = SimpleNamespace(body=body, water=np.zeros((6, 6)))

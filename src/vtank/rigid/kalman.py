@@ -13,7 +13,7 @@ import numpy as np
 
 from ..compiled import law, lean, term
 from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, stirred, told
-from .layout import MASS, SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
+from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
 from .steps import TOUCH_S
@@ -138,20 +138,23 @@ def reach(m, record, hull):
 
 
 @term
-def swept(D, x, hull, stir, i):
+def swept(D, x, stir, i):
     """How a speed of the water north, east, and down accelerates a hull whose rates have the slope D at x, into row i.
 
-    As the opposite speed of the hull, but for what its own mass does where it turns.
+    As the opposite speed of the hull does, in water that stays as it is while the hull turns.
     """
-    mass, p, q, r = hull.p[MASS], x[9], x[10], x[11]
+    p, q, r = x[9], x[10], x[11]
     sr, cr, sp, cp, sy, cy = (
         math.sin(x[3]), math.cos(x[3]), math.sin(x[4]), math.cos(x[4]), math.sin(x[5]), math.cos(x[5]),
     )  # fmt: skip
     for a in range(6):
-        to = hull.inverse[a]
-        u = -D[6 + a, 6] - mass * (r * to[1] - q * to[2])
-        v = -D[6 + a, 7] - mass * (p * to[2] - r * to[0])
-        w = -D[6 + a, 8] - mass * (q * to[0] - p * to[1])
+        u, v, w = -D[6 + a, 6], -D[6 + a, 7], -D[6 + a, 8]
+        if a == 0:
+            v, w = v + r, w - q
+        elif a == 1:
+            u, w = u - r, w + p
+        elif a == 2:
+            u, v = u + q, v - p
         stir[i, a, 0] = cy * cp * u + (cy * sp * sr - sy * cr) * v + (cy * sp * cr + sy * sr) * w
         stir[i, a, 1] = sy * cp * u + (sy * sp * sr + cy * cr) * v + (sy * sp * cr - cy * sr) * w
         stir[i, a, 2] = -sp * u + cp * sr * v + cp * cr * w
@@ -388,7 +391,7 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
     if steps.now.size:
         slope(t, x, 0, drive, soft, w.D, w.more)
         if stirs:
-            swept(w.D, x, soft, gains.stir, 0)
+            swept(w.D, x, gains.stir, 0)
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:
@@ -401,7 +404,7 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
             for a in range(SIZE):
                 way.states[i, a] = s[a]
             if stirs:
-                swept(w.D, x, soft, gains.stir, i)
+                swept(w.D, x, gains.stir, i)
             moved(y, w.d, t, h, memory, gains.stir, drive, i, hull, w.k, w.z, w.push)
             transition(t, x, y, h, i, drive, soft, way.F[i], w.D, w.more)
             if not given:
