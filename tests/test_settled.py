@@ -12,7 +12,7 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.experiment import fly_vehicle
-from vtank.rigid.filtered import Noise
+from vtank.rigid.filtered import Noise, free, innovations
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
@@ -79,3 +79,29 @@ def test_a_bias_that_a_slow_error_stands_for_is_found_without_it():
     gained = named.log_evidence - drifting.log_evidence
     assert named.names == ("gyro_bias@imu",) and gained > hidden.gain + 5.0
     assert named.values(named.effects[0])["yaw_rate_rad_s"][0] == pytest.approx(0.01, abs=0.0005)
+
+
+@pytest.mark.slow
+def test_fins_are_fitted_from_where_other_simulators_have_them():
+    """A simulator whose lift drags along the hull, of the wrong sign: from a plate the slope leads to another."""
+    vehicle, times = vt.load_vehicle("remus100"), np.arange(0.0, 60.0, 0.2)
+    rudder, plane = 0.12 * np.sign(np.sin(0.55 * times)), 0.06 * np.sin(0.8 * times)
+    asked = {"time_s": times, "propeller_rev_s": np.full(times.size, 20.0), "rudder_rad": rudder, "plane_rad": plane}
+    run = fly_vehicle(vehicle, asked, 60.0, 3, depth_m=10.0)
+    columns = {name: values for name, values in run.columns.items() if "accel" not in name}
+    layout, (seen,), _ = record([replace(run, columns=columns)], vehicle)
+    p = layout.null.copy()
+    for fin in vehicle.fins:
+        p[layout.at([f"suction@{fin.name}", f"leans@{fin.name}"])] = 1.0, -1.0
+    noise = {f"{s.name}.{c}": sd for s in vehicle.sensors for c, sd in zip(s.channels, s.noise, strict=True)}
+    sd = np.array([noise[layout.columns[c]] for c in seen.column])
+    told = seen.value - innovations(seen, p, free(seen)) + sd * np.random.default_rng(1).standard_normal(sd.size)
+    fit = Fit((replace(seen, value=told, _drives={}, _masses={}),), first_noise([seen]))
+    own = own_unknowns(layout, [seen])
+    begun, found = settling.settled(model.blank(fit, layout, (), own), fit.noise.variance)
+    right, _ = settling.finned(begun, found, fit.noise.variance)
+    assert right.log_evidence > begun.log_evidence + 10.0
+    values = {u.name: theta + u.base.mean() for u, theta in zip(right.unknowns, right.theta, strict=True)}
+    assert values["leans@fins"] < -0.5 and values["suction@fins"] > 0.5
+    assert settling.finned(right, found, fit.noise.variance)[0].log_evidence >= right.log_evidence
+    assert settling.finned(replace(begun, unknowns=(), theta=np.array([])), found, fit.noise.variance)[1] is found

@@ -20,6 +20,7 @@ from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
+FORMS = ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))  # suction and lean of fins, from which they are fitted too
 GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
@@ -81,6 +82,23 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
         return model, found
     return settled(replace(model, fit=other), floor)
+
+
+def finned(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+    """The settled model, or what it settles to from where fins push as other simulators have it, if that is likelier.
+
+    Between a wing, a plate, and a force square to the hull, or of the other sign along it, the slope leads astray.
+    """
+    at = {u.name: i for i, u in enumerate(model.unknowns)}
+    if not {"suction@fins", "leans@fins"} <= set(at):
+        return model, found
+    best = model
+    for form in FORMS:
+        theta = model.theta.copy()
+        for name, value in zip(("suction@fins", "leans@fins"), form, strict=True):
+            theta[at[name]] = value - float(model.unknowns[at[name]].base.mean())
+        best = max(best, refit(model, found, theta), key=lambda fitted: fitted.log_evidence)
+    return (model, found) if best is model else settled(best, floor)
 
 
 def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
