@@ -37,9 +37,12 @@ def found(scenario: Path) -> WholeFindings:
 
 
 def test_a_run_of_surge_tells_surge_and_not_sway(found: WholeFindings) -> None:
-    """A drag of sway, which hardly moves, is known as before; that of surge as well as the thrust is."""
+    """A drag of sway, which hardly moves, is known as before; that of surge as well as the thrust is.
+
+    And a lag to within what nobody knows of when inputs act, which come 10 times a second.
+    """
     told = {name: sd / prior for name, _, prior, sd in found.own}
-    assert told["quadratic_drag@surge"] < 0.7 and told["lag@thrusters"] < 0.1
+    assert told["quadratic_drag@surge"] < 0.7 and told["lag@thrusters"] < 0.2
     assert told["quadratic_drag@sway"] > 0.9
     assert "lag@thrusters" in found.sentences()[0] and "@sway" not in found.sentences()[0]
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
-from ...rigid.noise import MEMORIES_S, settle
+from ...rigid.noise import MEMORIES_S, SURELY, settle
 from .model import Model, at_noise, refit
 from .own import Unknown
 from .trust import trusted
@@ -102,7 +102,7 @@ def finned(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, li
 
 
 def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
-    """The settled model, or what it settles to where the water that moves it is likelier than forces of its own.
+    """The settled model, or what it settles to where the water that moves it is surely likelier than forces of its own.
 
     A gust pushes as hard as the drag has it: hardly at rest, and in all axes that its flow meets. Taken for a force as
     large at all times, slow errors of instruments seem to make up for it.
@@ -117,7 +117,7 @@ def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, l
         other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor)
     except InputError:
         return model, found
-    return (other, there) if other.log_evidence > model.log_evidence else (model, found)
+    return (other, there) if other.log_evidence > model.log_evidence + SURELY else (model, found)
 
 
 def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
