@@ -3,7 +3,8 @@
 The corrections are numbers of `rigid.layout`, QUANTITY@PLACE; those that the file has take its numbers' places, the
 others become effects of `tank.places`. What spoils a recording alone (lone wrong readings, echoes) is not flown, nor
 what belongs to one recording (how the wall stood), nor the lag of a rotor, instead of which the tank's force lags, nor
-how a fin goes with an oblique flow or beyond its stall, where the tank's has the law of `tank.fins`.
+how a fin goes with an oblique flow or beyond its stall, where the tank's has the law of `tank.fins`, nor inputs that
+act before they are given or on the way to the next: the tank holds them.
 """
 
 from __future__ import annotations

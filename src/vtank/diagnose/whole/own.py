@@ -120,15 +120,14 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
     if rotors:
         known = float(p[layout.at(rotors)].max())
         yield free("rotor@thrusters", rotors, ROTOR, -known, 1.0 - known, STEP)
-    thrusters = [f"delay@{push.name}" for push in layout.pushes if push.thruster]
-    moved = [f"late@{fin.name}" for fin in layout.vehicle.fins if fin.limit_rad]
+    thrusters = [push.name for push in layout.pushes if push.thruster]
+    moved = [fin.name for fin in layout.vehicle.fins if fin.limit_rad]
     if tick_s > 0.0:
-        for name, slots in (("delay@thrusters", thrusters), ("late@fins", moved)):
-            if slots:
-                yield free(name, slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
-        inputs = [name.replace("delay@", "straight@").replace("late@", "straight@") for name in (*thrusters, *moved)]
-        if inputs:
-            yield free("straight@inputs", inputs, STRAIGHT, 0.0, 1.0, STEP)
+        for q, place, names in (("delay", "thrusters", thrusters), ("late", "fins", moved)):
+            if slots := [f"{q}@{name}" for name in names]:
+                yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
+        if slots := [f"straight@{name}" for name in (*thrusters, *moved)]:
+            yield free("straight@inputs", slots, STRAIGHT, 0.0, 1.0, STEP)
     for q, scale, low, high in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -2.0, 0.0),
         ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
