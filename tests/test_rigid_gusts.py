@@ -20,7 +20,7 @@ from vtank.rigid.layout import CURRENT
 from vtank.rigid.motion import rates
 from vtank.rigid.noise import first_noise
 from vtank.rigid.readings import ACCEL, read
-from vtank.rigid.recorded import Recorded
+from vtank.rigid.recorded import Kept, Recorded
 from vtank.rigid.recordings import record
 from vtank.rigid.trials import tried
 
@@ -84,7 +84,7 @@ def gusty(run: Recorded, seed: int) -> Recorded:
         at = run.kind[m], run.sensor[m], run.column[m]
         value[m] = read(*at, x, np.zeros(18), p, run.layout.counts, run.start[:2], run.wall, run.facing)
         value[m] += noise[run.layout.columns[run.column[m]]] * rng.standard_normal()
-    return replace(run, value=value, _drives={}, _masses={})
+    return replace(run, value=value, _kept=Kept(), _masses={})
 
 
 @pytest.mark.slow

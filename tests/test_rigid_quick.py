@@ -13,6 +13,7 @@ from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import Told, carry, weigh
 from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.recorded import Kept
 from vtank.rigid.recordings import record
 
 YAW_RATE = "imu.yaw_rate_rad_s"
@@ -55,7 +56,7 @@ def test_thrusters_that_begin_at_once_are_seen_to_begin_at_rest(spun):
 
 def test_whether_thrusters_have_pushed_before_a_run_is_told_by_its_first_moments(spun):
     p, noise = spun.layout.null, first_noise([spun])
-    (told,) = begun(Fit((replace(spun, resting=False, _drives={}),), noise), p).runs
+    (told,) = begun(Fit((replace(spun, resting=False, _kept=Kept()),), noise), p).runs
     assert told.resting
     (again,) = begun(Fit((told,), noise), p).runs
     assert again is told
@@ -63,7 +64,7 @@ def test_whether_thrusters_have_pushed_before_a_run_is_told_by_its_first_moments
 
 def test_a_step_is_as_good_as_many(spun):
     still = replace(first_noise([spun]), sigma=np.zeros(6))
-    fine = replace(spun, _drives={}, _masses={})
+    fine = replace(spun, _kept=Kept(), _masses={})
     fine.__dict__["longest_s"] = spun.longest_s / 10.0
     _, coarse_e, _ = innovations(spun, still, YAW_RATE)
     _, fine_e, _ = innovations(fine, still, YAW_RATE)

@@ -27,7 +27,7 @@ from vtank.rigid.layout import (
     Layout,
 )
 from vtank.rigid.push import pushes
-from vtank.rigid.steps import held, thrusts
+from vtank.rigid.steps import held, thrust_of
 
 LAG_S, REACH, STEP_S = 0.3, 20.0, 0.1
 
@@ -44,9 +44,9 @@ def forces(share: float, first: int = 0, resting: bool = True, delay_s: float = 
     asked = np.linspace(-REACH, REACH, 4001)
     now = STEP_S * np.arange(200)
     stamps, speeds = now[::2].copy(), np.random.default_rng(3).uniform(-REACH, REACH, (100, 1))
-    table, now = (asked * np.abs(asked))[None], now[first:]
-    force, swing, _ = thrusts(now, np.full(now.size, STEP_S), stamps, speeds, table, np.array([REACH]), p, 1, resting)
-    return force[:, 0], swing[:, 0], speeds[:, 0]
+    table, now = asked * np.abs(asked), now[first:]
+    force, swing, _ = thrust_of(0, now, np.full(now.size, STEP_S), stamps, speeds, table, REACH, p, resting)
+    return force, swing, speeds[:, 0]
 
 
 def test_speed_lags_as_in_closed_form() -> None:
@@ -97,12 +97,12 @@ def test_inputs_that_go_straight_to_the_next_are_many_that_are_held(rotor: float
     fine = 0.2 / times * np.arange(29 * times + 1)
     between = np.interp(fine + 0.1 / times, stamps, speeds[:, 0])[:, None]
     now, asked = 0.5 + 0.05 * np.arange(90), np.linspace(-REACH, REACH, 40001)
-    table, length = (asked * np.abs(asked))[None], np.full(90, 0.05)
+    table, length = asked * np.abs(asked), np.full(90, 0.05)
 
     def of(stamps: np.ndarray, speeds: np.ndarray, share: float) -> list[np.ndarray]:
         own[STRAIGHT] = fin[SWEPT] = share
-        pushed = thrusts(now, length, stamps, speeds, table, np.array([REACH]), p, 1, False)
-        return [part[:, 0] for part in (*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER))]
+        pushed = thrust_of(0, now, length, stamps, speeds, table, REACH, p, False)
+        return [*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER)[:, 0]]
 
     true, straight = of(fine, between, 0.0), of(stamps, speeds, 1.0)
     for ours, exact, within in zip(straight, true, (0.2, 0.1, 1e-3, 1e-3), strict=True):

@@ -16,6 +16,7 @@ from vtank.rigid.filtered import Noise, free, innovations
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import Sizes, catalogue
+from vtank.rigid.recorded import Kept
 from vtank.rigid.recordings import record
 
 model = importlib.import_module("vtank.diagnose.whole.model")
@@ -96,7 +97,7 @@ def test_fins_are_fitted_from_where_other_simulators_have_them():
     noise = {f"{s.name}.{c}": sd for s in vehicle.sensors for c, sd in zip(s.channels, s.noise, strict=True)}
     sd = np.array([noise[layout.columns[c]] for c in seen.column])
     told = seen.value - innovations(seen, p, free(seen)) + sd * np.random.default_rng(1).standard_normal(sd.size)
-    fit = Fit((replace(seen, value=told, _drives={}, _masses={}),), first_noise([seen]))
+    fit = Fit((replace(seen, value=told, _kept=Kept(), _masses={}),), first_noise([seen]))
     own = own_unknowns(layout, [seen])
     begun, found = settling.settled(model.blank(fit, layout, (), own), fit.noise.variance)
     right, _ = settling.finned(begun, found, fit.noise.variance)

@@ -19,6 +19,7 @@ from vtank.resources import models_dir
 from vtank.rigid.fit import Fit, log_likelihood, walled
 from vtank.rigid.noise import first_noise
 from vtank.rigid.places import catalogue
+from vtank.rigid.recorded import Kept
 from vtank.rigid.recordings import record
 from vtank.tank import forces, load_whole
 
@@ -40,7 +41,7 @@ def flight() -> Run:
 
 def test_a_wall_is_moved_to_where_all_ranges_have_it(flight: Run) -> None:
     layout, (run,), _ = record([flight], load_vehicle("bluerov2"))
-    fit = Fit((run, replace(run, wall=run.wall + 0.05, _drives={})), first_noise([run]))
+    fit = Fit((run, replace(run, wall=run.wall + 0.05, _kept=Kept())), first_noise([run]))
     here, there = walled(fit, fit.filter(layout.null)).runs
     assert there.wall == pytest.approx(here.wall, abs=0.001)
     again = Fit((here, there), fit.noise)
@@ -63,7 +64,7 @@ def test_where_the_wall_is_tells_nothing_of_a_model(flight: Run) -> None:
     heavier[layout.at(["quadratic_drag@surge"])] *= 1.2
     found = []
     for wall in (run.wall, run.wall + 0.3):
-        fit = Fit((replace(run, wall=wall, _drives={}),), first_noise([run]))
+        fit = Fit((replace(run, wall=wall, _kept=Kept()),), first_noise([run]))
         there = fit.filter(layout.null)
         e = fit.residuals([layout.null, heavier], there)
         answer = fit.answers(fit.paths(layout.null, there), [heavier])[:, 0]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,7 @@ from .layout import (
 )  # fmt: skip
 from .motion import gears
 from .readings import CHANNELS
-from .steps import TOUCH_S, Drive, Steps, held, plan, thrusts
+from .steps import TOUCH_S, Drive, Steps, held, plan, thrust_of
 
 Array = NDArray[np.float64]
 STEP_SHARE, STEPS_S = 0.8, (0.02, 0.1)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
@@ -39,7 +40,22 @@ RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which 
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 INPUTS_S = 0.049  # [s] of held inputs that are followed step by step; faster ones are averaged over a step; a choice
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
-KEPT = 2  # drives of a run: what pushes now, and as is tried beside it
+KEPT, FORCES = 2, 4  # drives of a run, what pushes now and as is tried beside it, and forces of a thruster: choices
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What was worked out of how a run is driven, by the part of the parameters that it goes with."""
+
+    drives: dict[bytes, Drive] = field(default_factory=dict)
+    forces: dict[int, dict[bytes, tuple[Array, Array, Array]]] = field(default_factory=dict)
+
+
+def keep(kept: dict[bytes, Any], key: bytes, value: object, count: int) -> None:
+    """Keep something beside at most so many others less one; threads that do so at once only work twice."""
+    if len(kept) >= count:
+        kept.clear()
+    kept[key] = value
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +107,7 @@ class Recorded:
     resting: bool
     tied: bool = False
     pushed: tuple[Array, Array] | None = None
-    _drives: dict[bytes, Drive] = field(default_factory=dict, repr=False)
+    _kept: Kept = field(default_factory=Kept, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
     @cached_property
@@ -112,14 +128,14 @@ class Recorded:
 
     def as_measured(self) -> Recorded:
         """The run with its known motion where it was measured to be."""
-        return replace(self, tied=True, _drives={}) if self.followed.any() else self
+        return replace(self, tied=True, _kept=Kept()) if self.followed.any() else self
 
     @property
     def switched(self) -> Recorded | None:
         """The run, begun with thrusters that have not pushed yet, or have long; None where none of them lags."""
         if not any(push.lag_s > 0.0 for push in self.layout.pushes):
             return None
-        return replace(self, resting=not self.resting, _drives={})
+        return replace(self, resting=not self.resting, _kept=Kept())
 
     @property
     def drifting(self) -> Recorded | None:
@@ -137,9 +153,9 @@ class Recorded:
         p: parameters, of whose masses these are the accelerations [m/s2, rad/s2].
         """
         if course.ndim == 1:
-            return replace(self, value=self.value - course, _drives={})
+            return replace(self, value=self.value - course, _kept=Kept())
         hull = self.hull(p)
-        return replace(self, pushed=(self.steps.now, course @ (hull.body + hull.water).T), _drives={})
+        return replace(self, pushed=(self.steps.now, course @ (hull.body + hull.water).T), _kept=Kept())
 
     @cached_property
     def record(self) -> Record:
@@ -158,7 +174,7 @@ class Recorded:
         if kept.all():
             return self
         parts = {name: getattr(self, name)[kept] for name in ("time_s", "kind", "sensor", "column", "value")}
-        return replace(self, **parts, _drives={})
+        return replace(self, **parts, _kept=Kept())
 
     def hull(self, p: Array, soft: bool = False) -> Hull:
         """Parameters for the kernels; soft: with dry friction that turns round so slowly that one step follows it."""
@@ -194,7 +210,7 @@ class Recorded:
         later = self._delays(p) - self._delays(self.layout.null)
         if np.all(np.abs(later - self.later) < WOUND_S):
             return self
-        return replace(self, later=later, _drives={})
+        return replace(self, later=later, _kept=Kept())
 
     @cached_property
     def steps(self) -> Steps:
@@ -226,22 +242,33 @@ class Recorded:
     def drive(self, p: Array) -> Drive:
         """What pushes over each step."""
         steps, (_, fins, sensors, _) = self.steps, self.layout.starts
-        key = p[HULL:sensors].tobytes()
-        if key not in self._drives:
-            if len(self._drives) >= KEPT:
-                self._drives.clear()
-            force, swing, size = thrusts(
-                steps.now, steps.length, self.stamps, self.inputs, self.tables, self.reach, p, self.inputs.shape[1],
-                self.resting,
-            )  # fmt: skip
+        key, drives = p[HULL:sensors].tobytes(), self._kept.drives
+        drive = drives.get(key)
+        if drive is None:
+            force, swing, size = self._forces(p)
             angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins)
             turn = gears(p, self.layout.counts[0])
             thrust = force @ turn
             if self.pushed is not None:
                 since, wrench = self.pushed
                 thrust += wrench[np.maximum(np.searchsorted(since, steps.now + TOUCH_S, side="right") - 1, 0)]
-            self._drives[key] = Drive(thrust, swing @ turn, size.copy(), angles, self._along, self.held)
-        return self._drives[key]
+            drive = Drive(thrust, swing @ turn, size, angles, self._along, self.held)
+            keep(drives, key, drive, KEPT)
+        return drive
+
+    def _forces(self, p: Array) -> tuple[Array, Array, Array]:
+        """Force of each thruster over each step, half its change, and size of its input, (N, K); see `thrust_of`."""
+        steps, made = self.steps, np.empty((3, self.steps.now.size, self.inputs.shape[1]))
+        for k in range(made.shape[2]):
+            first, kept = HULL + THRUSTER * k, self._kept.forces.setdefault(k, {})
+            key = p[first : first + THRUSTER].tobytes()
+            of = kept.get(key)
+            if of is None:
+                table, reach = self.tables[k], self.reach[k]
+                of = thrust_of(k, steps.now, steps.length, self.stamps, self.inputs, table, reach, p, self.resting)
+                keep(kept, key, of, FORCES)
+            made[..., k] = of
+        return made[0], made[1], made[2]
 
     @cached_property
     def _along(self) -> Array:

@@ -137,77 +137,75 @@ def lagging(stamps, values, until, tau, share, z):
 
 
 @law
-def thrusts(now, length, stamps, inputs, tables, reach, p, thrusters, resting):
-    """Mean force [N] of K thrusters over each step, half its change, mean size of what they were asked for; (N, K).
+def thrust_of(k, now, length, stamps, inputs, table, reach, p, resting):
+    """Mean force [N] of thruster k over each step, half its change, mean size of what it was asked for; each (N,).
 
-    inputs: held from their stamps on, (I, K); tables: steady force over -reach..reach, (K, T); resting: whether the
-    forces are nothing at the first inputs, else where these bring them, which have been there before. A share of the
-    lag may be that of a rotor, whose input lags and not its force.
+    inputs: of all thrusters, held from their stamps on, (I, K); table: steady force over -reach..reach, (T,); resting:
+    whether the force is nothing at the first input, else where this brings it, which has been there before. A share of
+    the lag may be that of a rotor, whose input lags and not its force.
     """
-    steps, (force, swing, size) = now.size, np.zeros((3, now.size, thrusters))
-    samples = stamps.size
+    steps, (force, swing, size) = now.size, np.zeros((3, now.size))
+    samples, i = stamps.size, HULL + THRUSTER * k
     made, told = np.empty(samples), np.empty(samples)
-    for k in range(thrusters):
-        i = HULL + THRUSTER * k
-        wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
-        for j in range(samples):
-            n = inputs[j, wire]
-            if p[i + SPIKED] > 0.0 and 0 < j < samples - 1:
-                lone = alone(inputs[j - 1, wire], n, inputs[j + 1, wire])
-                n = repaired(n, lone, p[i + SPIKED])
-            n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
-            n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
-            made[j] = steady(n, stamps[j], tables[k], reach[k], p, i)
-            told[j] = n
-        tau, rotor, straight, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], p[i + STRAIGHT], 0
-        z, turns = (0.0, 0.0) if resting else (made[0], told[0])
-        if tau > 0.0 and steps > 0:
-            z = lagging(stamps, made, now[0] - p[i + DELAY], tau, straight, z)
-            turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, straight, turns)
-        for s in range(steps):
-            a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
-            while j + 1 < samples and stamps[j + 1] <= a + TOUCH_S:
-                j += 1
-            t, goal, spin, wanted, q = a, 0.0, 0.0, 0.0, j
-            while t < b - TOUCH_S:
-                stop = b
-                if t < stamps[0] - TOUCH_S:
-                    stop = min(b, stamps[0])
-                    if not resting:
-                        goal += (stop - t) * made[0]
-                        spin += (stop - t) * abs(told[0])
-                        wanted += (stop - t) * told[0]
-                elif q + 1 < samples and stamps[q + 1] < b:
-                    stop = max(stamps[q + 1], t)
-                if t >= stamps[0] - TOUCH_S:
-                    n, f = told[q], made[q]
-                    if straight > 0.0:
-                        n = along(stamps, told, q, t, stop, straight)
-                        f = steady(n, 0.5 * (t + stop), tables[k], reach[k], p, i)
-                    goal += (stop - t) * f
-                    spin += (stop - t) * abs(n)
-                    wanted += (stop - t) * n
-                t = stop
-                if q + 1 < samples and stamps[q + 1] <= t + TOUCH_S:
-                    q += 1
-            goal, spin = goal / length[s], spin / length[s]
-            size[s, k] = spin
-            if tau > 0.0:
-                fade = math.exp(-length[s] / tau)
-                force[s, k] = goal + (z - goal) * (tau / length[s]) * (1.0 - fade)
-                swing[s, k] = 0.5 * (goal - z) * (1.0 - fade)
-                z = goal + (z - goal) * fade
-                if rotor != 0.0:
-                    wanted = wanted / length[s]
-                    amid, ends = wanted + (turns - wanted) * math.sqrt(fade), wanted + (turns - wanted) * fade
-                    first = steady(turns, now[s], tables[k], reach[k], p, i)
-                    middle = steady(amid, now[s] + 0.5 * length[s], tables[k], reach[k], p, i)
-                    last = steady(ends, now[s] + length[s], tables[k], reach[k], p, i)
-                    force[s, k] += rotor * ((first + 4.0 * middle + last) / 6.0 - force[s, k])  # Simpson's rule
-                    swing[s, k] += rotor * (0.5 * (last - first) - swing[s, k])
-                    turns = ends
-            else:
-                force[s, k] = goal
+    wire = int(p[i + WIRED]) - 1 if p[i + WIRED] > 0.0 else k
+    for j in range(samples):
+        n = inputs[j, wire]
+        if p[i + SPIKED] > 0.0 and 0 < j < samples - 1:
+            lone = alone(inputs[j - 1, wire], n, inputs[j + 1, wire])
+            n = repaired(n, lone, p[i + SPIKED])
+        n = min(max(n - p[i + MISREAD], -p[i + SATURATION]), p[i + SATURATION])
+        n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
+        made[j] = steady(n, stamps[j], table, reach, p, i)
+        told[j] = n
+    tau, rotor, straight, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], p[i + STRAIGHT], 0
+    z, turns = (0.0, 0.0) if resting else (made[0], told[0])
+    if tau > 0.0 and steps > 0:
+        z = lagging(stamps, made, now[0] - p[i + DELAY], tau, straight, z)
+        turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, straight, turns)
+    for s in range(steps):
+        a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
+        while j + 1 < samples and stamps[j + 1] <= a + TOUCH_S:
+            j += 1
+        t, goal, spin, wanted, q = a, 0.0, 0.0, 0.0, j
+        while t < b - TOUCH_S:
+            stop = b
+            if t < stamps[0] - TOUCH_S:
+                stop = min(b, stamps[0])
+                if not resting:
+                    goal += (stop - t) * made[0]
+                    spin += (stop - t) * abs(told[0])
+                    wanted += (stop - t) * told[0]
+            elif q + 1 < samples and stamps[q + 1] < b:
+                stop = max(stamps[q + 1], t)
+            if t >= stamps[0] - TOUCH_S:
+                n, f = told[q], made[q]
+                if straight > 0.0:
+                    n = along(stamps, told, q, t, stop, straight)
+                    f = steady(n, 0.5 * (t + stop), table, reach, p, i)
+                goal += (stop - t) * f
+                spin += (stop - t) * abs(n)
+                wanted += (stop - t) * n
+            t = stop
+            if q + 1 < samples and stamps[q + 1] <= t + TOUCH_S:
+                q += 1
+        goal, spin = goal / length[s], spin / length[s]
+        size[s] = spin
+        if tau > 0.0:
+            fade = math.exp(-length[s] / tau)
+            force[s] = goal + (z - goal) * (tau / length[s]) * (1.0 - fade)
+            swing[s] = 0.5 * (goal - z) * (1.0 - fade)
+            z = goal + (z - goal) * fade
+            if rotor != 0.0:
+                wanted = wanted / length[s]
+                amid, ends = wanted + (turns - wanted) * math.sqrt(fade), wanted + (turns - wanted) * fade
+                first = steady(turns, now[s], table, reach, p, i)
+                middle = steady(amid, now[s] + 0.5 * length[s], table, reach, p, i)
+                last = steady(ends, now[s] + length[s], table, reach, p, i)
+                force[s] += rotor * ((first + 4.0 * middle + last) / 6.0 - force[s])  # Simpson's rule
+                swing[s] += rotor * (0.5 * (last - first) - swing[s])
+                turns = ends
+        else:
+            force[s] = goal
     return force, swing, size
 
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...plant.actuators import Curve, Thruster
 from ...plant.vehicle import Vehicle
 from ...rigid.layout import Layout
-from ...rigid.recorded import Recorded
+from ...rigid.recorded import Kept, Recorded
 
 Array = NDArray[np.float64]
 KNOTS = 8  # inputs on either side of rest at which a curve is corrected; a choice
@@ -97,7 +97,7 @@ def bent(layout: Layout, runs: Sequence[Recorded], free: Sequence[Bend]) -> tupl
         reach = np.r_[run.reach, [BEYOND * KNOTS * bend.step for bend, _ in pairs]]
         tables = np.array([push.table(most) for push, most in zip(pushes, reach, strict=True)])
         inputs = np.ascontiguousarray(run.inputs[:, which])
-        found.append(replace(run, layout=wide, inputs=inputs, reach=reach, tables=tables, _drives={}))
+        found.append(replace(run, layout=wide, inputs=inputs, reach=reach, tables=tables, _kept=Kept()))
     return wide, tuple(found)
 
 

@@ -17,7 +17,7 @@ from ...rigid.fit import Fit
 from ...rigid.flow import Flow, values
 from ...rigid.layout import Layout
 from ...rigid.noise import KEPT, cut, first_noise
-from ...rigid.recorded import Recorded
+from ...rigid.recorded import Kept, Recorded
 from .curves import Bend, bends, bent
 from .model import Model, blank, refit
 from .score import based
@@ -34,7 +34,7 @@ TURNS = 2  # of flow and own parameters, each beside the other; a choice
 def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[Layout, tuple[Recorded, ...]]:
     """A layout with changes, and the runs in it."""
     layout = replace(layout, **changes)
-    return layout, tuple(replace(run, layout=layout, _drives={}) for run in runs)
+    return layout, tuple(replace(run, layout=layout, _kept=Kept()) for run in runs)
 
 
 def fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple[Model, list[Bend]]:
