@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import Told, carry, weigh
 from vtank.rigid.noise import first_noise, settle
-from vtank.rigid.recorded import Kept
+from vtank.rigid.recorded import Kept, Recorded
 from vtank.rigid.recordings import record
 
 YAW_RATE = "imu.yaw_rate_rad_s"
@@ -60,6 +61,14 @@ def test_whether_thrusters_have_pushed_before_a_run_is_told_by_its_first_moments
     assert told.resting
     (again,) = begun(Fit((told,), noise), p).runs
     assert again is told
+
+
+def test_a_beginning_from_which_the_filter_runs_away_is_none(spun, monkeypatch):
+    fit = Fit((spun,), first_noise([spun]))
+    monkeypatch.setattr(Recorded, "switched", property(lambda run: replace(run, start=run.start + 1e200, _kept=Kept())))
+    with pytest.raises(InputError, match="diverges"):
+        replace(fit, runs=(spun.switched,)).filter(spun.layout.null)
+    assert begun(fit, spun.layout.null).runs[0] is spun
 
 
 def test_a_step_is_as_good_as_many(spun):

@@ -69,6 +69,7 @@ def test_a_level_that_takes_acceleration_for_tilt_goes_with_the_surge() -> None:
     diagnosis = found_in(run, FEW, ahrs__pitch_rad=run.columns["ahrs.pitch_rad"] + 0.1 * faded(run.time_s, rate, 1.0))
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("ahrs",))
     [block] = [block for block in diagnosis.selection.blocks if block.place == "ahrs" and block.repeats]
+    assert diagnosis.document["unexplained"]["blocks"]["ahrs"] == block.gain, "the strongest of its columns"
     assert any("surge" in name for name in block.goes_with)
 
 

@@ -63,12 +63,16 @@ def begun(fit: Fit, p: Array) -> Fit:
 
     Where little tells of the motion a filter that doubts it without need takes the wrong path (the moment of an
     oblique flow goes with the product of two such speeds). And with thrusters that have pushed already, or not yet.
+    A beginning from which the filter runs away is none.
     """
 
     def likelier(run: Recorded, other: Recorded | None, by: float = 0.0) -> Recorded:
         if other is None:
             return run
-        before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
+        try:
+            before, after = map(log_likelihood, replace(fit, runs=(run, other)).filter(p))
+        except InputError:
+            return run
         return other if after > before + by else run
 
     runs = (likelier(run, run.drifting) for run in fit.runs)

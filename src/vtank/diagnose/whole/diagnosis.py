@@ -28,6 +28,7 @@ from .model import PLAIN, Model
 from .odds import strange
 from .selection import Selection, narrowed, select
 from .unfinished import filed
+from .unnamed import Block
 
 Array = NDArray[np.float64]
 NAMED = 0.5  # probability that an answer must have, a set of effects, no effect or none that has a name; a choice
@@ -95,6 +96,9 @@ class WholeDiagnosis:
         noise = best.fit.noise
         asked = [AXES[i] for i in range(6) if selection.runs[0].asked[i]]
         shown = {name: p for name, p in self.probabilities.items() if p >= 1e-4}
+        strongest: dict[str, Block] = {}
+        for block in selection.blocks:  # the strongest first; each column of an instrument has one
+            strongest.setdefault(block.place, block)
         verdict = {
             "kind": self.verdict.kind, "effects": list(self.verdict.effects), "places": list(self.verdict.places),
             "class": list(self.verdict.rivals), "channel": self.verdict.channel,
@@ -115,8 +119,8 @@ class WholeDiagnosis:
                             "unit": "m/s2, rad/s2",
                             "water_m_s": list(map(float, noise.sigma[:3])) if noise.flows else None},
             "unexplained": {"share": self.budget.left,
-                            "blocks": {block.place: block.gain for block in selection.blocks},
-                            "goes_with": {block.place: list(block.goes_with) for block in selection.blocks
+                            "blocks": {place: block.gain for place, block in strongest.items()},
+                            "goes_with": {place: list(block.goes_with) for place, block in strongest.items()
                                           if block.repeats}},
             "notes": list(self.notes),
             **({"against": self.against.document} if self.against else {}),
