@@ -2,9 +2,9 @@
 
     python benchmarks/whole_intervals.py [--flights 100] [--seed 1] [--json FILE]
 
-Vehicles, manoeuvres and numbers that their files have wrong are drawn as for sealed cases, without a cause, and flown in
-the tank. Counted is what the recordings tell: intervals of less than half of what was believed before. Some seconds of a
-core for each draw.
+Vehicles, manoeuvres and numbers that their files have wrong are drawn as for sealed cases, without a cause, and flown
+in the tank. Counted is what the recordings tell: intervals of less than half of what was believed before. Some seconds
+of a core for each draw.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ def drawn(seed: int, number: int) -> Iterator[dict[str, object]]:
     """What one draw's identification says of each number: its error in standard deviations, and whether it is told."""
     from vtank.diagnose.whole.identified import identify
     from vtank.errors import InputError
+    from vtank.experiment.whole_scenario import fly_whole, scenario_of
     from vtank.plant.vehicle import load_vehicle
     from vtank.rigid.layout import AXES
     from vtank.rigid.places import OWN_OF_AXIS
     from vtank.studies.blind.whole.case import CRAFT, other_numbers
     from vtank.studies.blind.whole.scenarios import FAMILIES, draw_scenario
-    from vtank.experiment.whole_scenario import fly_whole, scenario_of
 
     random = np.random.default_rng((seed, number))
     nominal = load_vehicle(str(random.choice(CRAFT)))

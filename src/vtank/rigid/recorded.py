@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -80,6 +81,7 @@ class Recorded:
         later: delay of each instrument beyond its nominal one at which measurements are put in order, (S,) [s].
         resting: whether the thrusters have not pushed yet when the first inputs come.
         pushed: a wrench beside that of the thrusters, from stamps [s] on, (I,), and what it is, (I, 6) [N, N m].
+        still: axes of which nothing tells that are known motion all the same: they do not move.
     """
 
     name: str
@@ -107,6 +109,7 @@ class Recorded:
     resting: bool
     tied: bool = False
     pushed: tuple[Array, Array] | None = None
+    still: tuple[int, ...] = ()
     _kept: Kept = field(default_factory=Kept, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -146,6 +149,16 @@ class Recorded:
         spread = self.spread.copy()
         spread[6:12][untold] = DRIFTING_M_S
         return replace(self, spread=spread)
+
+    def keeping_still(self, axes: Sequence[int]) -> Recorded:
+        """The run of a vehicle that does not move along or about some axes of which nothing tells."""
+        knows, start, spread = self.knows.copy(), self.start.copy(), self.spread.copy()
+        for i in axes:
+            knows[[3 + i, 9 + i]] = True
+            start[6 + i] = spread[i] = spread[6 + i] = 0.0
+            if i > 2:
+                knows[i - 3], start[i] = True, 0.0
+        return replace(self, knows=knows, start=start, spread=spread, still=tuple(axes), _kept=Kept(), _masses={})
 
     def beside(self, p: Array, course: Array) -> Recorded:
         """The run beside what nobody has named: accelerations over its steps, (N, 6), or errors of its readings, (M,).

@@ -34,7 +34,7 @@ from .curves import Bend, corrected
 from .likeness import SIMULATED, likeness, parameters
 from .mimicry import mimicry
 from .model import Model
-from .plant_fit import fitted, relaid
+from .plant_fit import Begun, begun, fitted, relaid
 from .simulator import shared
 
 Array = NDArray[np.float64]
@@ -103,16 +103,16 @@ def plant_of(
     say("a plant for the simulator")
     heard, listened, _ = record(recorded, vehicle, axes)
     try:
-        simulated = [_instrumented(run, heard) for run in telling(simulated)[0]]
-        asked = tuple(axes or _told_by_both(listened[0], simulated))
-        layout, seen, _ = record(simulated, vehicle, asked)
-        noise = _noise(layout, heard, listened)
-        model, free = fitted(layout, seen, np.where(np.isinf(noise), _hardly(layout, seen), noise))
-        plant = _plant(layout, model, free, asked)
+        told = telling(simulated)[0]
+        asked = tuple(axes or _told_by_both(listened[0], told))
+        read = [_Read(runs, vehicle, asked, heard, listened) for runs in _instrumented(told, heard)]
+        first, likelier = max(((one.begun(), one) for one in read), key=lambda pair: pair[0].model.log_evidence)
+        layout, noise, model = likelier.layout, likelier.noise, fitted(first)
+        plant = _plant(layout, model, first.free, asked)
         say("the plant against the simulator's own runs")
-        own, again, _ = plant.record(simulated)
+        own, again, _ = plant.record(likelier.runs)
         fit = Fit(again, model.fit.noise)
-        like = likeness(fit, noise, folder, tuple(parameters(layout, plant.vehicle, model, free)))
+        like = likeness(fit, noise, folder, tuple(parameters(layout, plant.vehicle, model, first.free)))
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
     longer = max(1.0, sum(run.time_s.size for run in listened) / sum(run.time_s.size for run in again))
@@ -131,15 +131,34 @@ def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ..
     )  # fmt: skip
 
 
-def _instrumented(run: Run, heard: Layout) -> Run:
-    """The run with columns of no instrument named after those that would measure the same, but as at the origin.
+class _Read:
+    """A simulator's runs as they are read, and the variance of the recordings' noise in each of their columns, (C,)."""
 
-    What an instrument of the recordings seems to do is then sought in the same columns of the simulator.
+    def __init__(
+        self, runs: Sequence[Run], vehicle: Vehicle, asked: Sequence[str], heard: Layout, listened: Sequence[Recorded]
+    ) -> None:
+        self.runs = runs
+        self.layout, self.seen, _ = record(runs, vehicle, asked)
+        self.noise = _noise(self.layout, heard, listened)
+
+    def begun(self) -> Begun:
+        return begun(
+            self.layout, self.seen, np.where(np.isinf(self.noise), _hardly(self.layout, self.seen), self.noise)
+        )
+
+
+def _instrumented(runs: Sequence[Run], heard: Layout) -> Iterator[list[Run]]:
+    """The runs with columns of no instrument read as at the origin, and as by those that would measure the same.
+
+    Both are named after these: what an instrument of the recordings seems to do is then sought in the same columns of
+    the simulator. A simulator's `surge_m_s` is the hull's in one, and what its log would hold in another.
     """
     told = {channel_of(name): heard.vehicle.instrument(name) for name in heard.columns[::-1]}
-    own = {name: told.get(name) or heard.vehicle.instrument(name) for name in run.columns}
-    names = {name: f"{SIMULATED}{own[name]}.{name}" if own[name] and "." not in name else name for name in own}
-    return replace(run, columns={names[name]: values for name, values in run.columns.items()})
+    bare = {name: told.get(name) or heard.vehicle.instrument(name) for run in runs for name in run.columns}
+    bare = {name: own for name, own in bare.items() if own and "." not in name}
+    for stands in (SIMULATED, "") if bare else ("",):
+        names = {name: f"{stands}{own}.{name}" for name, own in bare.items()}
+        yield [replace(run, columns={names.get(name, name): x for name, x in run.columns.items()}) for run in runs]
 
 
 def _told_by_both(recorded: Recorded, simulated: Sequence[Run]) -> list[str]:

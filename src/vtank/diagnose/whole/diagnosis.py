@@ -26,6 +26,7 @@ from .against import Plant, plant_of
 from .budget import Budget, budget
 from .model import PLAIN, Model
 from .odds import strange
+from .plane import in_the_plane
 from .selection import Selection, narrowed, select
 from .unfinished import filed
 from .unnamed import Block
@@ -300,6 +301,7 @@ def _diagnosed(
     if against is not None:
         plant, like = plant_of(stretches(against), kept, vehicle, axes, folder, progress or (lambda text: None))
     layout, seen, notes = plant.record(kept) if plant else record(kept, vehicle, axes)
+    seen, flat = in_the_plane(layout, seen)
     selection = select(layout, seen, effects, progress, plant.mimicry if plant else None)
     if progress:
         progress("the gap budget")
@@ -317,4 +319,4 @@ def _diagnosed(
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)
-    return WholeDiagnosis(vehicle, selection, verdict, spent, notes + said, like, plant)
+    return WholeDiagnosis(vehicle, selection, verdict, spent, notes + flat + said, like, plant)

@@ -19,6 +19,7 @@ from ...rigid.recordings import record
 from ..given import telling
 from .model import blank
 from .own import own_unknowns
+from .plane import in_the_plane
 from .settling import finned, flowing, rightly_begun, settled
 
 
@@ -68,6 +69,7 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
     """
     kept, said = telling(runs)
     layout, seen, notes = record(kept, vehicle, axes)
+    seen, flat = in_the_plane(layout, seen)
     noise = first_noise(seen)
     own = own_unknowns(layout, seen)
     begun = rightly_begun(*settled(blank(Fit(seen, noise), layout, (), own), noise.variance), noise.variance)
@@ -81,5 +83,5 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
         sd={u.name: float(sd) for u, sd in zip(own, model.sd, strict=True)},
         disturbance={axis: float(s) for axis, s in zip(AXES, shaken(found, there), strict=True) if s > 0.0},
         noise={name: float(np.sqrt(v)) for name, v in zip(layout.columns, found.variance, strict=True)},
-        notes=notes + said,
+        notes=notes + flat + said,
     )

@@ -16,8 +16,9 @@ from ...record.run import Run
 from ...record.table import Table, open_table
 from ...resources import models_dir
 from ...rigid.fit import Fit
-from ...rigid.layout import Layout
+from ...rigid.layout import AXES, Layout
 from ...rigid.noise import first_noise
+from ...rigid.recorded import Recorded
 from ...rigid.recordings import record
 from ..given import known_vehicle
 from .budget import free_errors, spikes_of
@@ -36,12 +37,12 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
     for part, model in (("refit", selection.own), ("diagnosed", selection.best)):
         p = model.vector()
         values[part] = {names[i]: float(p[i]) for i in np.flatnonzero(p != null)}
-    noise, verdict, document = selection.best.fit.noise, diagnosis.verdict, diagnosis.document
+    noise, verdict = selection.best.fit.noise, diagnosis.verdict
     lines = [
         "# A whole vehicle's simulator, found by vtank diagnose: what differs from the vehicle file.",
         f"schema = {_word(CORRECTED)}",
         f"vehicle = {_word(_called(diagnosis.vehicle.path))}",
-        f"axes = {_words(document['axes'])}",
+        *_asked(selection.runs[0]),
         "",
         "[verdict]",
         f"kind = {_word(verdict.kind)}",
@@ -58,6 +59,13 @@ def model_text(diagnosis: WholeDiagnosis) -> str:
     if diagnosis.plant:
         lines += ["", *plant_lines(diagnosis.plant)]
     return "\n".join(lines) + "\n"
+
+
+def _asked(run: Recorded) -> list[str]:
+    """The axes that were asked about, if not all, and those that do not move."""
+    still = np.isin(np.arange(6), run.still)
+    some = {"axes": run.asked & np.any(~run.moves & ~still), "still": still}
+    return [f"{key} = {_words([AXES[i] for i in np.flatnonzero(each)])}" for key, each in some.items() if each.any()]
 
 
 def _called(path: Path) -> str:
@@ -85,11 +93,12 @@ def predict(table: Table, run: Run) -> dict[str, Any]:
     InputError where the file or the run cannot be used.
     """
     vehicle = _vehicle(table)
-    axes = table.texts("axes")
+    axes, still = (table.texts(key) if table.has(key) else () for key in ("axes", "still"))
     if table.has("plant"):
         layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run.from_start()])
     else:
         layout, runs, _ = record([run.from_start()], vehicle, axes)
+    runs = tuple(seen.keeping_still([AXES.index(axis) for axis in still if axis in AXES]) for seen in runs)
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)))
     found: dict[str, dict[str, float]] = {}
     vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}

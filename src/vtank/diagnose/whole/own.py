@@ -115,11 +115,14 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
         at = layout.at(slots)
         return Unknown(name, at, p[at], scale, low, high, step, stated=False)
 
+    def share(name: str, slots: Sequence[str], scale: float, least: float, most: float) -> Unknown:
+        known = float(p[layout.at(slots)].max())
+        return free(name, slots, scale, least - known, most - known, STEP)
+
     rotors = [f"rotor@{push.name}" for push in layout.pushes
               if push.thruster and push.thruster.input != "N" and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
     if rotors:
-        known = float(p[layout.at(rotors)].max())
-        yield free("rotor@thrusters", rotors, ROTOR, -known, 1.0 - known, STEP)
+        yield share("rotor@thrusters", rotors, ROTOR, 0.0, 1.0)
     thrusters = [push.name for push in layout.pushes if push.thruster]
     moved = [fin.name for fin in layout.vehicle.fins if fin.limit_rad]
     if tick_s > 0.0:
@@ -127,13 +130,13 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
             if slots := [f"{q}@{name}" for name in names]:
                 yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
         if slots := [f"straight@{name}" for name in (*thrusters, *moved)]:
-            yield free("straight@inputs", slots, STRAIGHT, 0.0, 1.0, STEP)
-    for q, scale, low, high in (
-        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -2.0, 0.0),
-        ("aslant", ASLANT, -1.0, 1.0), ("ratio", RATIO, -1.0, 0.0),
+            yield share("straight@inputs", slots, STRAIGHT, 0.0, 1.0)
+    for q, scale, least, most in (
+        ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 1.0),
+        ("aslant", ASLANT, 0.0, 2.0), ("ratio", RATIO, 0.0, 1.0),
     ):  # fmt: skip
         if fins := [f"{q}@{fin.name}" for fin in layout.vehicle.fins]:
-            yield free(f"{q}@fins", fins, scale, low, high, STEP)
+            yield share(f"{q}@fins", fins, scale, least, most)
     ranges = [column for column in layout.columns if channel_of(column) == "range_m"]
     for sonar in dict.fromkeys(map(layout.vehicle.instrument, ranges)):
         name = f"wall_bearing@{sonar}"  # a vehicle need not start square to the wall

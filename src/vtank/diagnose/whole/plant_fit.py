@@ -6,7 +6,7 @@ The flow's sizes are normally distributed about zero at the likeliest width.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,17 @@ def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[La
     return layout, tuple(replace(run, layout=layout, _kept=Kept()) for run in runs)
 
 
-def fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple[Model, list[Bend]]:
-    """The fit of a plant to a simulator's runs, and the corrections of thrusters' curves in it.
+@dataclass(frozen=True, eq=False)
+class Begun:
+    """A plant before its flow is sought: the model, what the vehicle did, and the corrections of thrusters' curves."""
+
+    model: Model
+    did: Usual
+    free: list[Bend]
+
+
+def begun(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> Begun:
+    """The first fit of a plant to a simulator's runs.
 
     variance: of each column's errors below which nothing has to be met, (C,).
     """
@@ -47,11 +56,16 @@ def fitted(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> tuple
     did, noise = usual(layout, seen, replace(noise, variance=np.maximum(noise.variance, variance)))
     free = bends(layout, seen)
     layout, seen = bent(*relaid(layout, seen, flow=did.flow), free)
-    model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen[0], did, free))
-    model = refit(model, model.fit.filter(model.vector()), model.theta)
+    model = blank(Fit(seen, noise), layout, (), unknowns(layout, seen, did, free))
+    return Begun(refit(model, model.fit.filter(model.vector()), model.theta), did, free)
+
+
+def fitted(first: Begun) -> Model:
+    """The plant with the flow beside it, and what it misses."""
+    model, variance = first.model, first.model.fit.noise.variance
     for _ in range(TURNS):
-        model, _ = settled(flowing(model, did), noise.variance, KEPT * noise.variance)
-    return model, free
+        model, _ = settled(flowing(model, first.did), variance, KEPT * variance)
+    return model
 
 
 def flowing(model: Model, did: Usual) -> Model:

@@ -18,7 +18,7 @@ from ...rigid.flow import Flow, terms
 from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, LENGTH, WEIGHT, XYZ, Layout, masses
 from ...rigid.recorded import Recorded
 from .curves import Bend
-from .own import Unknown
+from .own import Unknown, own_unknowns
 
 Array = NDArray[np.float64]
 OWN_MASS = 0.3  # share of the body's mass that stays the body's; a choice
@@ -74,9 +74,12 @@ def shared(layout: Layout) -> dict[str, float]:
     return {name: float(value) for name, value in found.items()}
 
 
-def unknowns(layout: Layout, run: Recorded, did: Usual, free: Sequence[Bend]) -> list[Unknown]:
-    """Numbers of a simulator that are free; a mass stays above a tenth of what counts as the water's."""
-    p, found, asked = layout.null, [], [int(i) for i in np.flatnonzero(run.asked)]
+def unknowns(layout: Layout, runs: Sequence[Recorded], did: Usual, free: Sequence[Bend]) -> list[Unknown]:
+    """Numbers of a simulator that are free; a mass stays above a tenth of what counts as the water's.
+
+    And what else is unknown of any vehicle: gains of thrusters beside a curve that they share, how inputs act, fins.
+    """
+    p, found, asked = layout.null, [], [int(i) for i in np.flatnonzero(runs[0].asked)]
     names = [push.name for push in layout.pushes]
 
     def add(name: str, scale: float, low: float = -np.inf, high: float = np.inf, slots: Sequence[str] = ()) -> None:
@@ -112,4 +115,5 @@ def unknowns(layout: Layout, run: Recorded, did: Usual, free: Sequence[Bend]) ->
         add(f"latency@{sensor}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
     for bend in free:
         add(bend.name, 0.1 * bend.largest_N, slots=[f"gain@{bend.named(name)}" for name in bend.names])
-    return found
+    taken = {slot for unknown in found for slot in unknown.slots}
+    return [*found, *(own for own in own_unknowns(layout, runs) if taken.isdisjoint(own.slots))]
