@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_rigid_motion import flown
 
 import vtank as vt
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
+from vtank.diagnose.whole.own import own_unknowns
+from vtank.diagnose.whole.plant_fit import relaid
+from vtank.rigid.fit import Fit
 from vtank.rigid.flow import CREEP, OBLIQUE, STILL, SWIFT, Flow, pushed, terms, values
+from vtank.rigid.noise import first_noise
 from vtank.rigid.recordings import record
 
 PLANAR = (0, 1, 5)
@@ -30,6 +35,29 @@ def test_the_wrench_is_the_sum_of_its_terms(flow):
     along = np.empty((20, flow.terms.shape[0]))
     values(nu, flow, along)
     np.testing.assert_allclose([pushed(tuple(v), flow) for v in nu], along @ flow.sizes.T, rtol=1e-12)
+
+
+def test_forces_along_an_axis_are_as_many_times_as_large(flow):
+    nu, factors = (0.3, -0.2, 0.0, 0.0, 0.0, 0.1), np.array([1.1, 0.5, 1.0, 1.0, 1.0, 2.0])
+    np.testing.assert_allclose(pushed(nu, flow.times(factors)), factors * pushed(nu, flow), rtol=1e-12)
+    assert STILL.times(factors) is STILL
+
+
+def test_what_the_water_does_beyond_drag_is_off_as_drag_is():
+    run = flown("bluerov2", 10.0)
+    found = terms(PLANAR)
+    sizes = np.zeros((6, found.shape[0]))
+    sizes[1] = np.random.default_rng(1).normal(size=found.shape[0])
+    layout, seen = relaid(run.layout, (run,), flow=Flow(found, sizes, np.full(6, 0.5), np.full(6, 3.0)))
+    (unknown,) = (u for u in own_unknowns(layout, seen) if u.name.startswith("flow@"))
+    assert unknown.name == "flow@sway"
+    fit = Fit(seen, first_noise(seen))
+    p, more, there = layout.null, layout.null.copy(), fit.filter(layout.null)
+    more[unknown.slots] += 0.01
+    sides = fit.residuals([p, more], there)
+    exact, linear = sides[:, 1] - sides[:, 0], fit.answers(fit.paths(p, there), [more])[:, 0]
+    np.testing.assert_allclose(linear, exact, atol=0.05 * np.abs(exact).max())
+    np.testing.assert_allclose(seen[0].hull(more).flow.sizes[1], 1.01 * sizes[1])
 
 
 def test_terms_are_what_they_say(flow):

@@ -35,6 +35,10 @@ class Flow(NamedTuple):
     usual: Array
     most: Array
 
+    def times(self, factors: Array) -> Flow:
+        """The flow with the forces along and about each axis multiplied, factors (6,)."""
+        return Flow(self.terms, self.sizes * factors[:, None], self.usual, self.most) if self.sizes.size else self
+
 
 STILL = Flow(np.zeros((0, 4), np.int64), np.zeros((6, 0)), np.ones(6), np.ones(6))
 

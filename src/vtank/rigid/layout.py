@@ -31,8 +31,8 @@ LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
 CURRENT, PULL, TETHER, CORIOLIS, LEFT_OUT, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
-MIDDLE, WALL_DRAG, WALL_MASS = 110, 111, 112
-HULL = 113
+MIDDLE, WALL_DRAG, WALL_MASS, FLOWS = 110, 111, 112, 113
+HULL = 119
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
 YAWED, PITCHED, WIRED, SPIKED, ROTOR, STRAIGHT = 20, 21, 22, 23, 24, 25
@@ -62,7 +62,7 @@ def _hull_names() -> list[str]:
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
         *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "middle@hull",
-        "wall_drag@surge", "wall_mass@surge",
+        "wall_drag@surge", "wall_mass@surge", *(f"flow@{axis}" for axis in AXES),
     ]  # fmt: skip
 
 
@@ -171,7 +171,7 @@ class Layout:
         p[LINEAR : LINEAR + 6], p[QUADRATIC : QUADRATIC + 6] = vehicle.linear_drag, vehicle.quadratic_drag
         p[WEIGHT], p[BUOYANCY] = vehicle.mass_kg * G, vehicle.buoyancy_N
         p[BUOYED : BUOYED + 3], p[WATERLINE] = vehicle.centre_of_buoyancy_m, vehicle.heave_N_per_m
-        p[CORIOLIS] = 1.0
+        p[CORIOLIS], p[FLOWS : FLOWS + 6] = 1.0, 1.0
         p[RECOVERY : RECOVERY + 6] = 5.0  # [s] of a wake that there is not
         p[LENGTH], p[MIDDLE] = vehicle.ends_m[0] - vehicle.ends_m[1], 0.5 * sum(vehicle.ends_m)
         thrusters, fins, sensors, columns = self.starts

@@ -16,6 +16,7 @@ from .kernels import Record
 from .layout import (
     BUOYED,
     CENTRE,
+    FLOWS,
     FRICTION,
     HULL,
     LATENCY,
@@ -203,7 +204,8 @@ class Recorded:
         return Hull(
             p=p, counts=self.layout.counts, body=body, water=water, inverse=inverse, home=home, gears=turn,
             losing=bool(losses.any()), creep=np.maximum(REVERSAL_M_S, slowest / often), often=often,
-            flow=self.layout.flow, wall=self.wall, facing=self.facing, sonar_m=self.layout.vehicle.sonar_x_m,
+            flow=self.layout.flow.times(p[FLOWS : FLOWS + 6]), wall=self.wall, facing=self.facing,
+            sonar_m=self.layout.vehicle.sonar_x_m,
         )  # fmt: skip
 
     @cached_property

@@ -70,6 +70,7 @@ def own_unknowns(layout: Layout, runs: Sequence[Recorded]) -> list[Unknown]:
     return [
         *_sized(layout, groups),
         *_moments(layout, asked),
+        *_flows(layout, asked),
         *_each(layout, together),
         *_unstated(layout, max(run.tick_s for run in runs)),
     ]
@@ -96,6 +97,13 @@ def _moments(layout: Layout, asked: NDArray[np.bool_]) -> Iterator[Unknown]:
             name, at = layout.names[COUPLED + k], np.array([COUPLED + k])
             low, high = min(-room - p[COUPLED + k], 0.0), max(room - p[COUPLED + k], 0.0)
             yield Unknown(name, at, p[at], OWN_OF_AXIS["added_mass"] * size, low, high, STEP * size)
+
+
+def _flows(layout: Layout, asked: NDArray[np.bool_]) -> Iterator[Unknown]:
+    """What a simulator's water does beyond drag along each axis, which is off as drag is."""
+    for i in np.flatnonzero(asked & layout.flow.sizes.any(axis=1)):
+        at = layout.at([f"flow@{AXES[i]}"])
+        yield Unknown(f"flow@{AXES[i]}", at, layout.null[at], OWN_OF_AXIS["quadratic_drag"], LEAST, MOST, STEP)
 
 
 def _each(layout: Layout, together: Sequence[Sequence[str]]) -> Iterator[Unknown]:
