@@ -52,21 +52,25 @@ def commands() -> np.ndarray:
     return np.column_stack([port, 0.4 + 0.3 * np.sign(np.sin(0.31 * TIMES + 1.0))])
 
 
-def in_plane(vehicle: Vehicle, seed: int) -> vt.Run:
-    """Surge, sway and yaw by scipy's integrator, input by input; the speed log turns with the hull in the plane."""
+def in_plane(vehicle: Vehicle, seed: int, ahead_m: float = 0.0) -> vt.Run:
+    """Surge, sway and yaw by scipy's integrator, input by input; the speed log turns with the hull in the plane.
+
+    ahead_m: of the origin, where the centre of gravity is.
+    """
     m = vehicle.mass_kg + np.diag(vehicle.added_mass)[:2]
-    inertia = vehicle.inertia[2] + vehicle.added_mass[5, 5]
+    inertia = vehicle.inertia[2] + vehicle.added_mass[5, 5] + vehicle.mass_kg * ahead_m**2
+    leant = vehicle.mass_kg * ahead_m
+    inverse = np.linalg.inv([[m[0], 0.0, 0.0], [0.0, m[1], leant], [0.0, leant, inertia]])
     linear, quadratic = vehicle.linear_drag[[0, 1, 5]], vehicle.quadratic_drag[[0, 1, 5]]
     sides = np.array([vehicle.sites[thruster.site][1] for thruster in vehicle.thrusters])
 
     def rates(_: float, s: np.ndarray, force: np.ndarray) -> np.ndarray:
         u, v, r = s[:3]
-        turned = np.array([m[1] * v * r, -m[0] * u * r, (m[0] - m[1]) * u * v])
+        across = m[1] * v + leant * r
+        turned = np.array([across * r, -m[0] * u * r, m[0] * u * v - across * u])
         pushed = np.array([s[4:].sum(), 0.0, -(sides * s[4:]).sum()])
         held = linear * s[:3] + quadratic * np.abs(s[:3]) * s[:3]
-        return np.r_[
-            (pushed + turned - held) / np.array([*m, inertia]), r, (force - s[4:]) / vehicle.thrusters[0].lag_s
-        ]
+        return np.r_[inverse @ (pushed + turned - held), r, (force - s[4:]) / vehicle.thrusters[0].lag_s]
 
     state, states = np.zeros(6), []
     told = commands()
@@ -110,3 +114,14 @@ def test_in_the_plane_no_speed_log_seems_to_sit_elsewhere(craft: Vehicle, tmp_pa
     (tmp_path / "model.toml").write_text(model_text(found))
     sway = predict(open_table(tmp_path / "model.toml"), run)["columns"]["log.sway_m_s"]
     assert sway["diagnosed"] == pytest.approx(found.budget.rms["log.sway_m_s"]["diagnosed"], rel=0.05)
+
+
+@pytest.mark.slow
+def test_a_centre_of_gravity_ahead_is_seen_in_the_plane(craft: Vehicle) -> None:
+    found = diagnose(
+        [in_plane(craft, 2, 0.08)], craft, effects=("sensor_displaced", "centre_of_gravity", "munk_moment")
+    )
+    assert found.verdict.effects == ("centre_of_gravity",), found.verdict
+    (placed,) = found.selection.best.effects
+    value, sd = found.selection.best.values(placed)["x"]
+    assert value == pytest.approx(0.08, abs=max(3.0 * sd, 0.004))

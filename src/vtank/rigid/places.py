@@ -338,15 +338,17 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
     def along(slot: str, names: Sequence[str], unit: str, scale: float, high: float) -> tuple[Parameter, ...]:
         return tuple(Parameter(i, (f"{slot}_{i}@hull",), unit, scale, -high, high, optional=True) for i in names)
 
-    if asked[3] or asked[4]:
+    tilts = asked[3] or asked[4]
+    if tilts or asked[5] and (asked[0] or asked[1]):
         yield placed("centre_of_gravity", "the centre of gravity is elsewhere",
-                     *along("centre_of_gravity", XYZ, "m", 0.03 * L, L))  # fmt: skip
+                     *along("centre_of_gravity", XYZ if tilts else XYZ[:2], "m", 0.03 * L, L))  # fmt: skip
+    if tilts:
         yield placed("centre_of_buoyancy", "the centre of buoyancy is elsewhere",
                      *along("centre_of_buoyancy", XYZ, "m", 0.03 * L, L))  # fmt: skip
     if asked[2]:
         yield placed("buoyancy", "it is lighter or heavier in water",
                      Parameter("B", ("buoyancy@hull",), "N", 0.03 * W))  # fmt: skip
-        if asked[3] or asked[4]:
+        if tilts:
             yield placed("trim_weight", "a weight was added and forgotten",
                          Parameter("m", ("trim@hull",), "kg", 0.05 * mass, 0.0, mass, (0.02 * mass,)),
                          *along("trim", XYZ, "m", 0.3 * L, L))  # fmt: skip
