@@ -52,10 +52,11 @@ def commands() -> np.ndarray:
     return np.column_stack([port, 0.4 + 0.3 * np.sign(np.sin(0.31 * TIMES + 1.0))])
 
 
-def in_plane(vehicle: Vehicle, seed: int, ahead_m: float = 0.0) -> vt.Run:
+def in_plane(vehicle: Vehicle, seed: int, ahead_m: float = 0.0, washed_m_s: float = 0.0) -> vt.Run:
     """Surge, sway and yaw by scipy's integrator, input by input; the speed log turns with the hull in the plane.
 
-    ahead_m: of the origin, where the centre of gravity is.
+    ahead_m: of the origin, where the centre of gravity is. washed_m_s: moment of skegs in the thrusters' wash, over
+    their thrust and the rate of turn.
     """
     m = vehicle.mass_kg + np.diag(vehicle.added_mass)[:2]
     inertia = vehicle.inertia[2] + vehicle.added_mass[5, 5] + vehicle.mass_kg * ahead_m**2
@@ -68,7 +69,7 @@ def in_plane(vehicle: Vehicle, seed: int, ahead_m: float = 0.0) -> vt.Run:
         u, v, r = s[:3]
         across = m[1] * v + leant * r
         turned = np.array([across * r, -m[0] * u * r, m[0] * u * v - across * u])
-        pushed = np.array([s[4:].sum(), 0.0, -(sides * s[4:]).sum()])
+        pushed = np.array([s[4:].sum(), 0.0, -(sides * s[4:]).sum() - washed_m_s * np.abs(s[4:]).sum() * r])
         held = linear * s[:3] + quadratic * np.abs(s[:3]) * s[:3]
         return np.r_[inverse @ (pushed + turned - held), r, (force - s[4:]) / vehicle.thrusters[0].lag_s]
 
@@ -125,3 +126,10 @@ def test_a_centre_of_gravity_ahead_is_seen_in_the_plane(craft: Vehicle) -> None:
     (placed,) = found.selection.best.effects
     value, sd = found.selection.best.values(placed)["x"]
     assert value == pytest.approx(0.08, abs=max(3.0 * sd, 0.004))
+
+
+@pytest.mark.slow
+def test_skegs_in_the_wash_of_thrusters_have_no_name_and_go_with_both(craft: Vehicle) -> None:
+    found = diagnose([in_plane(craft, 3, washed_m_s=0.1)], craft, effects=("drag_asymmetry", "munk_moment"))
+    assert (found.verdict.kind, found.verdict.places) == ("unknown", ("yaw",)), found.verdict
+    assert found.selection.blocks[0].goes_with[0] == "yaw speed and surge thrust"

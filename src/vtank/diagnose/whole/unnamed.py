@@ -193,7 +193,8 @@ def _axis(base: Base, sizes: Sizes, axis: int) -> Block:
     variables["place" if axis < 3 else "attitude"] = [path.way.states[:-1, axis] for path in base.paths]
     own, place = f"{AXES[axis]} speed", "place" if axis < 3 else "attitude"
     others = [f"{AXES[i]} speed" for i in moving if i != axis]
-    pairs = [(own, name) for name in (*others, "thrust", place)]
+    thrusts = [name for name in variables if name.endswith("thrust")]  # whose wash a hull and its fins stand in
+    pairs = [(own, name) for name in (*others, *thrusts, place)]
     pairs += [(name, other) for n, name in enumerate(others) for other in others[n + 1 :]]
     pairs += [(name, place) for name in others]
     times = [path.run.steps.now for path in base.paths]
