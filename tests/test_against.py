@@ -9,12 +9,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from simulators import boat, surge
+from test_rigid_motion import multisine
 
 import vtank as vt
 from vtank.cli import main
 from vtank.diagnose.hypothesis import candidates
+from vtank.diagnose.whole.against import plant_of
 from vtank.estimate.observed import observe
+from vtank.experiment import fly_vehicle
 from vtank.plant.parameters import vector
+from vtank.plant.vehicle import load_vehicle
 from vtank.record.run import TIME
 
 SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "sensor_latency", "current")
@@ -158,3 +162,24 @@ def test_an_effect_that_the_nominal_has_may_be_of_another_size():
     run = observe(surge(40.0, 1))
     assert "linear_drag" in {e.name for e in candidates(vector({"linear_drag.c": 0.3, "thrust_lag.tau": 0.3}), [run])}
     assert "thrust_lag" not in {e.name for e in candidates(vector({"thrust_lag.tau": 0.3}), [run])}  # it is refitted
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("at_origin", [False, True])
+def test_a_simulator_s_own_columns_are_read_where_they_are(at_origin: bool):
+    """As an instrument of the recordings would read them, or as the hull's: whichever the equations bear out."""
+    rov, inputs = load_vehicle("bluerov2"), multisine(load_vehicle("bluerov2"), 60.0, 3)
+    recorded, flown = (fly_vehicle(rov, inputs, 60.0, seed) for seed in (1, 2))
+    speeds, names = [f"dvl.{axis}_m_s" for axis in ("surge", "sway", "heave")], ("roll", "pitch", "yaw")
+    rates = np.stack([flown.columns[f"imu.{name}_rate_rad_s"] for name in names], axis=1)
+    (log,) = (sensor for sensor in rov.sensors if sensor.name == "dvl")
+    lever = np.cross(rates, log.position_m) * at_origin
+    bare = {name.split(".")[1]: flown.columns[name] - lever[:, i] for i, name in enumerate(speeds)}
+    told = [*(f"ahrs.{name}_rad" for name in ("roll", "pitch", "heading")), "depth.depth_m",
+            *(f"imu.{name}_rate_rad_s" for name in names)]  # fmt: skip
+    bare |= {name.split(".")[1]: flown.columns[name] for name in told}
+    driven = {name: values for name, values in flown.columns.items() if name.endswith("_command")}
+    mine = vt.Run("run_1", flown.time_s, driven | bare)
+    plant, like = plant_of([mine], [recorded], rov, None, "mine", lambda text: None)
+    assert like.share < 0.2
+    assert ("latency@dvl" in plant.fitted, "latency@simulated dvl" in plant.fitted) == (not at_origin, at_origin)
