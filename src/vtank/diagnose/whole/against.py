@@ -105,14 +105,14 @@ def plant_of(
     try:
         told = telling(simulated)[0]
         asked = tuple(axes or _told_by_both(listened[0], told))
-        read = [_Read(runs, vehicle, asked, heard, listened) for runs in _instrumented(told, heard)]
-        first, likelier = max(((one.begun(), one) for one in read), key=lambda pair: pair[0].model.log_evidence)
-        layout, noise, model = likelier.layout, likelier.noise, fitted(first)
-        plant = _plant(layout, model, first.free, asked)
+        readings = [_read(runs, vehicle, asked, heard, listened) for runs in _instrumented(told, heard)]
+        read = max(readings, key=lambda reading: reading.first.model.log_evidence)
+        model, free = fitted(read.first), read.first.free
+        plant = _plant(read.layout, model, free, asked)
         say("the plant against the simulator's own runs")
-        own, again, _ = plant.record(likelier.runs)
+        own, again, _ = plant.record(read.runs)
         fit = Fit(again, model.fit.noise)
-        like = likeness(fit, noise, folder, tuple(parameters(layout, plant.vehicle, model, first.free)))
+        like = likeness(fit, read.noise, folder, tuple(parameters(read.layout, plant.vehicle, model, free)))
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
     longer = max(1.0, sum(run.time_s.size for run in listened) / sum(run.time_s.size for run in again))
@@ -131,20 +131,23 @@ def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ..
     )  # fmt: skip
 
 
-class _Read:
-    """A simulator's runs as they are read, and the variance of the recordings' noise in each of their columns, (C,)."""
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """A simulator's runs as they are read, the variance of recordings in their columns, (C,), and a plant begun."""
 
-    def __init__(
-        self, runs: Sequence[Run], vehicle: Vehicle, asked: Sequence[str], heard: Layout, listened: Sequence[Recorded]
-    ) -> None:
-        self.runs = runs
-        self.layout, self.seen, _ = record(runs, vehicle, asked)
-        self.noise = _noise(self.layout, heard, listened)
+    runs: list[Run]
+    layout: Layout
+    noise: Array
+    first: Begun
 
-    def begun(self) -> Begun:
-        return begun(
-            self.layout, self.seen, np.where(np.isinf(self.noise), _hardly(self.layout, self.seen), self.noise)
-        )
+
+def _read(
+    runs: list[Run], vehicle: Vehicle, asked: Sequence[str], heard: Layout, listened: Sequence[Recorded]
+) -> _Reading:
+    layout, seen, _ = record(runs, vehicle, asked)
+    noise = _noise(layout, heard, listened)
+    variance = np.where(np.isinf(noise), _hardly(layout, seen), noise)
+    return _Reading(runs, layout, noise, begun(layout, seen, variance))
 
 
 def _instrumented(runs: Sequence[Run], heard: Layout) -> Iterator[list[Run]]:
