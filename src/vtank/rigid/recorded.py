@@ -159,7 +159,7 @@ class Recorded:
             start[6 + i] = spread[i] = spread[6 + i] = 0.0
             if i > 2:
                 knows[i - 3], start[i] = True, 0.0
-        return replace(self, knows=knows, start=start, spread=spread, still=tuple(axes), _kept=Kept(), _masses={})
+        return replace(self, knows=knows, start=start, spread=spread, still=tuple(axes), _kept=Kept())
 
     def beside(self, p: Array, course: Array) -> Recorded:
         """The run beside what nobody has named: accelerations over its steps, (N, 6), or errors of its readings, (M,).
@@ -193,7 +193,7 @@ class Recorded:
     def hull(self, p: Array, soft: bool = False) -> Hull:
         """Parameters for the kernels; soft: with dry friction that turns round so slowly that one step follows it."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
-        key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes()
+        key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes() + self.moves.tobytes()
         if key not in self._masses:
             self._masses[key] = masses(p, self.moves)
         body, water, inverse = self._masses[key]
