@@ -239,8 +239,10 @@ def test_a_fin_that_holds_its_lift_beyond_the_stall_has_there_what_it_had_at_it(
     for angle in (stall - 1e-9, stall + 1e-9, 1.3 * stall):
         X, Y, _ = fin_force(p, first, angle, (1.4, 0.0, 0.0))
         lifts.append(Y)
-        assert X == pytest.approx(-(1.0 - suction) * abs(Y) * np.tan(angle), rel=1e-6, abs=1e-9)
+        assert X == pytest.approx(-(1.0 - suction) * abs(Y) * np.tan(min(angle, stall)), rel=1e-6, abs=1e-9)
     assert lifts == pytest.approx([lifts[0]] * 3, rel=1e-6) and abs(lifts[0]) > 1.0
+    athwart = fin_force(p, first, 0.0, (1e-9, 1.4, 0.0))  # as a hull that hovers goes aside
+    assert np.hypot(*athwart[:2]) < 1.1 * np.hypot(X, Y), "and no more square to the flow"
     p[first + HOLDS] = 0.0
     assert abs(fin_force(p, first, 0.5 * np.pi, (1.4, 0.0, 0.0))[1]) < 1e-6, "all is lost athwart the flow"
 

@@ -126,10 +126,11 @@ def fin_force(p, i, angle, through):
     """Lift and drag of the fin whose block starts at slot i, at an angle [rad], in body axes [N].
 
     Lift is square to the flow across the fin's axis, linear up to the stall and falling as sin 2 alpha beyond, but for
-    the share that it holds. Without suction at the leading edge the force is square to the fin itself (a plate); with
-    all of it, lift costs no drag. So far the share by which it leans; the rest is as simple simulators have it where
-    the flow comes from ahead: square to the hull, up to the stall, and with a power of the cosine of the flow's angle,
-    0 by the square of all of the flow, 2 by that of the flow ahead; a share of that angle is the ratio of both instead.
+    the share that it holds, at the drag that it has at the stall. Without suction at the leading edge the force is
+    square to the fin itself (a plate); with all of it, lift costs no drag. So far the share by which it leans; the rest
+    is as simple simulators have it where the flow comes from ahead: square to the hull, up to the stall, and with a
+    power of the cosine of the flow's angle, 0 by the square of all of the flow, 2 by that of the flow ahead; a share of
+    that angle is the ratio of both instead.
     """
     axis, ahead = triple(p, i + AXIS), (1.0, 0.0, 0.0)
     side = cross(axis, ahead)
@@ -147,7 +148,7 @@ def fin_force(p, i, angle, through):
         most, holds = p[i + LIFT] * math.copysign(stall, alpha), p[i + HOLDS]
         lift = most * (holds + (1.0 - holds) * math.sin(2.0 * abs(alpha)) / math.sin(2.0 * stall))
         cost = (1.0 - holds) * 2.0 * p[i + LIFT] * stall * math.sin(alpha) ** 2 / math.sin(2.0 * stall)
-        cost = cost + holds * (1.0 - p[i + SUCTION]) * most * math.tan(alpha)
+        cost = cost + holds * (1.0 - p[i + SUCTION]) * abs(most) * math.tan(stall)
     pressure = (1.0 - p[i + GONE]) * p[i + PRESSURE] * speed  # on what is left of its area
     leans = p[i + LEANS] if along > 0.0 else 1.0
     X = pressure * (leans * (-lift * across - cost * along) - p[i + DRAG] * along)

@@ -488,6 +488,7 @@ def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -
     """A model that was fitted by the filter of another, judged by its own; as it was where that leaves it below least.
 
     Another's gains may suit it badly: where a force goes with a place that nobody has told yet, speeds tell of it.
+    One that runs away by its own is no rival.
     least: log evidence from which it is a rival.
     """
 
@@ -496,13 +497,18 @@ def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -
         return level(there) - 0.5 * float(e @ e)
 
     def ahead(model: Model, there: Sequence[Filtered]) -> float:
-        return likelihood(model, model.fit.filter(model.vector())) - likelihood(model, there)
+        try:
+            return likelihood(model, model.fit.filter(model.vector())) - likelihood(model, there)
+        except InputError:  # by which it runs away
+            return -np.inf
 
     judged, gained = model, ahead(model, found)
+    if gained == -np.inf:
+        return replace(model, log_evidence=-np.inf)
     if 2.0 * gained < least - model.log_evidence:  # it is behind for other reasons
         return model
     for _ in range(LEAPS):
-        if abs(gained) < BADLY:
+        if abs(gained) < BADLY or gained == -np.inf:
             break
         found = judged.fit.filter(judged.vector())
         judged = refit(judged, found, judged.theta)
