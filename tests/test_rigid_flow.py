@@ -9,10 +9,10 @@ from test_rigid_motion import flown
 import vtank as vt
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
 from vtank.diagnose.whole.own import own_unknowns
-from vtank.diagnose.whole.plant_fit import relaid
 from vtank.rigid.fit import Fit
 from vtank.rigid.flow import CREEP, OBLIQUE, STILL, SWIFT, Flow, pushed, terms, values
 from vtank.rigid.noise import first_noise
+from vtank.rigid.recorded import relaid
 from vtank.rigid.recordings import record
 
 PLANAR = (0, 1, 5)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..compiled import law, lean
 
 Array = NDArray[np.float64]
-SPEED, PRODUCT, SIZED, SWIFT, OBLIQUE, TURNED = range(6)  # a; a b; |a| b; V a; a b c / V; a a b
+SPEED, PRODUCT, SIZED, SWIFT, OBLIQUE, TURNED, SPUN = range(7)  # a; a b; |a| b; V a; a b c / V; a a b; W a
 CREEP = 1e-6  # share of the usual speed below which no direction is told
 
 
@@ -50,7 +50,7 @@ def terms(axes: Sequence[int]) -> NDArray[np.int64]:
     found += [(PRODUCT, a, b, b) for a, b in combinations_with_replacement(axes, 2)]
     found += [(SIZED, a, b, b) for a in axes for b in axes] + [(SWIFT, a, a, a) for a in axes]
     found += [(OBLIQUE, a, b, c) for a, b, c in combinations_with_replacement(ahead, 3)]
-    found += [(TURNED, a, b, b) for a in turns for b in axes]
+    found += [(TURNED, a, b, b) for a in turns for b in axes] + [(SPUN, a, a, a) for a in turns]
     return np.array(found, np.int64).reshape(-1, 4)
 
 
@@ -61,8 +61,8 @@ def held(nu, usual, most, a):
 
 
 @lean
-def value(kind, u, v, w, V):
-    """A term of the velocities u, v, w of its axes, and of the speed V along."""
+def value(kind, u, v, w, V, W):
+    """A term of the velocities u, v, w of its axes, and of the speeds V along and W about all axes."""
     if kind == SPEED:
         return u
     if kind == PRODUCT:
@@ -73,13 +73,15 @@ def value(kind, u, v, w, V):
         return V * u
     if kind == OBLIQUE:
         return u * v * w / V
+    if kind == SPUN:
+        return W * u
     return u * u * v
 
 
 @lean
-def swift(nu, usual, most):
-    """Speed along, over the usual one."""
-    u, v, w = held(nu, usual, most, 0), held(nu, usual, most, 1), held(nu, usual, most, 2)
+def swift(nu, usual, most, a):
+    """Speed along or about the axes a to a + 2, over the usual one."""
+    u, v, w = held(nu, usual, most, a), held(nu, usual, most, a + 1), held(nu, usual, most, a + 2)
     return math.sqrt(u * u + v * v + w * w) + CREEP
 
 
@@ -87,12 +89,12 @@ def swift(nu, usual, most):
 def pushed(nu, flow):
     """Wrench of the water at a velocity through it, 6 numbers each."""
     X, Y, Z, K, M, N = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    V = swift(nu, flow.usual, flow.most)
+    V, W = swift(nu, flow.usual, flow.most, 0), swift(nu, flow.usual, flow.most, 3)
     for q in range(flow.terms.shape[0]):
         u = held(nu, flow.usual, flow.most, flow.terms[q, 1])
         v = held(nu, flow.usual, flow.most, flow.terms[q, 2])
         w = held(nu, flow.usual, flow.most, flow.terms[q, 3])
-        f = value(flow.terms[q, 0], u, v, w, V)
+        f = value(flow.terms[q, 0], u, v, w, V, W)
         X += flow.sizes[0, q] * f
         Y += flow.sizes[1, q] * f
         Z += flow.sizes[2, q] * f
@@ -106,9 +108,9 @@ def pushed(nu, flow):
 def values(nu, flow, out):
     """All terms along velocities, (N, 6), into (N, Q)."""
     for i in range(nu.shape[0]):
-        V = swift(nu[i], flow.usual, flow.most)
+        V, W = swift(nu[i], flow.usual, flow.most, 0), swift(nu[i], flow.usual, flow.most, 3)
         for q in range(flow.terms.shape[0]):
             u = held(nu[i], flow.usual, flow.most, flow.terms[q, 1])
             v = held(nu[i], flow.usual, flow.most, flow.terms[q, 2])
             w = held(nu[i], flow.usual, flow.most, flow.terms[q, 3])
-            out[i, q] = value(flow.terms[q, 0], u, v, w, V)
+            out[i, q] = value(flow.terms[q, 0], u, v, w, V, W)

@@ -293,3 +293,9 @@ class Recorded:
         for i in np.flatnonzero(self.knows):
             known[:, i] = np.interp(self.steps.now, grid, values[:, i])
         return known
+
+
+def relaid(layout: Layout, runs: Sequence[Recorded], **changes: Any) -> tuple[Layout, tuple[Recorded, ...]]:
+    """A layout with changes, and the runs in it."""
+    layout = replace(layout, **changes)
+    return layout, tuple(replace(run, layout=layout, _kept=Kept()) for run in runs)

@@ -26,7 +26,7 @@ from ...rigid.fit import Fit
 from ...rigid.flow import Flow
 from ...rigid.layout import AXES, Layout
 from ...rigid.noise import first_noise
-from ...rigid.recorded import Recorded
+from ...rigid.recorded import Recorded, relaid
 from ...rigid.recordings import TELLS, record
 from ..given import telling
 from ..likeness import Likeness
@@ -34,7 +34,7 @@ from .curves import Bend, corrected
 from .likeness import SIMULATED, likeness, parameters
 from .mimicry import mimicry
 from .model import Model
-from .plant_fit import Begun, begun, fitted, relaid
+from .plant_fit import Begun, begun, fitted
 from .simulator import shared
 
 Array = NDArray[np.float64]

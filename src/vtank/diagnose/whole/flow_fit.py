@@ -1,0 +1,127 @@
+"""Forces of a simulator's flow fitted beside the own numbers of its plant, in steps of both together.
+
+Each step is a least square of what residuals are to first order; a flow's sizes are normally distributed about zero, at
+the likeliest width of each axis.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+from scipy.optimize import lsq_linear
+
+from ...rigid.flow import Flow, values
+from ...rigid.recorded import relaid
+from .model import Model
+from .score import Base, based
+from .simulator import Usual
+
+Array = NDArray[np.float64]
+WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # of what a flow's terms do, as shares of an axis' usual force; choices
+SWEEPS = 2  # over the axes, for their widths; a choice
+LEAST = 1e-3  # of a term as it goes, below which it is not told from none; a choice
+PARTS = (1.0, 0.5, 0.25, 0.1)  # of a step, which are tried; choices
+STEPS, WORTH = 4, 1.0  # towards the flow, at most, and log-likelihood that each must gain; choices
+
+
+def flowing(model: Model, did: Usual) -> Model:
+    """The model and the flow beside it, after steps towards the likeliest of both."""
+    for _ in range(STEPS):
+        before, model = model, stepped(model, did)
+        if model is before:
+            break
+    return model
+
+
+def stepped(model: Model, did: Usual) -> Model:
+    """Own numbers and sizes of the flow's terms, as far towards the likeliest as that takes off; or the model itself.
+
+    Numbers are counted in deviations of their priors, sizes in shares of the usual force that a term makes as it goes.
+    """
+    found = model.fit.filter(model.vector())
+    base, asked, layout = based(model, found), np.flatnonzero(model.fit.runs[0].asked), model.fit.runs[0].layout
+    columns, unit = termwise(base, did, asked, layout.flow)
+    scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
+    here = np.concatenate([model.theta / scale, layout.flow.sizes[asked].ravel() / unit])
+    own, axis = scale.size, np.repeat(np.arange(asked.size), layout.flow.terms.shape[0])
+    K = np.hstack([base.J * scale, columns])
+    H = K.T @ K
+    b = H @ here - K.T @ base.e
+    ends, push = (low / scale, high / scale), base.J.T @ base.e * scale + here[:own]
+    held = ((here[:own] <= ends[0]) & (push > 0.0)) | ((here[:own] >= ends[1]) & (push < 0.0))
+    width = likeliest(*beside(H, b, here, ~held), axis)[axis]
+    weight = np.concatenate([np.ones(own), width**-2.0])
+    x = bounded(H + np.diag(weight), b, *ends)
+
+    def at(x: Array) -> Model:
+        sizes = layout.flow.sizes.copy()
+        sizes[asked] = (x[own:] * unit).reshape(asked.size, -1)
+        _, runs = relaid(layout, model.fit.runs, flow=layout.flow._replace(sizes=sizes))
+        return replace(model, fit=replace(model.fit, runs=runs), theta=np.clip(x[:own] * scale, low, high))
+
+    def cost(x: Array) -> float:
+        trial = at(x)
+        e = trial.fit.residuals([trial.vector()], found)[:, 0]
+        return 0.5 * float(e @ e + weight @ (x * x))
+
+    now = cost(here)
+    for part in PARTS:
+        there = here + part * (x - here)
+        if cost(there) < now - WORTH:
+            return at(there)
+    return model
+
+
+def termwise(base: Base, did: Usual, asked: NDArray[np.int64], flow: Flow) -> tuple[Array, Array]:
+    """What each term does on each axis to the residuals, (M, A Q), and its sizes [N, N m] that do that, (A Q,).
+
+    They make the usual force of the axis, root mean square.
+    """
+    along = [np.empty((path.way.states.shape[0] - 1, flow.terms.shape[0])) for path in base.paths]
+    for path, term in zip(base.paths, along, strict=True):
+        states = path.way.states[:, 6:12]
+        values(0.5 * (states[1:] + states[:-1]), flow, term)
+    usually, parts = np.maximum(np.sqrt(np.mean(np.concatenate(along) ** 2, axis=0)), LEAST), []
+    for path, term in zip(base.paths, along, strict=True):
+        pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in (term / usually).T]
+        parts.append(path.follow(np.stack(pushes, axis=-1), np.zeros((path.run.time_s.size, len(pushes)))))
+    return np.concatenate(parts), (did.force[asked, None] / usually).ravel()
+
+
+def beside(H: Array, b: Array, here: Array, free: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Normal equations of the sizes, with the own numbers that are free taken up within priors of deviation 1."""
+    own, some = free.size, np.flatnonzero(free)
+    b = b - H[:, :own][:, ~free] @ here[:own][~free]
+    inner = H[np.ix_(some, some)] + np.eye(some.size)
+    taken = np.linalg.solve(inner, np.column_stack([H[some, own:], b[some]]))
+    return H[own:, own:] - H[own:, some] @ taken[:, :-1], b[own:] - H[own:, some] @ taken[:, -1]
+
+
+def likeliest(G: Array, b: Array, axis: NDArray[np.int64]) -> Array:
+    """Width of the normal distribution of the sizes of each axis.
+
+    G, b: normal equations of the sizes, (Q, Q), (Q,). axis: of each, from 0 on, (Q,).
+    """
+
+    def gain(widths: Array) -> float:
+        s = widths[axis]
+        factor = np.linalg.cholesky(np.eye(s.size) + s[:, None] * G * s)
+        half = solve_triangular(factor, s * b, lower=True)
+        return float(half @ half) - 2.0 * float(np.sum(np.log(np.diag(factor))))
+
+    axes = np.arange(int(axis.max()) + 1)
+    widths = max((np.full(axes.size, width) for width in WIDTHS), key=gain)
+    for k in np.tile(axes, SWEEPS):
+        widths = max((np.where(axes == k, width, widths) for width in WIDTHS), key=gain)
+    return widths
+
+
+def bounded(H: Array, b: Array, low: Array, high: Array) -> Array:
+    """The least of x'Hx / 2 - b'x, (U,), where the first unknowns lie within bounds, and the others anywhere."""
+    factor, far = np.linalg.cholesky(H), np.full(b.size - low.size, np.inf)
+    target = solve_triangular(factor, b, lower=True)
+    ends = np.concatenate([low, -far]), np.concatenate([high, far])
+    return np.asarray(lsq_linear(factor.T, target, ends, method="bvls").x)
