@@ -10,7 +10,7 @@ import vtank as vt
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.rigid.fit import Fit
-from vtank.rigid.flow import CREEP, OBLIQUE, STILL, SWIFT, Flow, pushed, terms, values
+from vtank.rigid.flow import CREEP, OBLIQUE, SHARP, SLENDER, SPUN, STILL, SWIFT, Flow, pushed, terms, values
 from vtank.rigid.noise import first_noise
 from vtank.rigid.recorded import relaid
 from vtank.rigid.recordings import record
@@ -23,7 +23,8 @@ def flow() -> Flow:
     """Every planar term at a size of its own."""
     found = terms(PLANAR)
     sizes = np.random.default_rng(1).normal(size=(6, found.shape[0]))
-    return Flow(found, sizes, np.array([0.5, 0.5, 1.0, 1.0, 1.0, 0.2]), np.array([2.0, 2.0, 0.0, 0.0, 0.0, 3.0]))
+    usual, most = np.array([0.5, 0.5, 1.0, 1.0, 1.0, 0.2]), np.array([2.0, 2.0, 0.0, 0.0, 0.0, 3.0])
+    return Flow(found, sizes, usual, most, np.array([1.0, 4.0, 1.0]))
 
 
 def test_no_flow_pushes_nothing():
@@ -48,7 +49,7 @@ def test_what_the_water_does_beyond_drag_is_off_as_drag_is():
     found = terms(PLANAR)
     sizes = np.zeros((6, found.shape[0]))
     sizes[1] = np.random.default_rng(1).normal(size=found.shape[0])
-    layout, seen = relaid(run.layout, (run,), flow=Flow(found, sizes, np.full(6, 0.5), np.full(6, 3.0)))
+    layout, seen = relaid(run.layout, (run,), flow=Flow(found, sizes, np.full(6, 0.5), np.full(6, 3.0), np.ones(3)))
     (unknown,) = (u for u in own_unknowns(layout, seen) if u.name.startswith("flow@"))
     assert unknown.name == "flow@sway"
     fit = Fit(seen, first_noise(seen))
@@ -67,6 +68,10 @@ def test_terms_are_what_they_say(flow):
     told = {tuple(term): value for term, value in zip(flow.terms.tolist(), along[0], strict=True)}
     assert told[OBLIQUE, 0, 0, 1] == pytest.approx(u * u * v / speed)
     assert told[SWIFT, 5, 5, 5] == pytest.approx(speed * 0.5)
+    assert told[SPUN, 5, 5, 5] == pytest.approx(0.5 * 0.5)
+    slowly = np.hypot(u, 4.0 * v) + CREEP
+    assert told[SLENDER, 0, 0, 1] == pytest.approx(u * u * v / slowly)
+    assert told[SHARP, 0, 1, 1] == pytest.approx(speed * u * v * v / slowly**2)
 
 
 def test_beyond_what_is_known_a_term_stays_as_it_is(flow):

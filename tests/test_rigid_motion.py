@@ -134,3 +134,18 @@ def test_known_motion_of_an_axis_is_taken_from_its_recording(rov):
     e = innovations(alone.as_measured(), layout.null, free(alone))
     speed = alone.column == layout.columns.index("dvl.surge_m_s")
     assert np.sqrt(np.mean(e[speed] ** 2)) < 0.01  # [m/s] of 0.005 of noise and a speed of 0.3
+
+
+def test_a_run_starts_where_the_origin_is_whatever_sits_elsewhere_tells_of_it():
+    """A depth cell 0.7 m below the origin of a hull at a roll of 0.5 rad, and a speed log 2 m ahead of it, turning."""
+    vehicle = load_vehicle("bluerov2")
+    seats = {"depth": (0.0, 0.0, 0.7), "dvl": (2.0, 0.0, 0.0)}
+    off = tuple(replace(s, position_m=seats.get(s.name, s.position_m)) for s in vehicle.sensors)
+    run = fly_vehicle(vehicle, multisine(vehicle, 5.0, 1), 5.0, 1)
+    told = {"ahrs.roll_rad": 0.5, "ahrs.pitch_rad": 0.0, "ahrs.heading_rad": 1.0, "depth.depth_m": 3.0,
+            "imu.yaw_rate_rad_s": 0.2, "dvl.sway_m_s": 0.5}  # fmt: skip
+    columns = {name: x for name, x in run.columns.items() if "." not in name}
+    columns |= {name: np.full(run.time_s.size, value) for name, value in told.items()}
+    _, (recorded,), _ = record([replace(run, columns=columns)], replace(vehicle, sensors=off))
+    assert recorded.start[2] == pytest.approx(3.0 - 0.7 * np.cos(0.5), abs=1e-6)
+    assert recorded.start[7] == pytest.approx(0.5 - 0.2 * 2.0, abs=1e-6)

@@ -16,6 +16,7 @@ from ..record.toml import meant
 from .driven import Driven, driven
 from .known import known_motion
 from .layout import AXES, Layout
+from .motion import rotation
 from .push import Push, pushes
 from .readings import CHANNELS
 from .recorded import UNTOLD_M_S, Recorded
@@ -137,9 +138,10 @@ def _recorded(
     order = np.argsort(time, kind="stable")
     kind = np.array([CHANNELS.index(channel_of(name)) for name in layout.columns])[column]
     sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
-    start, spread = _start(told, afloat=layout.vehicle.heave_N_per_m > 0.0)
+    start, spread, tellers = _start(told, afloat=layout.vehicle.heave_N_per_m > 0.0)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
     start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
+    start -= _off_origin(start, layout.vehicle, tellers)
     axes = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
     followed = np.isin(np.arange(6), list(axes))
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
@@ -193,8 +195,8 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
     return found
 
 
-def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Array, Array]:
-    """Place, attitude and velocity that the first samples of the quietest channels tell, and how sure that is.
+def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Array, Array, dict[int, str]]:
+    """Place, attitude and velocity that the first samples of the quietest channels tell, how sure that is, and which.
 
     A craft that is held at its waterline need not begin there, whether or not anything tells of its heave.
 
@@ -204,12 +206,25 @@ def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Arr
     start = np.zeros(12)
     spread = np.array([0.0, 0.0, HEAVED_M if afloat else 0.0, 0.05, 0.05, 0.0] + [UNTOLD_M_S] * 3 + [0.05] * 3)
     states = {name: i for i, name in enumerate(("north_m", "east_m", "depth_m", *ATTITUDE, *SPEEDS))}
-    told: dict[int, tuple[float, float]] = {}  # state -> spread, first sample
+    told: dict[int, tuple[float, float, str]] = {}  # state -> spread, first sample, column
     for name, (_, value) in series.items():
         state = states.get(channel_of(name))
         if state is not None and value.size:
             first, sure = float(value[0]), max(4.0 * scatter(value), 1e-4)
-            told[state] = min(told.get(state, (np.inf, 0.0)), (sure, first))
-    for state, (sure, first) in told.items():
+            told[state] = min(told.get(state, (np.inf, 0.0, "")), (sure, first, name))
+    for state, (sure, first, _) in told.items():
         start[state], spread[state] = first, max(ANYWHERE_M, 2.0 * abs(first)) if state < 3 else sure
-    return start, spread
+    return start, spread, {state: name for state, (*_, name) in told.items()}
+
+
+def _off_origin(start: Array, vehicle: Vehicle, tellers: Mapping[int, str]) -> Array:
+    """By how much place and velocity of the instruments that told of the start are off those of the origin, (12,)."""
+    off, R = np.zeros(12), np.array(rotation(*start[3:6])).reshape(3, 3)
+    seats = {sensor.name: sensor.position_m for sensor in vehicle.sensors}
+    for state, name in tellers.items():
+        seat = seats.get(vehicle.instrument(name), (0.0, 0.0, 0.0))
+        if state < 3:
+            off[state] = R[state] @ seat
+        elif 6 <= state < 9:
+            off[state] = np.cross(start[9:12], seat)[state - 6]
+    return off

@@ -35,6 +35,7 @@ def plant_lines(plant: Plant) -> Iterator[str]:
     yield f"axes = [{', '.join(f'{chr(34)}{axis}{chr(34)}' for axis in moving)}]"
     yield f"usual = {_row(plant.flow.usual)}"
     yield f"most = {_row(plant.flow.most)}"
+    yield f"slower = {_row(plant.flow.slower)}"
     yield from (f"{axis} = {_row(row)}" for axis, row in zip(AXES, plant.flow.sizes, strict=True))
 
 
@@ -56,10 +57,10 @@ def read_plant(table: Table, vehicle: Vehicle, axes: tuple[str, ...]) -> Plant:
     for axis, row in sizes.items():
         if len(row) != found.shape[0]:
             raise part.error(axis, f"expected {found.shape[0]} numbers, found {len(row)}")
-    usual, most = (np.array(part.numbers(key, 0.0)) for key in ("usual", "most"))
+    speeds = (np.array(part.numbers(key, 0.0)) for key in ("usual", "most", "slower"))
     return Plant(
         file=vehicle, axes=axes, curves=curves, fitted={name: fitted.number(name) for name in fitted.entries},
-        flow=Flow(found, np.array(list(sizes.values())), usual, most),
+        flow=Flow(found, np.array(list(sizes.values())), *speeds),
         inputs={name: inputs.text(name) for name in inputs.entries},
         sigma=np.array(table.numbers("sigma", 0.0)),
     )  # fmt: skip

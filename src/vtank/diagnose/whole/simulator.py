@@ -31,18 +31,22 @@ MOVES = 1e-4  # [m/s, rad/s] usual speed from which an axis moves; a choice
 
 @dataclass(frozen=True, eq=False)
 class Usual:
-    """Root mean square force and speed of each axis, its largest speed over that, and body and added mass; (6,)."""
+    """Root mean square force and speed of each axis, its largest speed over that, and body and added mass; (6,).
+
+    The speed along all axes is that of the fastest; slower: times by which each goes more slowly, (3,).
+    """
 
     force: Array
     speed: Array
     most: Array
+    slower: Array
     mass: Array
 
     @property
     def flow(self) -> Flow:
         """All terms of the axes that move, at size 0."""
         found = terms([i for i in range(6) if self.most[i] > 0.0])
-        return Flow(found, np.zeros((6, found.shape[0])), self.speed, self.most)
+        return Flow(found, np.zeros((6, found.shape[0])), self.speed, self.most, self.slower)
 
 
 def usual(layout: Layout, runs: tuple[Recorded, ...], noise: Noise) -> tuple[Usual, Noise]:
@@ -57,9 +61,11 @@ def usual(layout: Layout, runs: tuple[Recorded, ...], noise: Noise) -> tuple[Usu
     moving, most = speed > MOVES, np.abs(nu).max(axis=0)
     speed = np.where(moving, speed, 1.0)
     along = np.r_[np.full(3, np.max(speed[:3], initial=0.0, where=moving[:3]) or 1.0), speed[3:]]
-    return Usual(
-        np.maximum(force, 0.2 * mass * speed * moving), along, np.where(moving, most / along, 0.0), mass
-    ), noise
+    did = Usual(
+        force=np.maximum(force, 0.2 * mass * speed * moving), speed=along, most=np.where(moving, most / along, 0.0),
+        slower=(along / speed)[:3], mass=mass,
+    )  # fmt: skip
+    return did, noise
 
 
 def shared(layout: Layout) -> dict[str, float]:
