@@ -122,6 +122,6 @@ def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> 
     assert [f"own_gain@thruster_{k}" for k in range(1, 9)] == [
         name for name in thrusters if name.startswith("own_gain")
     ]
-    assert {"rotor@thrusters", "delay@thrusters", "straight@inputs"} < set(thrusters)
+    assert {"rotor@thrusters", "delay@thrusters", "straight@thrusters"} < set(thrusters)
     wrench = own_of(["surge_N", "sway_N", "yaw_Nm"])
     assert not any(name.startswith(("own_gain", "rotor", "delay", "straight")) for name in wrench)

@@ -314,7 +314,7 @@ def test_commands_that_go_straight_from_one_to_the_next_are_no_gap(monkeypatch, 
     if modelled:
         nominal = found.selection.nominal
         values = {u.name: theta for u, theta in zip(nominal.unknowns, nominal.theta, strict=True)}
-        assert values["straight@inputs"] == pytest.approx(1.0, abs=0.03)
+        assert values["straight@thrusters"] == pytest.approx(1.0, abs=0.03)
         assert values["delay@thrusters"] == pytest.approx(0.01, abs=0.003), (
             "the flight's own commands are held for 20 ms"
         )

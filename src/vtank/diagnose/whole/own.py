@@ -54,9 +54,10 @@ def own_unknowns(layout: Layout, runs: Sequence[Recorded]) -> list[Unknown]:
     """Drag, added mass and its moments, gain and lag of thrusters and lift of fins of a kind, where the file has them.
 
     Thrusters of a kind are wrong in alike, and each by a little of its own. And what no file states: when inputs act
-    that are logged at instants (held from there on, on the way to the next, or until there), whether rotors lag or
-    their force, how a wall stands, how much of their lift fins pay for with drag, and keep beyond their stall, whether
-    it has a part along the hull, and how it goes with an oblique flow where not.
+    that are logged at instants (held from there on, on the way to the next, or until there; angles of fins that were
+    measured otherwise than commands), whether rotors lag or their force, how a wall stands, how much of their lift fins
+    pay for with drag, and keep beyond their stall, whether it has a part along the hull, and how it goes with an
+    oblique flow where not.
     """
     asked = runs[0].moves
     alike = {
@@ -137,8 +138,7 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
         for q, place, names in (("delay", "thrusters", thrusters), ("late", "fins", moved)):
             if slots := [f"{q}@{name}" for name in names]:
                 yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
-        if slots := [f"straight@{name}" for name in (*thrusters, *moved)]:
-            yield share("straight@inputs", slots, STRAIGHT, 0.0, 1.0)
+                yield share(f"straight@{place}", [f"straight@{name}" for name in names], STRAIGHT, 0.0, 1.0)
     for q, scale, least, most in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 1.0),
         ("aslant", ASLANT, 0.0, 2.0), ("ratio", RATIO, 0.0, 1.0),
