@@ -115,6 +115,9 @@ def test_in_the_plane_no_speed_log_seems_to_sit_elsewhere(craft: Vehicle, tmp_pa
     (tmp_path / "model.toml").write_text(model_text(found))
     sway = predict(open_table(tmp_path / "model.toml"), run)["columns"]["log.sway_m_s"]
     assert sway["diagnosed"] == pytest.approx(found.budget.rms["log.sway_m_s"]["diagnosed"], rel=0.05)
+    (tmp_path / "other.toml").write_text(model_text(found).replace('"heave"', '"heaven"'))
+    with pytest.raises(vt.InputError, match=r"other\.toml.*still.*surge, sway, heave.*found 'heaven'"):
+        predict(open_table(tmp_path / "other.toml"), run)
 
 
 @pytest.mark.slow

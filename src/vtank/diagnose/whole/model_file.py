@@ -87,18 +87,27 @@ def is_whole(path: Path) -> bool:
     return path.is_file() and open_table(path).entries.get("schema") == CORRECTED
 
 
+def _axes(table: Table, key: str) -> tuple[str, ...]:
+    """Names of axes, none where the key is missing; InputError names the file, line and key of another name."""
+    names = table.texts(key) if table.has(key) else ()
+    for name in names:
+        if name not in AXES:
+            raise table.error(key, f"expected some of {', '.join(AXES)}, found '{name}'")
+    return names
+
+
 def predict(table: Table, run: Run) -> dict[str, Any]:
     """Root mean square errors by column of nominal, refit and diagnosed, simulated through stretches of a run.
 
     InputError where the file or the run cannot be used.
     """
     vehicle = _vehicle(table)
-    axes, still = (table.texts(key) if table.has(key) else () for key in ("axes", "still"))
+    axes, still = (_axes(table, key) for key in ("axes", "still"))
     if table.has("plant"):
         layout, runs, _ = read_plant(table.table("plant"), vehicle, axes).record([run.from_start()])
     else:
         layout, runs, _ = record([run.from_start()], vehicle, axes)
-    runs = tuple(seen.keeping_still([AXES.index(axis) for axis in still if axis in AXES]) for seen in runs)
+    runs = tuple(seen.keeping_still([AXES.index(axis) for axis in still]) for seen in runs)
     noise = replace(first_noise(runs), sigma=np.array(table.table("noise").numbers("sigma", 0.0, 1e6)))
     found: dict[str, dict[str, float]] = {}
     vectors = {"nominal": layout.null} | {part: _vector(layout, table.table(part)) for part in ("refit", "diagnosed")}
