@@ -115,6 +115,10 @@ def test_thrusters_of_a_kind_are_wrong_alike():
     torpedo, (run,), _ = record([fly_vehicle(remus, multisine(remus, 4.0, 1), 4.0, 1)], remus)
     slots = {u.name: set(u.slots.tolist()) for u in own_unknowns(torpedo, [run])}
     assert slots["straight@thrusters"].isdisjoint(slots["straight@fins"]), "angles may be measured, commands held"
+    screw = replace(ROV, thrusters=(*ROV.thrusters[:-1], replace(ROV.thrusters[-1], lag_s=0.4)))
+    mixed, (run,), _ = record([fly_vehicle(screw, multisine(screw, 4.0, 1), 4.0, 1)], screw)
+    rotors = [u.slots.size for u in own_unknowns(mixed, [run]) if u.name.startswith("rotor@")]
+    assert sorted(rotors) == [1, 7], "the rotor of one may lag, and the force of others"
     assert own["lag@thrusters"] == 8 and sorted(n for name, n in own.items() if name.startswith("gain@")) == [4, 4]
 
 

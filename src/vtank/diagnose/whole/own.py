@@ -128,10 +128,10 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
         known = float(p[layout.at(slots)].max())
         return free(name, slots, scale, least - known, most - known, STEP)
 
-    rotors = [f"rotor@{push.name}" for push in layout.pushes
-              if push.thruster and push.thruster.input != "N" and p[layout.slot(f"lag@{push.name}")] > 0.0]  # fmt: skip
-    if rotors:
-        yield share("rotor@thrusters", rotors, ROTOR, 0.0, 1.0)
+    rotors = [push for push in layout.pushes if push.thruster and push.thruster.input != "N"]
+    lagging = [push for push in rotors if p[layout.slot(f"lag@{push.name}")] > 0.0]
+    for place, names in _groups("thrusters", lagging, _driven).items() if lagging else ():
+        yield share(f"rotor@{place}", [f"rotor@{name}" for name in names], ROTOR, 0.0, 1.0)
     thrusters = [push.name for push in layout.pushes if push.thruster]
     moved = [fin.name for fin in layout.vehicle.fins if fin.limit_rad]
     if tick_s > 0.0:
@@ -154,6 +154,11 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
 def _kind(push: Push) -> object:
     """What thrusters share that differ but in their place, and are wrong in alike."""
     return push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
+
+
+def _driven(push: Push) -> object:
+    """What thrusters share whose inputs act in the same way."""
+    return push.thruster and (push.thruster.input, push.thruster.lag_s)
 
 
 def _kind_and_way(push: Push) -> object:
