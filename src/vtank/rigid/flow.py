@@ -38,13 +38,13 @@ class Flow(NamedTuple):
     most: Array
     slower: Array
 
+    def sized(self, sizes: Array) -> Flow:
+        """The same terms with other sizes, (6, Q)."""
+        return Flow(self.terms, sizes, self.usual, self.most, self.slower)
+
     def times(self, factors: Array) -> Flow:
         """The flow with the forces along and about each axis multiplied, factors (6,)."""
-        return (
-            Flow(self.terms, self.sizes * factors[:, None], self.usual, self.most, self.slower)
-            if self.sizes.size
-            else self
-        )
+        return self.sized(self.sizes * factors[:, None]) if self.sizes.size else self
 
 
 STILL = Flow(np.zeros((0, 4), np.int64), np.zeros((6, 0)), np.ones(6), np.ones(6), np.ones(3))

@@ -59,7 +59,7 @@ def stepped(model: Model, did: Usual) -> Model:
     def at(x: Array) -> Model:
         sizes = layout.flow.sizes.copy()
         sizes[asked] = (x[own:] * unit).reshape(asked.size, -1)
-        _, runs = relaid(layout, model.fit.runs, flow=layout.flow._replace(sizes=sizes))
+        _, runs = relaid(layout, model.fit.runs, flow=layout.flow.sized(sizes))
         return replace(model, fit=replace(model.fit, runs=runs), theta=np.clip(x[:own] * scale, low, high))
 
     def cost(x: Array) -> float:
