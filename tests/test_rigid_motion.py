@@ -149,3 +149,5 @@ def test_a_run_starts_where_the_origin_is_whatever_sits_elsewhere_tells_of_it():
     _, (recorded,), _ = record([replace(run, columns=columns)], replace(vehicle, sensors=off))
     assert recorded.start[2] == pytest.approx(3.0 - 0.7 * np.cos(0.5), abs=1e-6)
     assert recorded.start[7] == pytest.approx(0.5 - 0.2 * 2.0, abs=1e-6)
+    _, (known,), _ = record([replace(run, columns=columns)], replace(vehicle, sensors=off), ("heave",))
+    assert known.start[7] == pytest.approx(0.5 - 0.2 * 2.0, abs=1e-6), "known motion is the origin's already"

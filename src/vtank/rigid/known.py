@@ -52,7 +52,7 @@ def _series(run: Run, vehicle: Vehicle, name: str, grid: Array) -> Array | None:
     if column is None or (np.isfinite(run.columns[column]).sum() < 2):
         return None
     time, value = run.samples(column)
-    sensor = _sensor(vehicle, column)
+    sensor = sensor_of(vehicle, column)
     return np.interp(grid, time - (sensor.latency_s if sensor else 0.0), onward(value) if name in ATTITUDE else value)
 
 
@@ -75,7 +75,8 @@ def onward(angle: Array) -> Array:
     return np.asarray(np.unwrap(angle, period=turn))
 
 
-def _sensor(vehicle: Vehicle, column: str) -> Sensor | None:
+def sensor_of(vehicle: Vehicle, column: str) -> Sensor | None:
+    """The instrument of a recorded column; None for one that the file does not have."""
     return next((s for s in vehicle.sensors if s.name == vehicle.instrument(column)), None)
 
 
@@ -84,7 +85,7 @@ def _at_origin(run: Run, vehicle: Vehicle, turning: Array, grid: Array) -> list[
     found = [_series(run, vehicle, name, grid) for name in SPEEDS[:3]]
     column = next((c for c in run.columns if channel_of(c) in SPEEDS[:3]), "")
     velocity = np.stack([np.zeros(grid.size) if v is None else v for v in found], axis=1)
-    sensor = _sensor(vehicle, column)
+    sensor = sensor_of(vehicle, column)
     if sensor is not None:
         if all(v is not None for v in found):
             velocity = velocity @ sensor.rotation.T

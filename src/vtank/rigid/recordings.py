@@ -14,7 +14,7 @@ from ..record.columns import ATTITUDE, MOTION, SPEEDS, channel_of
 from ..record.run import TIME, Run
 from ..record.toml import meant
 from .driven import Driven, driven
-from .known import known_motion
+from .known import known_motion, sensor_of
 from .layout import AXES, Layout
 from .motion import rotation
 from .push import Push, pushes
@@ -140,8 +140,8 @@ def _recorded(
     sensor = np.array([layout.sensors.index(layout.vehicle.instrument(name)) for name in layout.columns])[column]
     start, spread, tellers = _start(told, afloat=layout.vehicle.heave_N_per_m > 0.0)
     grid, knows, motion = known_motion(run, layout.vehicle, known)
-    start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
     start -= _off_origin(start, layout.vehicle, tellers)
+    start[3:12] = np.where(knows[:9], [np.interp(time.min(), grid, motion[:, i]) for i in range(9)], start[3:12])
     axes = {TELLS[channel_of(layout.columns[c])][0] for c, *_ in parts if layout.columns[c] in layout.followed}
     followed = np.isin(np.arange(6), list(axes))
     measured = {"time_s": time, "kind": kind, "sensor": sensor, "column": column, "value": value}
@@ -220,11 +220,10 @@ def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Arr
 def _off_origin(start: Array, vehicle: Vehicle, tellers: Mapping[int, str]) -> Array:
     """By how much place and velocity of the instruments that told of the start are off those of the origin, (12,)."""
     off, R = np.zeros(12), np.array(rotation(*start[3:6])).reshape(3, 3)
-    seats = {sensor.name: sensor.position_m for sensor in vehicle.sensors}
     for state, name in tellers.items():
-        seat = seats.get(vehicle.instrument(name), (0.0, 0.0, 0.0))
-        if state < 3:
-            off[state] = R[state] @ seat
-        elif 6 <= state < 9:
-            off[state] = np.cross(start[9:12], seat)[state - 6]
+        sensor = sensor_of(vehicle, name)
+        if sensor and state < 3:
+            off[state] = R[state] @ sensor.position_m
+        elif sensor and 6 <= state < 9:
+            off[state] = np.cross(start[9:12], sensor.position_m)[state - 6]
     return off

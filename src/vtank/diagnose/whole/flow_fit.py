@@ -48,9 +48,9 @@ def stepped(model: Model, did: Usual) -> Model:
     here = np.concatenate([model.theta / scale, layout.flow.sizes[asked].ravel() / unit])
     own, axis = scale.size, np.repeat(np.arange(asked.size), layout.flow.terms.shape[0])
     K = np.hstack([base.J * scale, columns])
-    H = K.T @ K
-    b = H @ here - K.T @ base.e
-    ends, push = (low / scale, high / scale), base.J.T @ base.e * scale + here[:own]
+    H, slope = K.T @ K, K.T @ base.e
+    b = H @ here - slope
+    ends, push = (low / scale, high / scale), slope[:own] + here[:own]
     held = ((here[:own] <= ends[0]) & (push > 0.0)) | ((here[:own] >= ends[1]) & (push < 0.0))
     width = likeliest(*beside(H, b, here, ~held), axis)[axis]
     weight = np.concatenate([np.ones(own), width**-2.0])
