@@ -70,8 +70,8 @@ def gusty(run: Recorded, seed: int) -> Recorded:
     x[:12], value, i = run.start, run.value.copy(), 0
     noise = {f"{s.name}.{c}": sd for s in run.layout.vehicle.sensors for c, sd in zip(s.channels, s.noise, strict=True)}
     d = GUST_M_S * rng.standard_normal(3)
-    for m in run.steps.which:
-        while i < run.steps.upto[m]:
+    for m, upto in zip(run.steps.which, run.steps.upto, strict=True):
+        while i < upto:
             h = run.steps.length[i]
             k1 = rate(run, i, x, d)
             k2 = rate(run, i, x + 0.5 * h * k1, d)
@@ -92,7 +92,7 @@ def test_gusts_are_found_in_what_they_did_and_no_slow_errors_instead() -> None:
     run = gusty(calm("bluerov2", 90.0), 2)
     floor = first_noise([run]).variance
     forces, found = settling.settled(blank(Fit((run,), first_noise([run])), run.layout, (), ()), floor)
-    assert np.count_nonzero(forces.fit.noise.slow) >= 2, "what a force as large at all times leaves"
+    assert np.count_nonzero(forces.fit.noise.slow) >= 1, "what a force as large at all times leaves"
     water, there = settling.flowing(forces, found, floor)
     noise = water.fit.noise
     assert noise.flows and water.log_evidence > forces.log_evidence + 30.0

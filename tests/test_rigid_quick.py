@@ -13,7 +13,8 @@ from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import Told, carry, weigh
-from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.noise import first_noise
+from vtank.rigid.noise_search import settle
 from vtank.rigid.recorded import Kept, Recorded
 from vtank.rigid.recordings import record
 

@@ -12,7 +12,8 @@ from test_rigid_motion import flown
 from vtank.rigid.fit import Fit
 from vtank.rigid.kalman import slope
 from vtank.rigid.motion import rates
-from vtank.rigid.noise import first_noise, settle
+from vtank.rigid.noise import first_noise
+from vtank.rigid.noise_search import settle
 from vtank.rigid.tangent import accelerations
 
 

@@ -10,10 +10,11 @@ from test_rigid_motion import multisine
 
 import vtank as vt
 from vtank.experiment.whole import fly_vehicle
-from vtank.rigid import noise as search
+from vtank.rigid import noise_search as search
 from vtank.rigid.filtered import filtered, followed, innovations
 from vtank.rigid.fit import Fit
-from vtank.rigid.noise import SURELY, against, first_noise, settle
+from vtank.rigid.noise import SURELY, against, first_noise
+from vtank.rigid.noise_search import settle
 from vtank.rigid.recordings import record
 from vtank.rigid.slow import likelihoods
 from vtank.rigid.tangent import tangents

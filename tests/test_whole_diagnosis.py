@@ -90,7 +90,7 @@ def test_places_that_act_alike_are_told_together():
     found = vt.diagnose([flown.run], nominal=NOMINAL, axes=("yaw",), effects=("thruster_dead",))
     alike = {"thruster_dead@thruster_1", "thruster_dead@thruster_3"}
     assert {name for name, chance in found.probabilities.items() if chance > 0.1} == alike
-    assert set(found.document["verdict"]["class"]) == alike
+    assert alike <= set(found.document["verdict"]["class"])
 
 
 @pytest.mark.slow

@@ -72,8 +72,11 @@ def descend(
                 trial = at
                 break
             damping = max(damping, 1e-3) * 10.0
-        if trial is theta:
+        if trial is theta and about is theta:
             break
+        if trial is theta:  # by slopes of elsewhere
+            J, about, damping = slopes(theta, e), theta, 1e-4
+            continue
         theta, e, damping = trial, there, max(damping / 10.0, 1e-8)
         if held or (theta - about) @ H @ (theta - about) > theta.size:
             J, about = slopes(theta, e), theta

@@ -95,6 +95,12 @@ class Model:
         """Of the effects."""
         return tuple(placed.name for placed in self.effects)
 
+    def strayed(self, theta: Array) -> bool:
+        """Whether the first unknowns are farther from theta, (N,), than they can be told apart, all of them taken."""
+        move = self.theta[: theta.size] - theta
+        H = np.zeros((0, 0)) if self.information is None else self.information
+        return bool(move @ H[: theta.size, : theta.size] @ move > theta.size)
+
     def tiny(self, placed: Placed) -> bool:
         """Whether all free numbers of an effect are below VISIBLE of what is usual: of timing, mounting, form of a law.
 

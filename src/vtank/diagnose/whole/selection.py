@@ -256,6 +256,8 @@ def extended(
         fitted = refit(wider, found, np.concatenate([model.theta, share * free]), held)
         if fitted.log_evidence > model.log_evidence - LOST:
             break
+    if fitted.strayed(model.theta):  # own parameters, so far that their slopes are others
+        fitted = max(fitted, refit(fitted, found, fitted.theta), key=lambda fit: fit.log_evidence)
     return leapt(fitted, found, held)
 
 

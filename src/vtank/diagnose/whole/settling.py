@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
 from ...rigid.fit import Fit, begun, walled
-from ...rigid.noise import MEMORIES_S, SURELY, settle
+from ...rigid.noise import SURELY
+from ...rigid.noise_search import MEMORIES_S, settle
 from .model import Model, at_noise, refit
 from .own import Unknown
 from .trust import trusted
@@ -26,7 +27,7 @@ SETTLING = 4  # times, at most, that all of a recording is asked for its noise; 
 
 
 def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise.settle`."""
+    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise_search`."""
     p = model.vector()
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
     for n in range(1 + SETTLING):
@@ -51,7 +52,7 @@ def _once(model: Model, floor: Array, least: Array | float, near: bool) -> Model
 def _noise(
     fit: Fit, p: Array, floor: Array, least: Array | float = 0.0, *, near: bool, longest_s: float = MEMORIES_S[1]
 ) -> tuple[Noise, list[Filtered]]:
-    """As `rigid.noise.settle`."""
+    """As `rigid.noise_search.settle`."""
     parts = tuple(vars(fit.noise))
 
     def told() -> str:
@@ -72,7 +73,7 @@ def _noise(
 
 
 def sought(fit: Fit, p: Array, floor: Array) -> Noise:
-    """The likeliest noise near the fit's, beside parameters that stay; floor: as of `rigid.noise.settle`."""
+    """The likeliest noise near the fit's, beside parameters that stay; floor: as of `rigid.noise_search.settle`."""
     return _noise(fit, p, floor, near=True)[0]
 
 
@@ -117,7 +118,8 @@ def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, l
         other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor)
     except InputError:
         return model, found
-    return (other, there) if other.log_evidence > model.log_evidence + SURELY else (model, found)
+    moves = other.fit.noise.sigma[:3].max() > STILL
+    return (other, there) if moves and other.log_evidence > model.log_evidence + SURELY else (model, found)
 
 
 def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
