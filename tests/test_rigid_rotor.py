@@ -10,6 +10,9 @@ from scipy.integrate import quad
 
 import vtank as vt
 from vtank.diagnose.whole.own import own_unknowns
+from vtank.experiment import fly_vehicle
+from vtank.rigid import recorded
+from vtank.rigid.filtered import filtered, innovations
 from vtank.rigid.layout import (
     DELAY,
     DIRECTION,
@@ -26,7 +29,9 @@ from vtank.rigid.layout import (
     THRUSTER,
     Layout,
 )
+from vtank.rigid.noise import first_noise
 from vtank.rigid.push import pushes
+from vtank.rigid.recordings import record
 from vtank.rigid.steps import held, thrust_of
 
 LAG_S, REACH, STEP_S = 0.3, 20.0, 0.1
@@ -102,7 +107,7 @@ def test_inputs_that_go_straight_to_the_next_are_many_that_are_held(rotor: float
     def of(stamps: np.ndarray, speeds: np.ndarray, share: float) -> list[np.ndarray]:
         own[STRAIGHT] = fin[SWEPT] = share
         pushed = thrust_of(0, now, length, stamps, speeds, table, REACH, p, False)
-        return [*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER)[:, 0]]
+        return [*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER)[0][:, 0]]
 
     true, straight = of(fine, between, 0.0), of(stamps, speeds, 1.0)
     for ours, exact, within in zip(straight, true, (0.2, 0.1, 1e-3, 1e-3), strict=True):
@@ -125,3 +130,25 @@ def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> 
     assert {"rotor@thrusters", "delay@thrusters", "straight@thrusters"} < set(thrusters)
     wrench = own_of(["surge_N", "sway_N", "yaw_Nm"])
     assert not any(name.startswith(("own_gain", "rotor", "delay", "straight")) for name in wrench)
+
+
+def test_fins_that_turn_within_a_step_turn_the_hull_as_in_many(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Measured angles go straight from row to row: taken for their mean over a step, what they do comes out late."""
+    remus, time_s = vt.load_vehicle("remus100"), np.arange(0.0, 20.0, 0.2)
+    asked = {fin.column: 0.25 * np.sin(4.0 * time_s + k) for k, fin in enumerate(remus.fins) if fin.limit_rad}
+    flight = fly_vehicle(remus, {"time_s": time_s, "propeller_rev_s": np.full(100, 20.0), **asked}, 20.0, 1)
+
+    def simulated(longest_s: float, turning: float = 1.0) -> np.ndarray:
+        monkeypatch.setattr(recorded, "STEPS_S", (longest_s, longest_s))
+        layout, (run,), _ = record([flight], remus)
+        p = layout.null.copy()
+        p[layout.starts[1] + SWEPT : layout.starts[2] : FIN] = 1.0
+        f = filtered(run, p, first_noise([run]))
+        run.drive(p).turn[:] *= turning
+        e = innovations(run, p, f.gains._replace(of=np.zeros_like(f.gains.of)))
+        return e[run.column == layout.columns.index("imu.yaw_rate_rad_s")]
+
+    true = simulated(0.005)
+    wide, half, mean = (np.abs(simulated(*how) - true).max() for how in ((0.06,), (0.03,), (0.06, 0.0)))
+    assert wide < 5e-6 and half < wide / 3.0
+    assert mean > 20.0 * wide

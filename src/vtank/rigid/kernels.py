@@ -151,7 +151,7 @@ def elsewhere(m, t, x, d, record, steps, drive, i, hull, scratch):
         if drive.fins.shape[1] <= y.size:  # of more fins than there is room for, those after
             fins = y
             for a in range(drive.fins.shape[1]):
-                fins[a] = 0.5 * (drive.fins[before, a] + drive.fins[j, a])
+                fins[a] = 0.5 * (drive.fins[before, a] + drive.turn[before, a] + drive.fins[j, a] - drive.turn[j, a])
         rates(t, here, thrust, drive.asked[j], fins, d, drive.known[j, 9:], hull, rate)
     return told(m, here, rate, record, hull)
 

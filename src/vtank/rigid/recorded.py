@@ -261,13 +261,13 @@ class Recorded:
         drive = drives.get(key)
         if drive is None:
             force, swing, size = self._forces(p)
-            angles = held(steps.now, steps.length, self.stamps, self.angles, p, fins)
-            turn = gears(p, self.layout.counts[0])
-            thrust = force @ turn
+            angles, turn = held(steps.now, steps.length, self.stamps, self.angles, p, fins)
+            gear = gears(p, self.layout.counts[0])
+            thrust = force @ gear
             if self.pushed is not None:
                 since, wrench = self.pushed
                 thrust += wrench[np.maximum(np.searchsorted(since, steps.now + TOUCH_S, side="right") - 1, 0)]
-            drive = Drive(thrust, swing @ turn, size, angles, self._along, self.held)
+            drive = Drive(thrust, swing @ gear, size, angles, turn, self._along, self.held)
             keep(drives, key, drive, KEPT)
         return drive
 

@@ -51,7 +51,7 @@ class Steps(NamedTuple):
 class Drive(NamedTuple):
     """What pushes over each step: wrench of the thrusters (N, 6), sizes of their inputs (N, K), angles of fins (N, F).
 
-    swing: half of what the wrench changes by on the way through the step, (N, 6).
+    swing, turn: half of what the wrench, (N, 6), and the angles, (N, F), change by on the way through the step.
     Motion that is known: attitude, velocity and acceleration at the start of each step, (N, 15); which of them, (15,).
     """
 
@@ -59,6 +59,7 @@ class Drive(NamedTuple):
     swing: np.ndarray
     asked: np.ndarray
     fins: np.ndarray
+    turn: np.ndarray
     known: np.ndarray
     knows: np.ndarray
 
@@ -211,11 +212,11 @@ def thrust_of(k, now, length, stamps, inputs, table, reach, p, resting):
 
 @law
 def held(now, length, stamps, inputs, p, first):
-    """Mean angles of fins, (I, F), held from their stamps on, over each step, (N, F); the first ones before it.
+    """Mean angles of fins, (I, F), held from their stamps on, over each step, and half of what they turn there, (N, F).
 
-    first: slot of the first fin; the others follow.
+    Of such as go straight to the next by a share; the first ones before it. first: slot of the first fin.
     """
-    out = np.zeros((now.size, inputs.shape[1]))
+    out, turn = np.zeros((2, now.size, inputs.shape[1]))
     for f in range(inputs.shape[1]):
         late, straight, j = p[first + FIN * f + LATE], p[first + FIN * f + SWEPT], 0
         for s in range(now.size):
@@ -227,7 +228,10 @@ def held(now, length, stamps, inputs, p, first):
                 stop = b if q + 1 >= stamps.size else min(b, max(stamps[q + 1], t))
                 share = straight if t >= stamps[q] - TOUCH_S else 0.0
                 out[s, f] += (stop - t) * along(stamps, inputs[:, f], q, t, stop, share) / length[s]
+                if share != 0.0 and q + 1 < stamps.size:
+                    whole = share * (inputs[q + 1, f] - inputs[q, f])
+                    turn[s, f] += 0.5 * whole * (stop - t) / (stamps[q + 1] - stamps[q])
                 t = stop
                 if q + 1 < stamps.size and stamps[q + 1] <= t + TOUCH_S:
                     q += 1
-    return out
+    return out, turn
