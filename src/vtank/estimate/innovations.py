@@ -120,17 +120,19 @@ def simulated(run: Observed, p: np.ndarray, start: np.ndarray) -> np.ndarray:
 
 def _simulated_once(run: Observed, p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None) -> np.ndarray:
     """The same, shape (M,), read-only: kept until another is worked out, since an optimum's is asked for repeatedly."""
-    if _asked(p, start, forcing) not in run.residuals:
-        keep(run, p, start, forcing, innovations(run, p, start, Noise(), no_gain(run), forcing=forcing))
-    return run.residuals[_asked(p, start, forcing)]
+    found = run.residuals.get(_asked(p, start, forcing))  # another thread may drop it meanwhile
+    if found is None:
+        found = keep(run, p, start, forcing, innovations(run, p, start, Noise(), no_gain(run), forcing=forcing))
+    return found
 
 
-def keep(run: Observed, p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None, found: np.ndarray) -> None:
-    """Keep the errors of a pure simulation, shape (M,), in the place of the one before."""
+def keep(run: Observed, p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None, found: np.ndarray) -> np.ndarray:
+    """Errors of a pure simulation, shape (M,), read-only, kept in the place of the one before."""
     found = found.copy()
     found.flags.writeable = False
     run.residuals.clear()
     run.residuals[_asked(p, start, forcing)] = found
+    return found
 
 
 def _asked(p: np.ndarray, start: np.ndarray, forcing: np.ndarray | None) -> tuple[bytes | None, ...]:
