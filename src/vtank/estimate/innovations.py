@@ -65,11 +65,12 @@ def no_gain(run: Observed) -> np.ndarray:
 def steps(run: Observed, p: np.ndarray) -> Steps:
     """The steps of a run at parameters p, shape (P,), which matter only where they shift instants."""
     shift = tuple(p[run.plant.parameters.slots(run.plant.shifting)].tolist())
-    if shift not in run.plans:
+    plan = run.plans.get(shift)  # another thread may drop it meanwhile
+    if plan is None:
         if len(run.plans) >= KEPT:
             run.plans.clear()
-        run.plans[shift] = kernels(run.plant).plan(run.record, p)
-    return run.plans[shift]
+        plan = run.plans[shift] = kernels(run.plant).plan(run.record, p)
+    return plan
 
 
 def innovations(
