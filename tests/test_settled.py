@@ -43,7 +43,7 @@ def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was()
     noise = first_noise(seen)
     own = own_unknowns(layout, seen)
     settled, _ = settling.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
-    assert np.all(settled.fit.noise.sigma < 0.001)  # [m/s2, rad/s2] of 0.3 s, which 0.0006 in yaw is, or none: as likely
+    assert np.all(settled.fit.noise.sigma < 0.001)  # [m/s2, rad/s2] 0.0006 of 0.3 s in yaw, or none: as likely
 
 
 def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_forgets():
