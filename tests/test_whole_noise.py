@@ -65,7 +65,7 @@ def test_a_slow_error_is_told_from_motion() -> None:
     begin = noise.first_noise(runs)
     model = blank(Fit(tuple(runs), begin), layout, (), own_unknowns(layout, runs))
 
-    fitted, found = settled(model, begin.variance)
+    fitted, _ = settled(model, begin.variance)
     here, c = fitted.fit.noise, layout.columns.index(COLUMN)
     assert here.slow[c] == pytest.approx(SIZE_RAD_S, rel=0.3) and 0.1 <= here.slow_s[c] <= 0.5
 

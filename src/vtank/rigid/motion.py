@@ -355,8 +355,7 @@ def advance(t, x, h, drive, i, begin, end, push, hull, k, y):
     and ends; 0 for both stays amid. k, (5, 18), and y, (18,), are scratch.
     """
     thrust, asked, fins, known = k[4], drive.asked[i], drive.fins[i], drive.known[i, 9:]
-    room = min(drive.fins.shape[1], 12)
-    angles = k[4, 6 : 6 + room]  # of more fins than there is room for, none on the way
+    angles = k[4, 6 : 6 + fins.size]  # of more fins than there is room for, none on the way
     for a in range(18):
         y[a] = x[a]
     for stage in range(4):
@@ -367,10 +366,10 @@ def advance(t, x, h, drive, i, begin, end, push, hull, k, y):
         change = begin + (end - begin) * g / h
         for a in range(6):
             thrust[a] = drive.thrust[i, a] + change * drive.swing[i, a]
-        if room == drive.fins.shape[1]:
-            for a in range(room):
-                angles[a] = drive.fins[i, a] + change * drive.turn[i, a]
+        if angles.size == drive.fins.shape[1]:
             fins = angles
+            for a in range(fins.size):
+                fins[a] = drive.fins[i, a] + change * drive.turn[i, a]
         rates(t + g, y, thrust, asked, fins, push, known, hull, k[stage])
     for i in range(18):
         x[i] += h / 6.0 * (k[0, i] + 2.0 * (k[1, i] + k[2, i]) + k[3, i])

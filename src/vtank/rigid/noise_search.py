@@ -129,20 +129,22 @@ class Parts:
 
     def leaps(self) -> Iterator[Array]:
         """Places far off: no disturbance of an axis, a larger, a lesser, longer, shorter, and such slow errors."""
-        n, s, a = self.noise.variance.size, self.slow.size, self.axes.size
-        for i in range(a):
-            size, memory, x = n + 2 * s + i, n + 2 * s + a + i, self.place
-            yield self.within(np.where(np.arange(x.size) == size, self.low, x))
+        here, n, s, a = self.place, self.noise.variance.size, self.slow.size, self.axes.size
+
+        def leap(part: int, to: float, memory: int, longer: float = 0.0) -> Array:
+            x = here.copy()
+            x[part] = to
+            x[memory] += longer
+            return self.within(x)
+
+        for size in range(n + 2 * s, n + 2 * s + a):
+            yield leap(size, self.low[size], size + a)
             for sigma in SIGMAS:
                 for longer in (LEAP, 0.0, -LEAP):
-                    x = self.place
-                    x[size], x[memory] = 2.0 * np.log(sigma), x[memory] + longer
-                    yield self.within(x)
-        for i in range(n + s, n + 2 * s):
+                    yield leap(size, 2.0 * np.log(sigma), size + a, longer)
+        for memory in range(n + s, n + 2 * s):
             for longer in (LEAP, -LEAP):
-                x = self.place
-                x[i] += longer
-                yield self.within(x)
+                yield leap(memory, here[memory], memory, longer)
 
 
 def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float, noise: Noise) -> Noise:
@@ -180,13 +182,13 @@ def _scored(runs: Sequence[Recorded], about: Sequence[Filtered], parts: Parts) -
     tells = np.array([np.append(np.sqrt(counts / S) * de, dS / (np.sqrt(2.0) * S)) for de, dS in moved])
     free = np.flatnonzero(((x > parts.low) | (gradient > 0.0)) & ((x < parts.high) | (gradient < 0.0)))
     information = tells[free] @ tells[free].T
-    steps = [x]
+    steps = []
     for damping in DAMPING:
         step = np.zeros(x.size)
         more = damping * np.diag(information) + VAGUE
         step[free] = np.linalg.solve(information + np.diag(more), gradient[free])
         steps += [parts.within(x + np.clip(step, -most, most)) for most in LIMITS]
-    return _tried(runs, about, [parts.at(to) for to in steps])
+    return [here, *_tried(runs, about, [parts.at(to) for to in steps])]
 
 
 def _told(tried: Tried) -> tuple[Array, Array]:

@@ -18,6 +18,11 @@ KEPT = 0.5  # of what a step promised, below which it has left the valley; a cho
 BACK, LOWER = 8, 0.7  # steps back to the valley's floor, at most, and what each must leave of the height; choices
 
 
+def strayed(move: Array, H: Array) -> bool:
+    """Whether a move, (U,), is farther than all of it can be told apart; H: information, (U, U)."""
+    return bool(move @ H @ move > move.size)
+
+
 def descend(
     residual: Callable[[Array], Array],
     slopes: Callable[[Array, Array], Array],
@@ -72,12 +77,12 @@ def descend(
                 trial = at
                 break
             damping = max(damping, 1e-3) * 10.0
-        if trial is theta and about is theta:
-            break
-        if trial is theta:  # by slopes of elsewhere
-            J, about, damping = slopes(theta, e), theta, 1e-4
+        if trial is theta:
+            if about is theta:
+                break
+            J, about, damping = slopes(theta, e), theta, 1e-4  # those of elsewhere lead nowhere
             continue
         theta, e, damping = trial, there, max(damping / 10.0, 1e-8)
-        if held or (theta - about) @ H @ (theta - about) > theta.size:
+        if held or strayed(theta - about, H):
             J, about = slopes(theta, e), theta
     return theta, e, J

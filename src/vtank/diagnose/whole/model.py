@@ -21,7 +21,7 @@ from ...rigid.noise import against
 from ...rigid.places import Parameter, Placed
 from ...rigid.tangent import Path
 from ..bounds import within
-from .descent import descend
+from .descent import descend, strayed
 from .own import Unknown
 from .unfinished import digest, step
 
@@ -97,9 +97,9 @@ class Model:
 
     def strayed(self, theta: Array) -> bool:
         """Whether the first unknowns are farther from theta, (N,), than they can be told apart, all of them taken."""
-        move = self.theta[: theta.size] - theta
-        H = np.zeros((0, 0)) if self.information is None else self.information
-        return bool(move @ H[: theta.size, : theta.size] @ move > theta.size)
+        if self.information is None:
+            return False
+        return strayed(self.theta[: theta.size] - theta, self.information[: theta.size, : theta.size])
 
     def tiny(self, placed: Placed) -> bool:
         """Whether all free numbers of an effect are below VISIBLE of what is usual: of timing, mounting, form of a law.
