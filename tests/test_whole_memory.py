@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import os
 import platform
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +22,16 @@ from vtank.rigid.places import Sizes, catalogue
 
 
 def test_inner_products_in_pieces_are_those_of_the_whole() -> None:
-    """Beside unknowns that are nearly the same, of priors far apart."""
+    """Beside unknowns that are nearly the same, of priors far apart, which pull at the innovations' own."""
     rng, rows = np.random.default_rng(1), 2 * PIECE + 100
     J, scale = rng.normal(size=(rows, 4)), np.array([1e-4, 1.0, 1.0, 1e3])
     J[:, 2] = J[:, 1] + 1e-3 * J[:, 2]
     columns = np.column_stack([rng.normal(size=(rows, 3)), J[:, 1] + 1e-2 * rng.normal(size=rows)])
-    base = Base([], columns[:, 0], J, whitening(J, scale))
+    strain = np.array([0.5, -2.0, 1.0, 0.1])
+    base = Base([], columns[:, 0], J, whitening(J, scale), strain, scale)
     A = np.vstack([J * scale, np.eye(4)])
     left = np.vstack([columns, np.zeros((4, 4))])
+    left[-4:, 0] = strain
     left -= A @ np.linalg.lstsq(A, left, rcond=None)[0]
     found = base.gram(np.split(columns, [100, PIECE, rows - 7]))
     np.testing.assert_allclose(found, left.T @ left, rtol=1e-8, atol=1e-9)
@@ -50,8 +53,13 @@ def screened():
 
 
 def test_a_score_test_is_that_of_the_whole_linear_model(screened) -> None:
-    """Its gain is that of the normal density of innovations to which a number adds, own unknowns readapted."""
+    """Its gain is that of the normal density of innovations to which a number adds, own unknowns readapted.
+
+    What the number has in common with them spares them to stand away from where they are held beforehand.
+    """
     model, found, layout, sought = screened
+    scale = np.array([u.scale for u in model.unknowns])
+    model = replace(model, theta=model.theta + scale * np.linspace(-2.0, 3.0, scale.size))
     base = based(model, found)
     one = [c for c in sought if c.name == "linear_drag@yaw"]
     (promise,) = promises(model, base, layout, one)
@@ -59,11 +67,10 @@ def test_a_score_test_is_that_of_the_whole_linear_model(screened) -> None:
     moved = model.vector()
     moved[layout.at(number.slots)] += 1e-3 * number.scale
     column = model.fit.answers(base.paths, [moved])[:, 0] / 1e-3
-    scale = np.array([u.scale for u in model.unknowns])
 
     def likely(A: np.ndarray) -> float:
+        e = np.concatenate([base.e, model.theta / scale, np.zeros(A.shape[1] - scale.size)])
         A = np.vstack([A, np.eye(A.shape[1])])
-        e = np.concatenate([base.e, np.zeros(A.shape[1])])
         e -= A @ np.linalg.lstsq(A, e, rcond=None)[0]
         return -0.5 * float(e @ e) - 0.5 * float(np.linalg.slogdet(A.T @ A)[1])
 

@@ -26,7 +26,7 @@ from .own import Unknown
 from .unfinished import digest, step
 
 Array = NDArray[np.float64]
-STEPS = 8  # of a fit, at most
+STEPS = 16  # of a fit, at most
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing

@@ -37,19 +37,22 @@ class Base:
     """A fitted model's innovations e, (M,), and the derivative J, (M, U), that others are projected off.
 
     paths: along which changes are followed. whitening: (U, U), of J: what the model's own unknowns take up of the
-    square of a column c is that of whitening J'c.
+    square of a column c is that of whitening J'c. strain: (U,), where they stand, in prior deviations; what spares
+    them to be there gains by it. scale: those deviations, (U,).
     """
 
     paths: list[Path]
     e: Array
     J: Array
     whitening: Array
+    strain: Array
+    scale: Array
 
     def gram(self, columns: Iterable[Array]) -> Array:
         """Inner products of columns, (L, L), less what the model's own unknowns would take up within their priors.
 
-        columns: (M, L), in pieces one after the other, such as those of each run, none of which is kept; what is zero
-        throughout a piece, as what acts in one run is in all others, costs nothing.
+        columns: (M, L), the innovations first, in pieces one after the other, such as those of each run, none of which
+        is kept; what is zero throughout a piece, as what acts in one run is in all others, costs nothing.
         """
         inner, taken, first = np.zeros((0, 0)), np.zeros((0, 0)), 0
         for piece in columns:
@@ -60,16 +63,19 @@ class Base:
             inner[np.ix_(some, some)] += part.T @ part
             taken[:, some] += self.J[first:last].T @ part
             first = last
+        inner[0, 0] += self.strain @ self.strain
+        taken[:, 0] += self.strain / self.scale
         taken = self.whitening @ taken
         return np.asarray(inner - taken.T @ taken)
 
 
 def based(model: Model, found: Sequence[Filtered]) -> Base:
-    """Linearise a fitted model; it stands at its optimum, about which the priors pull its numbers back."""
+    """Linearise a fitted model."""
     give_back()
     paths = model.fit.paths(model.vector(), found)
     e, J = np.concatenate([weighed(path.innovation, path.f) for path in paths]), slopes(model, paths)
-    return Base(paths, e, J, whitening(J, np.array([u.scale for u in model.unknowns])))
+    scale = np.array([u.scale for u in model.unknowns])
+    return Base(paths, e, J, whitening(J, scale), model.theta / scale, scale)
 
 
 def whitening(J: Array, scale: Array) -> Array:

@@ -42,6 +42,7 @@ LEAPS = 4  # from one best fit to a better one beside it, at most; a choice
 MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
+AGREE = 0.03  # width of priors, over the widest, within which own parameters are said to be the file's; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 ALIKE = 1e-3  # [-] by which the gains of thrusters differ that are alike; a choice
 
@@ -153,7 +154,7 @@ def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
         return None, set()
     tried, strong = steadied([at_noise(best, calmed(noise, QUIETER**2))], layout, candidates, floor)
-    top = max(tried, key=lambda model: model.log_evidence, default=best)
+    top = max(tried, key=evidence, default=best)
     return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None, strong
 
 
@@ -417,7 +418,10 @@ def _judged(
     loose = [(u, value) for u, value in zip(best.unknowns, best.theta, strict=True) if not u.stated]
     plain = blank(best.fit, layout, (), [u for u, _ in loose])  # what no file states is not the simulator's
     nominal = refit(plain, found, np.array([value for _, value in loose]))
-    sets = {"none": nominal, _key(best): best, "parameters": max(differing, key=lambda model: model.log_evidence)}
+    near = [replace(u, scale=AGREE * w.scale) if u.stated else u for u, w in zip(mine, own, strict=True)]
+    begin = np.where([u.stated for u in mine], 0.0, best.theta[: len(own)])
+    alike = [nominal, refit(blank(best.fit, layout, (), near), found, begin)]  # two honest programs of one file differ
+    sets = {"none": max(alike, key=evidence), _key(best): best, "parameters": max(differing, key=evidence)}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
     lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
                         for placed in two.effects]  # fmt: skip
@@ -443,7 +447,7 @@ def _judged(
             sets[_key(model)] = refit(model, found, best.theta)
     least = best.log_evidence - LOST
     sets = {name: by_itself(model, found, least) for name, model in sets.items()}
-    best, nominal, refitted = sets[_key(best)], sets["none"], by_itself(refitted, found, least)
+    best, nominal, refitted = sets[_key(best)], by_itself(nominal, found, least), by_itself(refitted, found, least)
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
@@ -484,6 +488,11 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def evidence(model: Model) -> float:
+    """Log evidence of a model."""
+    return model.log_evidence
 
 
 def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -> Model:
