@@ -52,6 +52,7 @@ class Parameter:
         far: gross values, each farther off than the one before: a fit that begins at none of them never gets there.
         grain: how far apart best fits lie that are best about themselves only; 0 where there is one.
         optional: whether it is a component of a vector, of which some are as likely nothing as not.
+        factor: whether it is off by a factor, whose logarithm has that deviation, those bounds and those starts.
     """
 
     name: str
@@ -65,6 +66,11 @@ class Parameter:
     far: tuple[float, ...] = ()
     grain: float = 0.0
     optional: bool = False
+    factor: bool = False
+
+    def moved(self, value: Array | float, off: float) -> Array | float:
+        """What is in a slot whose value it is, once the number is off by so much."""
+        return value * np.exp(off) if self.factor else (value if np.isfinite(self.null) else 0.0) + off
 
 
 @dataclass(frozen=True)
@@ -163,7 +169,7 @@ def _axis(i: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         ), "a standing wave carries the hull to and fro", f"{w:.3g} rad/s")  # fmt: skip
     yield Placed("wake_memory", axis, HYDRODYNAMICS, (
         Parameter("k", (f"wake@{axis}",), "-", 0.3, 0.0, 0.95),
-        Parameter("T", (f"recovery@{axis}",), "s", 5.0, -4.9, 60.0, (0.0, -3.0, 10.0), USUAL_WAKE_S),
+        Parameter("T", (f"recovery@{axis}",), "s", 1.0, -3.9, 2.6, (0.0, -1.0, 1.0), USUAL_WAKE_S, factor=True),
     ), "the hull meets the water again that it has set in motion")  # fmt: skip
     if axis == "surge" and any(channel_of(column) == "range_m" for column in layout.columns):
         yield Placed("wall_proximity", axis, HYDRODYNAMICS, (

@@ -201,11 +201,12 @@ def _placed(layout: Layout, placed: Placed, prior: Array, chance: float, share: 
         step = share * number.scale * (1.0 if number.high > 0.0 else -1.0)
         size = number.starts[0] if number.starts else step
         for slot in number.slots:
-            base = float(layout.null[layout.slot(slot)])
-            values[slot] = (values.get(slot, base) if np.isfinite(number.null) else 0.0) + size
+            values[slot] = float(number.moved(values.get(slot, float(layout.null[layout.slot(slot)])), size))
         if number.scale > 0.0:
-            numbers.append(Free(number.slots, 1e-3 * number.scale, number.low - size, number.high - size))
-            known.append(number.scale**-2.0)
+            unit = values[number.slots[0]] if number.factor else 1.0  # of the slot, for a little of the number
+            low, high = (unit * (bound - size) for bound in (number.low, number.high))
+            numbers.append(Free(number.slots, 1e-3 * unit * number.scale, low, high))
+            known.append((unit * number.scale) ** -2.0)
     return Hypothesis(placed.name, chance, values, tuple(numbers), block_diag(prior, np.diag(known)))
 
 

@@ -40,7 +40,8 @@ def effect_unknowns(layout: Layout, placed: Placed) -> list[Unknown]:
 def _unknown(layout: Layout, placed: Placed, number: Parameter) -> Unknown:
     at = layout.at(number.slots)
     base = layout.null[at] if np.isfinite(number.null) else np.zeros(at.size)
-    return Unknown(f"{placed.name}.{number.name}", at, base, number.scale, number.low, number.high, 1e-3 * number.scale)
+    name, step = f"{placed.name}.{number.name}", 1e-3 * number.scale
+    return Unknown(name, at, base, number.scale, number.low, number.high, step, factor=number.factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +107,8 @@ class Model:
 
         No simulator and no recording agree with one another more closely than that.
         """
-        values = self.values(placed)
-        free = [number for number in placed.parameters if number.scale > 0.0]
-        return bool(free) and all(abs(values[n.name][0] - _null(n)) < VISIBLE * n.scale for n in free)
+        off = [self._off[i] for i, u in enumerate(self.unknowns) if u.name.rpartition(".")[0] == placed.name]
+        return bool(off) and max(map(abs, off)) < VISIBLE
 
     def values(self, placed: Placed) -> dict[str, tuple[float, float]]:
         """Numbers of an effect and their standard deviations, by name; a fixed one has 0."""
@@ -117,7 +117,8 @@ class Model:
         for number in placed.parameters:
             for i, unknown in enumerate(self.unknowns):
                 if unknown.name == f"{placed.name}.{number.name}":
-                    found[number.name] = float(self.theta[i]) + _null(number), float(sd[i])
+                    value = float(number.moved(_null(number), float(self.theta[i])))
+                    found[number.name] = value, float(sd[i]) * (value if number.factor else 1.0)
             if number.scale == 0.0:
                 found[number.name] = number.starts[0], 0.0
         return found
@@ -131,10 +132,9 @@ def _null(number: Parameter) -> float:
 def _vector(fixed: Array, unknowns: Sequence[Unknown], theta: Array) -> Array:
     p = fixed.copy()
     for unknown, value in zip(unknowns, theta, strict=True):
-        now = p[
-            unknown.slots
-        ]  # two unknowns of one slot add up: drag that the file has wrong, and drag that it has not
-        p[unknown.slots] = np.where(np.isfinite(now), now, unknown.base) + value
+        now = p[unknown.slots]  # two unknowns of one slot add up: drag the file has wrong, and drag it has not
+        now = np.where(np.isfinite(now), now, unknown.base)
+        p[unknown.slots] = now * np.exp(value) if unknown.factor else now + value
     return p
 
 

@@ -37,7 +37,8 @@ STEP = 1e-3  # of finite differences, as a share of the number or of its range
 class Unknown:
     """One unknown of a fit: slots that it moves, what it is added to there, prior and bounds about 0 change.
 
-    stated: whether the vehicle file states it, whose numbers are trusted all alike.
+    stated: whether the vehicle file states it, whose numbers are trusted all alike. factor: whether it multiplies what
+    is there by its exponential.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Unknown:
     high: float
     step: float
     stated: bool = True
+    factor: bool = False
 
 
 def own_unknowns(layout: Layout, runs: Sequence[Recorded]) -> list[Unknown]:

@@ -150,7 +150,7 @@ def _sides(p: Array, layout: Layout, placed: Placed, begin: Sequence[float]) -> 
         q = p.copy()
         for number, value in zip(numbers, values, strict=True):
             at = layout.at(number.slots)
-            q[at] = (q[at] if np.isfinite(number.null) else 0.0) + value
+            q[at] = number.moved(q[at], value)
         return q
 
     sides = [vector(begin)]
