@@ -418,9 +418,9 @@ def _judged(
     loose = [(u, value) for u, value in zip(best.unknowns, best.theta, strict=True) if not u.stated]
     plain = blank(best.fit, layout, (), [u for u, _ in loose])  # what no file states is not the simulator's
     nominal = refit(plain, found, np.array([value for _, value in loose]))
-    near = [replace(u, scale=AGREE * w.scale) if u.stated else u for u, w in zip(mine, own, strict=True)]
+    agreeing = [replace(u, scale=AGREE * w.scale) if u.stated else u for u, w in zip(mine, own, strict=True)]
     begin = np.where([u.stated for u in mine], 0.0, best.theta[: len(own)])
-    alike = [nominal, refit(blank(best.fit, layout, (), near), found, begin)]  # two honest programs of one file differ
+    alike = [nominal, refit(blank(best.fit, layout, (), agreeing), found, begin)]  # honest programs of one file differ
     sets = {"none": max(alike, key=evidence), _key(best): best, "parameters": max(differing, key=evidence)}
     smaller = [without(best, layout, placed, found) for placed in best.effects]
     lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
