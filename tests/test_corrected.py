@@ -50,7 +50,7 @@ def slots(layout: Layout, placed: Placed, values: Mapping[str, float]) -> dict[s
         value = values.get(number.name, number.starts[0] if number.scale == 0.0 else 0.0)
         for name in number.slots:
             now = found.get(name, layout.null[layout.slot(name)])
-            found[name] = (now if np.isfinite(now) else 0.0) + value
+            found[name] = float(number.moved(now, value))
     return found
 
 
@@ -63,7 +63,7 @@ SAME = {
         ("ambient_current@surge", {"U": 0.2}, {"U_m_s": 0.2}),
         ("tether@heave", {"k": 3.0}, {"k_N_per_m": 3.0}),
         ("constant_force@pitch", {"F": 0.5}, {"F_N_m": 0.5}),
-        ("wake_memory@surge", {"k": 0.4, "T": -2.0}, {"k": 0.4, "T_s": 3.0}),
+        ("wake_memory@surge", {"k": 0.4, "T": np.log(0.6)}, {"k": 0.4, "T_s": 3.0}),
         ("coriolis@surge", {"c": 4.0}, {"c_kg": 4.0}),
         ("coriolis@sway", {"c": 4.0}, {"c_kg": 4.0}),
         ("coriolis@heave", {"c": 4.0}, {"c_kg": 4.0}),
@@ -105,6 +105,7 @@ SAME = {
         ("fin_delay@rudder", {"d": 0.4}, {"d_s": 0.4}),
         ("fin_drag@rudder", {"k": 300.0}, {"k_N_s2_per_m2": 300.0}),
         ("cross_flow_drag@vehicle", {"sway": 3000.0}, {"sway_N_s2_per_m3": 3000.0}),
+        ("cross_flow_drag@vehicle", {"sway": 3000.0, "nose": -0.3, "tail": 0.2}, {"sway_N_s2_per_m3": 3000.0}),
     ],
 }  # fmt: skip
 CASES = [(vehicle, *case) for vehicle, cases in SAME.items() for case in cases]
@@ -119,7 +120,8 @@ def test_what_a_diagnosis_moves_is_the_effect_of_that_size(
     as_found = slots(layout, known[name], found)
     effect = dict(effect)
     if "cross_flow" in name:
-        effect |= {"nose_m": layout.vehicle.ends_m[0], "tail_m": layout.vehicle.ends_m[1]}
+        nose, tail = layout.vehicle.ends_m
+        effect |= {"nose_m": nose + found.get("nose", 0.0), "tail_m": tail + found.get("tail", 0.0)}
     asked, water = commands(vehicle, FILES[file]), {"walls": models_dir() / "basin.xml"} if "wall" in name else {}
     plain = fly(vehicle, asked, DURATION_S, **water).run
     true = fly(vehicle, asked, DURATION_S, effects={name.partition(":")[0]: effect}, **water).run

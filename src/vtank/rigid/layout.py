@@ -29,9 +29,9 @@ G = G_M_S2
 MASS, CENTRE, INERTIA, ADDED, COUPLED = 0, 1, 4, 7, 13
 LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
-CURRENT, PULL, TETHER, CORIOLIS, LEFT_OUT, COUPLING, CROSSFLOW, LENGTH = 53, 56, 59, 60, 61, 62, 67, 69
+CURRENT, PULL, TETHER, CORIOLIS, LEFT_OUT, COUPLING, CROSSFLOW, NOSE = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
-MIDDLE, WALL_DRAG, WALL_MASS, FLOWS = 110, 111, 112, 113
+TAIL, WALL_DRAG, WALL_MASS, FLOWS = 110, 111, 112, 113
 HULL = 119
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
@@ -58,10 +58,10 @@ def _hull_names() -> list[str]:
         *along, "weight@hull", "buoyancy@hull", *(f"centre_of_buoyancy_{i}@hull" for i in XYZ), "waterline@heave",
         *(f"{quantity}_{i}@hull" for quantity in ("current", "pull") for i in ("north", "east", "down")),
         "tether@hull", "coriolis@hull", "left_out@hull", *(f"coupling@{axis}" for axis in COUPLES),
-        "crossflow_h@hull", "crossflow_v@hull", "length@hull",
+        "crossflow_h@hull", "crossflow_v@hull", "nose@hull",
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
-        *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "middle@hull",
+        *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "tail@hull",
         "wall_drag@surge", "wall_mass@surge", *(f"flow@{axis}" for axis in AXES),
     ]  # fmt: skip
 
@@ -173,7 +173,7 @@ class Layout:
         p[BUOYED : BUOYED + 3], p[WATERLINE] = vehicle.centre_of_buoyancy_m, vehicle.heave_N_per_m
         p[CORIOLIS], p[FLOWS : FLOWS + 6] = 1.0, 1.0
         p[RECOVERY : RECOVERY + 6] = 5.0  # [s] of a wake that there is not
-        p[LENGTH], p[MIDDLE] = vehicle.ends_m[0] - vehicle.ends_m[1], 0.5 * sum(vehicle.ends_m)
+        p[NOSE], p[TAIL] = vehicle.ends_m
         thrusters, fins, sensors, columns = self.starts
         for k, push in enumerate(self.pushes):
             own = p[thrusters + THRUSTER * k :][:THRUSTER]

@@ -41,11 +41,10 @@ from .layout import (
     INDUCED,
     LEANS,
     LEFT_OUT,
-    LENGTH,
     LIFT,
     LINEAR,
     LOSS,
-    MIDDLE,
+    NOSE,
     OFFSET,
     PITCHED,
     PLACE,
@@ -61,6 +60,7 @@ from .layout import (
     SWELL,
     SWELL_AHEAD,
     SWELL_RATE,
+    TAIL,
     TETHER,
     THRUSTER,
     TRIM,
@@ -249,10 +249,11 @@ def turning(nu, nu_r, hull):
         total = add(total, (c[0] * nu_r[1] * nu[5], -c[1] * nu_r[0] * nu[5], c[3] * nu_r[0] * nu[4],
                             0.0, c[4] * nu_r[0] * nu_r[2], -c[2] * nu_r[0] * nu_r[1]))  # fmt: skip
     if p[CROSSFLOW] != 0.0 or p[CROSSFLOW + 1] != 0.0:
+        middle, half = 0.5 * (p[NOSE] + p[TAIL]), 0.5 * (p[NOSE] - p[TAIL])
         for place, share in STRIPS:
-            lever = p[MIDDLE] + 0.5 * p[LENGTH] * place
+            lever = middle + half * place
             side, down = nu_r[1] + lever * nu[5], nu_r[2] - lever * nu[4]
-            speed = 0.5 * p[LENGTH] * share * math.sqrt(side * side + down * down)
+            speed = half * share * math.sqrt(side * side + down * down)
             Y, Z = -p[CROSSFLOW] * speed * side, -p[CROSSFLOW + 1] * speed * down
             total = add(total, (0.0, Y, Z, 0.0, -lever * Z, lever * Y))
     return total

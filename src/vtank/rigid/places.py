@@ -370,7 +370,11 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
             for name, end, i, k in planes
             if asked[i] and asked[k]
         ]
-        yield placed("cross_flow_drag", "every strip of the hull drags in the flow that it meets itself", *cross)
+        ends = [
+            Parameter(end, (f"{end}@hull",), "m", 0.2 * L, -0.45 * L, 0.45 * L, (0.0,), x)
+            for end, x in zip(("nose", "tail"), layout.vehicle.ends_m, strict=True)
+        ]
+        yield placed("cross_flow_drag", "every strip of the hull drags in the flow that it meets itself", *cross, *ends)
     flow = 0.3 * float(np.max(s.speed[:3]))
     drift = [
         i for i, k in zip(EARTH, (0, 1, 2), strict=True) if asked[k] or (k < 2 and asked[5] and (asked[0] or asked[1]))

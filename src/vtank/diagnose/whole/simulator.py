@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ...rigid.filtered import Noise
 from ...rigid.fit import Fit
 from ...rigid.flow import Flow, terms
-from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, LENGTH, WEIGHT, XYZ, Layout, masses
+from ...rigid.layout import ADDED, AXES, COUPLED, COUPLED_AT, COUPLES, NOSE, TAIL, WEIGHT, XYZ, Layout, masses
 from ...rigid.recorded import Recorded
 from .curves import Bend
 from .own import Unknown, own_unknowns
@@ -116,7 +116,7 @@ def unknowns(layout: Layout, runs: Sequence[Recorded], did: Usual, free: Sequenc
         add("buoyancy@hull", 0.03 * float(p[WEIGHT]))
     if 3 in asked or 4 in asked:
         for part in XYZ:
-            add(f"centre_of_buoyancy_{part}@hull", 0.03 * float(p[LENGTH]))
+            add(f"centre_of_buoyancy_{part}@hull", 0.03 * float(p[NOSE] - p[TAIL]))
     for sensor in layout.sensors[1:]:  # the first keeps the time: all late together is the thrusters' delay
         add(f"latency@{sensor}", DELAY_S, -5.0 * DELAY_S, 5.0 * DELAY_S)
     for bend in free:

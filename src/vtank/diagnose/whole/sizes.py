@@ -42,7 +42,8 @@ def sizes_of(model: Model, found: Sequence[Filtered]) -> Sizes:
     force = np.maximum(force, 0.2 * inertia * speed)  # [1/s] an axis that no thruster pushes turns round in seconds
     duration = float(max(np.ptp(run.time_s) for run in runs))
     asked = np.max([np.abs(run.inputs).max(axis=0, initial=0.0) for run in runs], axis=0)
-    length = float(p[runs[0].layout.slot("length@hull")]) or 1.0
+    nose, tail = p[runs[0].layout.at(["nose@hull", "tail@hull"])]
+    length = float(nose - tail) or 1.0
     waves = tuple(_waves(runs[0].time_s, tracks[0][:, 12 + axis]) for axis in range(3))
     lone = np.max([[spike(column) for column in run.inputs.T] for run in runs], axis=0)
     return Sizes(

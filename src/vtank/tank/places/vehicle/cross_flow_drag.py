@@ -21,7 +21,9 @@ def along_the_hull(vehicle: Vehicle, place: str) -> dict[str, float] | None:
     """Its corrections, over the length of the vehicle."""
     sizes = {"sway": vehicle.corrections.get("crossflow_h@hull"), "heave": vehicle.corrections.get("crossflow_v@hull")}
     found = {name: size for name, size in sizes.items() if size is not None}
-    return {**found, "nose": vehicle.ends_m[0], "tail": vehicle.ends_m[1]} if found else None
+    nose, tail = vehicle.ends_m
+    ends = {"nose": vehicle.corrections.get("nose@hull", nose), "tail": vehicle.corrections.get("tail@hull", tail)}
+    return {**found, **ends} if found else None
 
 
 EFFECT = PlacedEffect(
