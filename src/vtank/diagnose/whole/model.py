@@ -117,16 +117,11 @@ class Model:
         for number in placed.parameters:
             for i, unknown in enumerate(self.unknowns):
                 if unknown.name == f"{placed.name}.{number.name}":
-                    value = float(number.moved(_null(number), float(self.theta[i])))
+                    value = float(number.moved(number.null, float(self.theta[i])))
                     found[number.name] = value, float(sd[i]) * (value if number.factor else 1.0)
             if number.scale == 0.0:
                 found[number.name] = number.starts[0], 0.0
         return found
-
-
-def _null(number: Parameter) -> float:
-    """What is in its slot beforehand, which belongs to the number."""
-    return number.null if np.isfinite(number.null) else 0.0
 
 
 def _vector(fixed: Array, unknowns: Sequence[Unknown], theta: Array) -> Array:

@@ -446,8 +446,9 @@ def _judged(
         if best.log_evidence - behind > sets.get(_key(model), nominal).log_evidence:
             sets[_key(model)] = refit(model, found, best.theta)
     least = best.log_evidence - LOST
-    sets = {name: by_itself(model, found, least) for name, model in sets.items()}
-    best, nominal, refitted = sets[_key(best)], by_itself(nominal, found, least), by_itself(refitted, found, least)
+    judged = {model: by_itself(model, found, least) for model in dict.fromkeys([*sets.values(), nominal, refitted])}
+    sets = {name: judged[model] for name, model in sets.items()}
+    best, nominal, refitted = sets[_key(best)], judged[nominal], judged[refitted]
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
