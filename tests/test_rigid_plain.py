@@ -114,7 +114,7 @@ def test_thrusters_of_a_kind_are_wrong_alike():
     remus = load_vehicle("remus100")
     torpedo, (run,), _ = record([fly_vehicle(remus, multisine(remus, 4.0, 1), 4.0, 1)], remus)
     slots = {u.name: set(u.slots.tolist()) for u in own_unknowns(torpedo, [run])}
-    assert slots["straight@thrusters"].isdisjoint(slots["straight@fins"]), "angles may be measured, commands held"
+    assert slots["path@thrusters"].isdisjoint(slots["path@fins"]), "angles may be measured, commands held"
     screw = replace(ROV, thrusters=(*ROV.thrusters[:-1], replace(ROV.thrusters[-1], lag_s=0.4)))
     mixed, (run,), _ = record([fly_vehicle(screw, multisine(screw, 4.0, 1), 4.0, 1)], screw)
     rotors = [u.slots.size for u in own_unknowns(mixed, [run]) if u.name.startswith("rotor@")]
@@ -126,7 +126,7 @@ def test_how_a_wall_stands_is_no_parameter_of_the_simulator():
     """It is free in the nominal, too, which is none the worse for it; as is what lags of a propeller."""
     run = fly_vehicle("phoenix", multisine(load_vehicle("phoenix"), 15.0, 1), 15.0, 4, walls=models_dir() / "basin.xml")
     found = vt.diagnose([run], nominal="phoenix", effects=("sonar_offset",))
-    free = ["rotor@thrusters", "delay@thrusters", "straight@thrusters", "wall_bearing@sonar"]
+    free = ["rotor@thrusters", "delay@thrusters", "path@thrusters", "wall_bearing@sonar"]
     assert [u.name for u in found.selection.nominal.unknowns] == free
 
 

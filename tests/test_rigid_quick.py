@@ -73,7 +73,7 @@ def test_a_beginning_from_which_the_filter_runs_away_is_none(spun, monkeypatch):
 
 
 def test_a_step_is_as_good_as_many(spun):
-    still = replace(first_noise([spun]), sigma=np.zeros(6))
+    still = replace(first_noise([spun]), sigma=np.zeros(6), timing=0.0)
     fine = replace(spun, _kept=Kept(), _masses={})
     fine.__dict__["longest_s"] = spun.longest_s / 10.0
     _, coarse_e, _ = innovations(spun, still, YAW_RATE)
@@ -100,9 +100,9 @@ def test_a_covariance_stays_one_where_the_motion_is_unstable():
     F[6, 7], F[7, 6], F[3, 9] = 0.3, 0.3, 0.1
     P = np.diag(np.full(18, 1e-4))
     T, A, C, gain, H = np.zeros((18, 12)), np.zeros((18, 18)), np.zeros(18), np.zeros(18), np.zeros(18)
-    told = Told(*np.empty((5, 1)))
+    told, still, jolts = Told(*np.empty((5, 1))), np.zeros((0, 6, 3)), np.zeros((1, 6))
     for _ in range(4000):
-        carry(F, 0.05, np.full(6, 1e-3), np.full(6, 2.0), np.empty(0), np.empty(0), np.zeros((0, 6, 3)), 0, T, P, A)
+        carry(F, 0.05, np.full(6, 1e-3), np.full(6, 2.0), np.empty(0), np.empty(0), still, jolts, 0, T, P, A)
         H[:] = 0.0
         H[:12] = rng.normal(size=12) * (rng.uniform(size=12) < 0.3)
         weigh(P, H, -1, 1e-6, C, gain, 0, told)

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator, interp1d
 
 import vtank as vt
 from vtank.diagnose.whole.own import own_unknowns
@@ -21,10 +22,10 @@ from vtank.rigid.layout import (
     HULL,
     LAG,
     LATE,
+    PATH,
     ROTOR,
     SAG,
     SATURATION,
-    STRAIGHT,
     SWEPT,
     THRUSTER,
     Layout,
@@ -93,24 +94,26 @@ def test_a_share_lies_between_both() -> None:
 
 @pytest.mark.parametrize("delay_s", [-0.07, 0.0, 0.2])
 @pytest.mark.parametrize("rotor", [0.0, 1.0])
-def test_inputs_that_go_straight_to_the_next_are_many_that_are_held(rotor: float, delay_s: float) -> None:
-    p, stamps, times = np.zeros(HULL + THRUSTER + FIN), 0.2 * np.arange(30), 200
+@pytest.mark.parametrize(("path", "between"), [(1.0, interp1d), (2.0, PchipInterpolator)])
+def test_inputs_that_go_on_a_path_to_the_next_are_many_that_are_held(path, between, rotor, delay_s) -> None:
+    p, times = np.zeros(HULL + THRUSTER + FIN), 200
+    stamps = 0.2 * np.arange(30) + 0.05 * np.sin(np.arange(30.0))
     own, fin = p[HULL:], p[HULL + THRUSTER :]
     own[DIRECTION], own[GAIN], own[SATURATION], own[LAG], own[ROTOR], own[DELAY] = 1.0, 1.0, np.inf, 0.3, rotor, delay_s
     fin[LATE] = delay_s
     speeds = 5.0 + 4.0 * np.sin(1.7 * stamps)[:, None]
     fine = 0.2 / times * np.arange(29 * times + 1)
-    between = np.interp(fine + 0.1 / times, stamps, speeds[:, 0])[:, None]
-    now, asked = 0.5 + 0.05 * np.arange(90), np.linspace(-REACH, REACH, 40001)
-    table, length = asked * np.abs(asked), np.full(90, 0.05)
+    amid = between(stamps, speeds[:, 0])(np.clip(fine + 0.1 / times, stamps[0], stamps[-1]))[:, None]
+    now, asked = 1.5 + 0.05 * np.arange(70), np.linspace(-REACH, REACH, 40001)
+    table, length = asked * np.abs(asked), np.full(now.size, 0.05)
 
-    def of(stamps: np.ndarray, speeds: np.ndarray, share: float) -> list[np.ndarray]:
-        own[STRAIGHT] = fin[SWEPT] = share
+    def of(stamps: np.ndarray, speeds: np.ndarray, path: float) -> list[np.ndarray]:
+        own[PATH] = fin[SWEPT] = path
         pushed = thrust_of(0, now, length, stamps, speeds, table, REACH, p, False)
         return [*pushed, held(now, length, stamps, speeds, p, HULL + THRUSTER)[0][:, 0]]
 
-    true, straight = of(fine, between, 0.0), of(stamps, speeds, 1.0)
-    for ours, exact, within in zip(straight, true, (0.2, 0.1, 1e-3, 1e-3), strict=True):
+    true, gone = of(fine, amid, 0.0), of(stamps, speeds, path)
+    for ours, exact, within in zip(gone, true, (0.2, 0.1, 1e-3, 1e-3), strict=True):
         np.testing.assert_allclose(ours, exact, rtol=0.0, atol=within)
     apart = [np.abs(ours - exact).max() for ours, exact in zip(of(stamps, speeds, 0.0), true, strict=True)]
     assert apart[0] > 1.0 and apart[2] > 0.5 and apart[3] > 0.5
@@ -127,9 +130,9 @@ def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> 
     assert [f"own_gain@thruster_{k}" for k in range(1, 9)] == [
         name for name in thrusters if name.startswith("own_gain")
     ]
-    assert {"rotor@thrusters", "delay@thrusters", "straight@thrusters"} < set(thrusters)
+    assert {"rotor@thrusters", "delay@thrusters", "path@thrusters"} < set(thrusters)
     wrench = own_of(["surge_N", "sway_N", "yaw_Nm"])
-    assert not any(name.startswith(("own_gain", "rotor", "delay", "straight")) for name in wrench)
+    assert not any(name.startswith(("own_gain", "rotor", "delay", "path")) for name in wrench)
 
 
 def test_fins_that_turn_within_a_step_turn_the_hull_as_in_many(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -307,14 +307,14 @@ def test_commands_that_go_straight_from_one_to_the_next_are_no_gap(monkeypatch, 
     """Held, they act late by half the time between them, and in steps: of which no file tells."""
     if not modelled:
         own = importlib.import_module("vtank.diagnose.whole.own")
-        for name in ("OFF", "STRAIGHT"):
+        for name in ("OFF", "PATH"):
             monkeypatch.setattr(own, name, 1e-9)
     found = vt.diagnose([ramps(FEW, 60.0, 5)], nominal=FEW, effects=["linear_drag", "thrust_lag"])
     assert (found.verdict.kind == "none") == modelled
     if modelled:
         nominal = found.selection.nominal
         values = {u.name: theta for u, theta in zip(nominal.unknowns, nominal.theta, strict=True)}
-        assert values["straight@thrusters"] == pytest.approx(1.0, abs=0.03)
+        assert values["path@thrusters"] == pytest.approx(1.0, abs=0.03)
         assert values["delay@thrusters"] == pytest.approx(0.01, abs=0.003), (
             "the flight's own commands are held for 20 ms"
         )

@@ -25,6 +25,7 @@ ASIDE_M = 0.01  # [m] by which a wall is moved to see what that does; a choice
 TINY = 1e-12
 FAR = 4.0  # deviations beyond which a measurement counts less and less; a choice
 REWEIGHTED = 4  # times that the place of a wall is sought; a choice
+PUNCTUAL = 0.01  # share of the time between rows below which inputs turn when they should; a choice
 STILL = 1e-4  # [m/s2, rad/s2] below which a disturbance is none beside that of any water; a choice
 
 
@@ -34,6 +35,7 @@ class Noise:
 
     slow, slow_s: deviation [its unit] and memory [s] of the slow error of each column, (C,); none by default.
     flows: whether the first three are speeds of the water north, east, and down instead [m/s], which push by the drag.
+    timing: deviation of when inputs turn between rows, over the time between these; see `Recorded.rough`.
     """
 
     variance: Array
@@ -42,6 +44,7 @@ class Noise:
     slow: Array = field(default_factory=lambda: np.zeros(1))
     slow_s: Array = field(default_factory=lambda: np.ones(1))
     flows: bool = False
+    timing: float = 0.0
 
     @property
     def even(self) -> Noise:
@@ -54,12 +57,13 @@ class Noise:
         return np.asarray(self.variance + self.slow**2)
 
     def like(self, other: Noise) -> bool:
-        """Whether disturbances that are any, and their memories, are within a factor of two of the other's."""
+        """Whether disturbances that are any, memories, and timing are within a factor of two of the other's."""
         mine, its = (np.maximum(noise.sigma, STILL) for noise in (self, other))
         size, memory = np.log2(mine / its), np.log2(self.memory_s / other.memory_s)
         any_is = np.maximum(mine, its) > STILL
         near = bool(np.all(np.abs(size) < 1.0) and np.all(np.abs(memory[any_is]) < 1.0))
-        return near and self.flows == other.flows
+        early = np.log2(max(self.timing, PUNCTUAL) / max(other.timing, PUNCTUAL))
+        return near and abs(early) < 1.0 and self.flows == other.flows
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +201,7 @@ def filtered(run: Recorded, p: Array, noise: Noise) -> Filtered:
     told, wall = Told(*np.empty((5, size))), np.zeros(size)
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, run.spread, run.steps, run.record, run.drive(p),
-        noise.variance[run.column], noise.sigma * run.disturbed, slow, gains, way, told,
+        noise.variance[run.column], noise.sigma * run.disturbed, slow, noise.timing**2 * run.rough, gains, way, told,
     )  # fmt: skip
     innovation = told.innovation
     if not np.isfinite(innovation).all():
@@ -232,6 +236,6 @@ def followed(run: Recorded, p: Array, f: Filtered) -> tuple[Way, Array]:
     told, way, none = Told(*np.empty((5, run.time_s.size))), _way(run), np.empty(0)
     kalman(
         run.hull(p), run.hull(p, soft=True), run.start, none, run.steps, run.record, run.drive(p), none, np.zeros(6),
-        np.zeros(f.gains.slow_s.size), f.gains, way, told,
+        np.zeros(f.gains.slow_s.size), np.empty((0, 6)), f.gains, way, told,
     )  # fmt: skip
     return way, told.innovation

@@ -227,11 +227,12 @@ def differ(m, t, s, x, d, stir, record, steps, drive, i, hull, D, scratch, H):
 
 
 @lean
-def carry(F, h, sigma, memory, slow, slow_s, stir, i, T, P, A):
+def carry(F, h, sigma, memory, slow, slow_s, stir, jolts, i, T, P, A):
     """In place, the covariance P, (18 + S, 18 + S), after step i of h [s] whose transition of the motion is F.
 
     A disturbance holds on with its memory, (6,), and is a speed that grows on the way through the step; slow errors, of
-    deviations slow and memories slow_s, hold on with theirs. T, (18, 12), and A: scratch.
+    deviations slow and memories slow_s, hold on with theirs; jolts, (N, 6), add to the variance of each speed at a rate
+    of their own. T, (18, 12), and A: scratch.
     """
     size = P.shape[0]
     for a in range(12):
@@ -279,6 +280,7 @@ def carry(F, h, sigma, memory, slow, slow_s, stir, i, T, P, A):
         both = memory[c] * (1.0 - keep) * (1.0 - keep)
         gust = memory[c] * memory[c] * max(2.0 * h / memory[c] - 3.0 + 4.0 * keep - keep * keep, 0.0)
         s2 = sigma[c] * sigma[c]
+        P[6 + c, 6 + c] += h * jolts[i, c]
         P[12 + c, 12 + c] += s2 * (1.0 - keep * keep)
         if c >= 3 or stir.shape[0] == 0:
             P[6 + c, 6 + c] += s2 * gust
@@ -362,13 +364,14 @@ class Scratch(NamedTuple):
 
 
 @law
-def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, slow, gains, way, told):
+def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, slow, jolts, gains, way, told):
     """Extended Kalman filter along a run.
 
     soft: the hull by which steps are linearised.
     spread: standard deviations of the start, (12,); noise_var: of each measurement, (M,); sigma [m/s2, rad/s2] and
-    slow: stationary deviations of the disturbance of each axis, (6,), and of the slow errors, (S,); gains, way, told:
-    to fill. With spread of shape (0,) the gains are given, and nothing but innovations and way is made.
+    slow: stationary deviations of the disturbance of each axis, (6,), and of the slow errors, (S,); jolts: growth of
+    the variance of each speed over each step, (N, 6) [SI per s]; gains, way, told: to fill.
+    With spread of shape (0,) the gains are given, and nothing but innovations and way is made.
     """
     given = spread.size == 0
     P = begun(np.zeros(12) if given else spread, sigma, slow)
@@ -378,11 +381,11 @@ def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, sl
         k=np.empty((5, 18)), z=np.empty(18), push=np.zeros(6), more=np.zeros((28, 18)),
     )  # fmt: skip
     w.s[:12] = start
-    along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, told, given, w)
+    along(hull, soft, steps, record, drive, noise_var, sigma, slow, jolts, gains, way, told, given, w)
 
 
 @lean
-def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, told, given, w):
+def along(hull, soft, steps, record, drive, noise_var, sigma, slow, jolts, gains, way, told, given, w):
     """As `kalman`, from the motion and the covariance in the scratch w on."""
     s, x, y, b, memory, i, t = w.s, w.x, w.y, w.b, gains.memory, 0, steps.now[0] if steps.now.size else 0.0
     for a in range(12):
@@ -408,7 +411,7 @@ def along(hull, soft, steps, record, drive, noise_var, sigma, slow, gains, way, 
             moved(y, w.d, t, h, memory, gains.stir, drive, i, hull, w.k, w.z, w.push)
             transition(t, x, y, h, i, drive, soft, way.F[i], w.D, w.more)
             if not given:
-                carry(way.F[i], h, sigma, memory, slow, gains.slow_s, gains.stir, i, w.T, w.P, w.A)
+                carry(way.F[i], h, sigma, memory, slow, gains.slow_s, gains.stir, jolts, i, w.T, w.P, w.A)
             fade(b, h, gains.slow_s)
             for a in range(12):
                 s[a] = y[a]

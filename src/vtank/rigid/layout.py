@@ -35,7 +35,7 @@ TAIL, WALL_DRAG, WALL_MASS, FLOWS = 110, 111, 112, 113
 HULL = 119
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
-YAWED, PITCHED, WIRED, SPIKED, ROTOR, STRAIGHT = 20, 21, 22, 23, 24, 25
+YAWED, PITCHED, WIRED, SPIKED, ROTOR, PATH = 20, 21, 22, 23, 24, 25
 THRUSTER = 26
 AXIS, SEAT, PRESSURE, LIFT, STALL, DRAG, GONE, OFFSET, INDUCED, LATE, SUCTION = 0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14
 HOLDS, LEANS, ASLANT, RATIO, SWEPT = 15, 16, 17, 18, 19
@@ -68,10 +68,10 @@ def _hull_names() -> list[str]:
 
 THRUSTER_NAMES = (*(f"direction_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), *(f"couple_{i}" for i in XYZ), "gain",
                   "deadband", "saturation", "asymmetry", "lag", "delay", "loss", "sag",
-                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor", "straight")  # fmt: skip
+                  "lost", "slower", "misread", "yawed", "pitched", "wired", "spiked", "rotor", "path")  # fmt: skip
 FIN_NAMES = (*(f"axis_{i}" for i in XYZ), *(f"place_{i}" for i in XYZ), "pressure", "lift", "stall", "drag", "lost",
              "offset", "induced_drag", "late", "suction", "holds", "leans", "aslant",
-             "ratio", "straight")  # fmt: skip
+             "ratio", "path")  # fmt: skip
 SENSOR_NAMES = ("latency", "skew", *(f"rotation_{i}" for i in ("roll", "pitch", "yaw")),
                 *(f"position_{i}" for i in XYZ), "earth", "wall_bearing")  # fmt: skip
 COLUMN_NAMES = ("scale", "bias")

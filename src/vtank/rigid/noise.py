@@ -18,6 +18,7 @@ from .thinned import scatter
 
 Array = NDArray[np.float64]
 FIRST_SIGMA = np.array([0.02, 0.02, 0.02, 0.05, 0.05, 0.02])  # [m/s2, rad/s2] from which the search starts; guesses
+FIRST_TIMING = 0.03  # share of the time between rows by which inputs turn early or late, to start from; a guess
 LEAST_SIGMA = 1e-5  # [m/s2, rad/s2] below which a disturbance is none
 ENOUGH = 6000  # measurements that the noise is sought on first; a choice
 SURELY = 4.6  # log-likelihood from which an instrument has a slow error: odds of a hundred
@@ -33,7 +34,7 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
         for c in range(len(columns))
     ]
     variance = np.maximum(np.array(found) ** 2, rounding(runs))
-    return Noise(variance, np.where(_disturbed(runs), FIRST_SIGMA, 0.0)).even
+    return Noise(variance, np.where(_disturbed(runs), FIRST_SIGMA, 0.0), timing=FIRST_TIMING).even
 
 
 def against(fit: Fit) -> float:

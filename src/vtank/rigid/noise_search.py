@@ -35,7 +35,9 @@ BEGINNING, LEAST_SLOW = 0.1, 1e-4  # of a white error, as a variance: a slow one
 ASIDE = 0.1  # of a logarithm, over which the likelihood is differenced; a choice
 DAMPING, LIMITS = (0.0, 0.03, 0.3, 3.0, 30.0), (1.4, 3.4)  # of steps tried at once, and the longest of each; choices
 VAGUE = 0.01  # information on a logarithm beforehand, a deviation of 10; a choice
+TIMINGS = (1e-3, 1.0)  # share of the time between rows by which inputs may turn early or late; choices
 LEAP = 2.1  # of a logarithm, by which memories leap where no step leads on; a choice
+EARLY = (TIMINGS[0], 0.03, 0.1, 0.3)  # shares of the time between rows to which the turn of inputs leaps; choices
 SIGMAS = (1e-3, 1e-2, 0.1, 1.0)  # [m/s2, rad/s2] to which disturbances leap; choices
 
 
@@ -84,7 +86,7 @@ class Parts:
     """The parts of a noise that a search moves, in logarithms.
 
     White variances, slow ones and their memories of the columns that have any, disturbances as variances and their
-    memories of the axes that have any. low, high: bounds of these.
+    memories of the axes that have any, and when inputs turn, as a variance. low, high: bounds of these.
     """
 
     noise: Noise
@@ -99,9 +101,9 @@ class Parts:
         slow, axes = np.flatnonzero(noise.slow > 0.0), np.flatnonzero(noise.sigma > 0.0)
         any_slow, any_axis, large = np.ones(slow.size), np.ones(axes.size), np.inf
         low = (enough, LEAST_SLOW * noise.errors[slow], SLOW_S[0] * any_slow,
-               LEAST_SIGMA**2 * any_axis, MEMORIES_S[0] * any_axis)  # fmt: skip
+               LEAST_SIGMA**2 * any_axis, MEMORIES_S[0] * any_axis, [TIMINGS[0] ** 2])  # fmt: skip
         high = (np.full(enough.size, large), large * any_slow, SLOW_S[-1] * any_slow,
-                large * any_axis, longest_s * any_axis)  # fmt: skip
+                large * any_axis, longest_s * any_axis, [TIMINGS[1] ** 2])  # fmt: skip
         return cls(noise, slow, axes, np.log(np.concatenate(low)), np.log(np.concatenate(high)))
 
     @property
@@ -109,7 +111,7 @@ class Parts:
         """Where its noise is, within the bounds, (N,)."""
         noise, slow, axes = self.noise, self.slow, self.axes
         parts = (noise.variance, noise.slow[slow] ** 2, noise.slow_s[slow],
-                 noise.sigma[axes] ** 2, noise.memory_s[axes])  # fmt: skip
+                 noise.sigma[axes] ** 2, noise.memory_s[axes], [max(noise.timing, TIMINGS[0]) ** 2])  # fmt: skip
         return self.within(np.log(np.concatenate(parts)))
 
     def within(self, x: Array) -> Array:
@@ -119,16 +121,17 @@ class Parts:
     def at(self, x: Array) -> Noise:
         """The noise of a place."""
         n, s, a = self.noise.variance.size, self.slow.size, self.axes.size
-        variance, slow, slow_s, sigma, memory_s = np.split(np.exp(x), np.cumsum([n, s, s, a]))
+        variance, slow, slow_s, sigma, memory_s, timing = np.split(np.exp(x), np.cumsum([n, s, s, a, a]))
         now = self.noise
         found = replace(now, variance=variance, slow=now.slow.copy(), slow_s=now.slow_s.copy(),
-                        sigma=now.sigma.copy(), memory_s=now.memory_s.copy())  # fmt: skip
+                        sigma=now.sigma.copy(), memory_s=now.memory_s.copy(),
+                        timing=float(np.sqrt(timing[0])))  # fmt: skip
         found.slow[self.slow], found.slow_s[self.slow] = np.sqrt(slow), slow_s
         found.sigma[self.axes], found.memory_s[self.axes] = np.sqrt(sigma), memory_s
         return found
 
     def leaps(self) -> Iterator[Array]:
-        """Places far off: no disturbance of an axis, a larger, a lesser, longer, shorter, and such slow errors."""
+        """Places far off: other disturbances of an axis, longer or shorter slow errors, inputs that turn so far off."""
         here, n, s, a = self.place, self.noise.variance.size, self.slow.size, self.axes.size
 
         def leap(part: int, to: float, memory: int, longer: float = 0.0) -> Array:
@@ -145,6 +148,8 @@ class Parts:
         for memory in range(n + s, n + 2 * s):
             for longer in (LEAP, -LEAP):
                 yield leap(memory, here[memory], memory, longer)
+        for early in EARLY:
+            yield leap(-1, 2.0 * np.log(early), -1)
 
 
 def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float, noise: Noise) -> Noise:

@@ -18,7 +18,9 @@ from .layout import (
     CENTRE,
     FLOWS,
     FRICTION,
+    GAIN,
     HULL,
+    LAG,
     LATENCY,
     LINEAR,
     LOSS,
@@ -34,7 +36,7 @@ from .layout import (
 )  # fmt: skip
 from .motion import gears
 from .readings import CHANNELS
-from .steps import TOUCH_S, Drive, Steps, held, plan, thrust_of
+from .steps import TOUCH_S, Drive, Steps, held, plan, smeared, thrust_of
 
 Array = NDArray[np.float64]
 STEP_SHARE, STEPS_S = 0.8, (0.02, 0.1)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
@@ -284,6 +286,29 @@ class Recorded:
                 keep(kept, key, of, FORCES)
             made[..., k] = of
         return made[0], made[1], made[2]
+
+    @cached_property
+    def rough(self) -> Array:
+        """How much each axis may be off in speed as nobody knows when inputs turn between rows, (N, 6).
+
+        Growth of its variance over each step [SI per s] by the file's numbers, where inputs turn at instants as far off
+        as rows lie apart. How far a force turns is half its third difference: that of a step is the step, that of what
+        goes smoothly through the rows nothing. What lags comes in later.
+        """
+        p, steps, stamps, inputs, fins = self.layout.null, self.steps, self.stamps, self.inputs, self.layout.starts[1]
+        force = np.empty_like(inputs)
+        for k in range(inputs.shape[1]):
+            place = np.linspace(-self.reach[k], self.reach[k], self.tables[k].size)
+            force[:, k] = np.interp(inputs[:, k], place, self.tables[k]) * p[HULL + THRUSTER * k + GAIN]
+        pushes = force @ gears(p, self.layout.counts[0]) @ self.hull(p).inverse.T
+        turn = 0.5 * np.diff(np.pad(pushes, ((1, 1), (0, 0)), mode="edge"), 3, axis=0) * self.moves
+        apart = np.minimum(np.diff(stamps), self.tick_s)
+        grown = np.cumsum(np.vstack([np.zeros(6), (turn * apart[:, None]) ** 2]), axis=0)
+        after, before = ([np.interp(t, stamps, g) for g in grown.T] for t in (steps.now + steps.length, steps.now))
+        rough = np.subtract(after, before).T / steps.length[:, None]
+        lags = p[HULL + LAG : fins : THRUSTER]
+        smeared(steps.length, rough, float(lags.mean()) if lags.size else 0.0)
+        return rough
 
     @cached_property
     def _along(self) -> Array:

@@ -2,7 +2,7 @@
 
 Thruster forces follow from the inputs alone, but for what speed takes off, and are worked out beforehand as means over
 the steps, exact for delays and first-order lags of held inputs; of rotors that lag by Simpson's rule. Inputs may go
-straight from one to the next instead, by a share of the way.
+straight from one to the next instead, or along a curve.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ from .layout import (
     LATE,
     LOST,
     MISREAD,
+    PATH,
     ROTOR,
     SAG,
     SATURATION,
     SKEWED,
     SLOWER,
     SPIKED,
-    STRAIGHT,
     SWEPT,
     THRUSTER,
     WIRED,
 )  # fmt: skip
 
 TOUCH_S = 1e-10  # [s] instants closer than this are one
+PARTS = 8  # of the time between two inputs, over each of which what goes between them is held; a choice
 
 
 class Steps(NamedTuple):
@@ -115,26 +116,70 @@ def steady(n, t, table, reach, p, i):
 
 
 @term
-def along(stamps, values, j, t, stop, share):
-    """Mean from t to stop of values of which the j-th is held from its stamp on, or goes by a share to the next."""
-    if share == 0.0 or j + 1 >= stamps.size:
-        return values[j]
-    way = (0.5 * (t + stop) - stamps[j]) / (stamps[j + 1] - stamps[j])
-    return values[j] + share * way * (values[j + 1] - values[j])
+def turning(stamps, values, j):
+    """Slope at the j-th of values that a curve goes through without going beyond any of them.
+
+    Fritsch, Butland, SIAM J. Sci. Stat. Comput. 5 (1984).
+    """
+    if j == 0 or j + 1 >= stamps.size:
+        return 0.0
+    before, after = stamps[j] - stamps[j - 1], stamps[j + 1] - stamps[j]
+    came, goes = (values[j] - values[j - 1]) / before, (values[j + 1] - values[j]) / after
+    if came * goes <= 0.0:
+        return 0.0
+    return 3.0 * (before + after) / ((2.0 * after + before) / came + (after + 2.0 * before) / goes)
 
 
 @term
-def lagging(stamps, values, until, tau, share, z):
-    """What lags values by tau [s], at a time; it is z at the first of them. share: as of `along`."""
+def bow(a, b, begins, ends):
+    """Mean from a to b, of 0 to 1, of a cubic that is 0 at both and has these slopes there."""
+    a3, b3 = a * a * a, b * b * b
+    first = 0.5 * (b * b - a * a) - 2.0 / 3.0 * (b3 - a3) + 0.25 * (b * b3 - a * a3)
+    second = (b3 - a3) / 3.0 - 0.25 * (b * b3 - a * a3)
+    return (begins * first - ends * second) / (b - a)
+
+
+@term
+def along(stamps, values, j, t, stop, path):
+    """Mean from t to stop of values of which the j-th is held from its stamp on, or goes to the next.
+
+    path: 0 where it is held, 1 where it goes straight, 2 where along a curve; between these by shares.
+    """
+    if path == 0.0 or j + 1 >= stamps.size:
+        return values[j]
+    length, rise = stamps[j + 1] - stamps[j], values[j + 1] - values[j]
+    a, b = (t - stamps[j]) / length, (stop - stamps[j]) / length
+    if path <= 1.0:
+        return values[j] + path * 0.5 * (a + b) * rise
+    begins = turning(stamps, values, j) * length - rise
+    ends = turning(stamps, values, j + 1) * length - rise
+    return values[j] + 0.5 * (a + b) * rise + (path - 1.0) * bow(a, b, begins, ends)
+
+
+@term
+def lagging(stamps, values, until, tau, path, z):
+    """What lags values by tau [s], at a time; it is z at the first of them. path: as of `along`, in PARTS."""
+    parts = PARTS if path > 0.0 else 1
     for j in range(stamps.size):
         if stamps[j] >= until - TOUCH_S:
             break
-        end = min(stamps[j + 1], until) if j + 1 < stamps.size else until
-        length = end - stamps[j]
-        rise = 2.0 * (along(stamps, values, j, stamps[j], end, share) - values[j])
-        behind = rise * tau / length
-        z = values[j] + rise - behind + (z - values[j] + behind) * math.exp(-length / tau)
+        length = ((min(stamps[j + 1], until) if j + 1 < stamps.size else until) - stamps[j]) / parts
+        for part in range(parts):
+            t = stamps[j] + part * length
+            goal = along(stamps, values, j, t, t + length, path)
+            z = goal + (z - goal) * math.exp(-length / tau)
     return z
+
+
+@law
+def smeared(length, rates, tau):
+    """Rates over steps of such lengths [s], (N, A), as their means when they lag by tau [s], in place."""
+    for c in range(rates.shape[1] if tau > 0.0 else 0):
+        z = 0.0
+        for i in range(length.size):
+            goal, fade = rates[i, c], math.exp(-length[i] / tau)
+            rates[i, c] = goal + (z - goal) * (tau / length[i]) * (1.0 - fade)
+            z = goal + (z - goal) * fade
 
 
 @law
@@ -158,11 +203,11 @@ def thrust_of(k, now, length, stamps, inputs, table, reach, p, resting):
         n = n - min(max(n, -p[i + DEADBAND]), p[i + DEADBAND])
         made[j] = steady(n, stamps[j], table, reach, p, i)
         told[j] = n
-    tau, rotor, straight, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], p[i + STRAIGHT], 0
+    tau, rotor, path, j = p[i + LAG] + p[i + SLOWER], p[i + ROTOR], p[i + PATH], 0
     z, turns = (0.0, 0.0) if resting else (made[0], told[0])
     if tau > 0.0 and steps > 0:
-        z = lagging(stamps, made, now[0] - p[i + DELAY], tau, straight, z)
-        turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, straight, turns)
+        z = lagging(stamps, made, now[0] - p[i + DELAY], tau, path, z)
+        turns = lagging(stamps, told, now[0] - p[i + DELAY], tau, path, turns)
     for s in range(steps):
         a, b = now[s] - p[i + DELAY], now[s] + length[s] - p[i + DELAY]
         while j + 1 < samples and stamps[j + 1] <= a + TOUCH_S:
@@ -180,8 +225,8 @@ def thrust_of(k, now, length, stamps, inputs, table, reach, p, resting):
                 stop = max(stamps[q + 1], t)
             if t >= stamps[0] - TOUCH_S:
                 n, f = told[q], made[q]
-                if straight > 0.0:
-                    n = along(stamps, told, q, t, stop, straight)
+                if path > 0.0:
+                    n = along(stamps, told, q, t, stop, path)
                     f = steady(n, 0.5 * (t + stop), table, reach, p, i)
                 goal += (stop - t) * f
                 spin += (stop - t) * abs(n)
@@ -212,13 +257,13 @@ def thrust_of(k, now, length, stamps, inputs, table, reach, p, resting):
 
 @law
 def held(now, length, stamps, inputs, p, first):
-    """Mean angles of fins, (I, F), held from their stamps on, over each step, and half of what they turn there, (N, F).
+    """Mean angles of fins, (I, F), over each step, and half of what they turn there, (N, F).
 
-    Of such as go straight to the next by a share; the first ones before it. first: slot of the first fin.
+    On their path from stamp to stamp, of `along`; the first ones before it. first: slot of the first fin.
     """
     out, turn = np.zeros((2, now.size, inputs.shape[1]))
     for f in range(inputs.shape[1]):
-        late, straight, j = p[first + FIN * f + LATE], p[first + FIN * f + SWEPT], 0
+        late, path, j = p[first + FIN * f + LATE], p[first + FIN * f + SWEPT], 0
         for s in range(now.size):
             t, b = now[s] - late, now[s] + length[s] - late
             while j + 1 < stamps.size and stamps[j + 1] <= t + TOUCH_S:
@@ -226,10 +271,10 @@ def held(now, length, stamps, inputs, p, first):
             q = j
             while t < b - TOUCH_S:
                 stop = b if q + 1 >= stamps.size else min(b, max(stamps[q + 1], t))
-                share = straight if t >= stamps[q] - TOUCH_S else 0.0
-                out[s, f] += (stop - t) * along(stamps, inputs[:, f], q, t, stop, share) / length[s]
-                if share != 0.0 and q + 1 < stamps.size:
-                    whole = share * (inputs[q + 1, f] - inputs[q, f])
+                way = path if t >= stamps[q] - TOUCH_S else 0.0
+                out[s, f] += (stop - t) * along(stamps, inputs[:, f], q, t, stop, way) / length[s]
+                if way != 0.0 and q + 1 < stamps.size:
+                    whole = min(way, 1.0) * (inputs[q + 1, f] - inputs[q, f])
                     turn[s, f] += 0.5 * whole * (stop - t) / (stamps[q + 1] - stamps[q])
                 t = stop
                 if q + 1 < stamps.size and stamps[q + 1] <= t + TOUCH_S:

@@ -23,6 +23,7 @@ class Levels(NamedTuple):
     """Noises, one to a lane: variances of C columns, (C, W), deviations of the disturbance and its memory, (6, W).
 
     which: slow error of each column, (C,), -1 for none in any lane. slow, slow_s: their deviations, memories, (S, W).
+    timing: deviations of when inputs turn, (1, W).
     """
 
     variance: np.ndarray
@@ -31,12 +32,13 @@ class Levels(NamedTuple):
     which: np.ndarray
     slow: np.ndarray
     slow_s: np.ndarray
+    timing: np.ndarray
 
 
 def tried(run: Recorded, f: Filtered, noises: Sequence[Noise]) -> list[Left]:
     """What filters at up to WIDTH noises leave of a run, linear about the path of f."""
     told = Told(*np.empty((5, run.time_s.size, WIDTH)))
-    beside(f.way, run.steps, run.spread, run.column, _levels(run, noises), f.gains, f.told, told)
+    beside(f.way, run.steps, run.spread, run.column, _levels(run, noises), run.rough, f.gains, f.told, told)
     return [Left(Told(*(part[:, lane] for part in told)), f.wall) for lane in range(len(noises))]
 
 
@@ -50,11 +52,12 @@ def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
     has = (slow > 0.0).any(axis=1)
     which = np.where(has, np.cumsum(has) - 1, -1)
     memory = np.ascontiguousarray(np.transpose([memories(run, noise) for noise in every]))
-    return Levels(variance, sigma * run.disturbed[:, None], memory, which, slow[has], slow_s[has])
+    timing = np.array([[noise.timing for noise in every]])
+    return Levels(variance, sigma * run.disturbed[:, None], memory, which, slow[has], slow_s[has], timing)
 
 
 @lean
-def carried(F, h, levels, stir, step, keep, mean, G, P, A):
+def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
     """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; A, as P: scratch.
 
     G: of `pushing`, (12, 6); keep, mean: of `lasting`, (6, W).
@@ -93,10 +96,12 @@ def carried(F, h, levels, stir, step, keep, mean, G, P, A):
         for k in range(i, size):
             store(P, i * size + k, left * load(A, i * size + k))
         store(P, i * size + i, load(P, i * size + i) + slow * slow * (1.0 - left * left))
+    early = load(levels.timing, 0)
     for a in range(6):
         sigma, memory, left, (v, d) = load(levels.sigma, a), load(levels.memory, a), load(keep, a), (6 + a, 12 + a)
         both = memory * (1.0 - left) * (1.0 - left)
         gust = memory * memory * max(2.0 * h / memory - 3.0 + 4.0 * left - left * left, 0.0)
+        store(P, v * size + v, load(P, v * size + v) + early * early * (h * rough[step, a]))
         store(P, d * size + d, load(P, d * size + d) + sigma * sigma * (1.0 - left * left))
         if a >= 3 or stir.shape[0] == 0:
             store(P, v * size + v, load(P, v * size + v) + sigma * sigma * gust)
@@ -148,22 +153,24 @@ def weighed(P, H, own, noise_var, C, gain, m, told):
 
 
 @law
-def beside(way, steps, spread, column, levels, then, before, told):
+def beside(way, steps, spread, column, levels, rough, then, before, told):
     """Filters at the noises of `levels`, linear about a path, into `told`, of (M, W).
 
-    spread: of the start, (12,); column: of each measurement, (M,); then: gains, before: what they told, of the filter
-    that went the path.
+    spread: of the start, (12,); column: of each measurement, (M,); rough: of the run, (N, 6); then: gains, before: what
+    they told, of the filter that went the path.
     """
     size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
     P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
     C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
     keep, mean, meant, H = np.empty((6, wide)), np.empty((6, wide)), np.empty(6), np.empty(SIZE)
-    on_the_way(way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H)
+    on_the_way(
+        way, steps, spread, column, levels, rough, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
+    )  # fmt: skip
 
 
 @lean
 def on_the_way(
-    way, steps, spread, column, levels, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
+    way, steps, spread, column, levels, rough, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
 ):  # fmt: skip
     """As `beside`; P, x: covariance and state, of zeros; the others: to use."""
     size, i = SIZE + levels.slow.shape[0], 0
@@ -196,7 +203,7 @@ def on_the_way(
                 store(x, a, load(keep, a - 12) * load(x, a))
             for a in range(SIZE, size):
                 store(x, a, math.exp(-h / load(levels.slow_s, a - SIZE)) * load(x, a))
-            carried(F, h, levels, then.stir, i, keep, mean, G, P, A)
+            carried(F, h, levels, rough, then.stir, i, keep, mean, G, P, A)
             i += 1
         own = levels.which[column[m]]
         for a in range(12):

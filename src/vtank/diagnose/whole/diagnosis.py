@@ -117,7 +117,7 @@ class WholeDiagnosis:
                             in zip(selection.layout.columns, noise.slow, noise.slow_s, strict=True) if size > 0.0},
             "disturbance": {"sigma": dict(zip(AXES, map(float, selection.disturbance), strict=True)),
                             "memory_s": dict(zip(AXES, map(float, noise.memory_s), strict=True)),
-                            "unit": "m/s2, rad/s2",
+                            "unit": "m/s2, rad/s2", "inputs_off": float(noise.timing),
                             "water_m_s": list(map(float, noise.sigma[:3])) if noise.flows else None},
             "unexplained": {"share": self.budget.left,
                             "blocks": {place: block.gain for place, block in strongest.items()},

@@ -21,7 +21,7 @@ T = TypeVar("T", Push, Fin)
 SQUARE_RAD = 0.2  # [rad] by which a vehicle may start away from square to a wall; a guess
 ROTOR = 1.0  # [-] share of the lag that is the rotor's, from none to all; a guess
 OFF, FAR_OFF = 0.5, 1.05  # of the time between inputs, by which they act off their stamps, usually and at most; guesses
-STRAIGHT = 1.0  # [-] of the way from one input to the next on which they act, from none (held) to all; a guess
+PATH = 1.0  # [-] from one input to the next: 0 held, 1 straight, 2 along a curve; how far off a file is, a guess
 SUCTION = 0.5  # [-] of a leading edge: from that of a plate, 0, to that of a wing of great span, 1; a guess
 HOLDS = 0.5  # [-] of its lift that a fin keeps beyond its stall, from none to all; a guess
 LEANS = 0.5  # [-] of the part of a fin's force along the hull, from all of it to the opposite, as some have it; a guess
@@ -140,7 +140,7 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
         for q, place, names in (("delay", "thrusters", thrusters), ("late", "fins", moved)):
             if slots := [f"{q}@{name}" for name in names]:
                 yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
-                yield share(f"straight@{place}", [f"straight@{name}" for name in names], STRAIGHT, 0.0, 1.0)
+                yield share(f"path@{place}", [f"path@{name}" for name in names], PATH, 0.0, 2.0)
     for q, scale, least, most in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 1.0),
         ("aslant", ASLANT, 0.0, 2.0), ("ratio", RATIO, 0.0, 1.0),

@@ -21,7 +21,12 @@ from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
-FORMS = ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))  # suction and lean of fins, from which they are fitted too
+PATHS = ((0.0,), (1.0,), (2.0,))  # of inputs: held, straight, along a curve
+FORMS = {  # of what nobody states, from which it is fitted too
+    ("suction@fins", "leans@fins"): ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0)),
+    ("path@thrusters",): PATHS,
+    ("path@fins",): PATHS,
+}
 GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
@@ -85,21 +90,25 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     return settled(replace(model, fit=other), floor)
 
 
-def finned(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
-    """The settled model, or what it settles to from where fins push as other simulators have it, if that is likelier.
+def formed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+    """The settled model, or what it settles to from another of the FORMS that things may have, if that is likelier.
 
-    Between a wing, a plate, and a force square to the hull, or of the other sign along it, the slope leads astray.
+    Between a wing, a plate, and a force square to the hull, or of the other sign along it, or inputs that are held and
+    such as turn smoothly, the slope leads astray.
     """
     at = {u.name: i for i, u in enumerate(model.unknowns)}
-    if not {"suction@fins", "leans@fins"} <= set(at):
-        return model, found
-    best = model
-    for form in FORMS:
-        theta = model.theta.copy()
-        for name, value in zip(("suction@fins", "leans@fins"), form, strict=True):
-            theta[at[name]] = value - float(model.unknowns[at[name]].base.mean())
-        best = max(best, refit(model, found, theta), key=lambda fitted: fitted.log_evidence)
-    return (model, found) if best is model else settled(best, floor)
+    for names, forms in FORMS.items():
+        if not at.keys() >= set(names):
+            continue
+        best = model
+        for form in forms:
+            theta = model.theta.copy()
+            for name, value in zip(names, form, strict=True):
+                theta[at[name]] = value - float(model.unknowns[at[name]].base.mean())
+            best = max(best, refit(model, found, theta), key=lambda fitted: fitted.log_evidence)
+        if best is not model:
+            model, found = settled(best, floor)
+    return model, found
 
 
 def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:

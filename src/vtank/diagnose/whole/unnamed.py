@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, Noise, share
+from ...rigid.fit import Fit, log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, resolution
 from ...rigid.places import Sizes
@@ -127,13 +128,16 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, r
     for k, c in enumerate(columns):
         for other, there in even(model, c):
             again(other, there, forces + k)
+    right = sum(map(log_likelihood, found))  # what noise hides is less beside a part that is right
     for n in strongest()[:1]:
-        again(*_unhidden(model, blocks[n]), n)
+        if _likelihood(model, blocks[n]) > right:
+            again(*_unhidden(model, blocks[n]), n)
     for calm, there in _calm(model) if forces else ():
         some = [n for n in strongest() if n < forces][:FORCES]
         tried = zip(_sought(based(calm, there), [seekers[n] for n in some]), some, strict=True)
         block, n = max(tried, key=lambda pair: pair[0].gain)
-        again(*_unhidden(calm, block), n)
+        if _likelihood(model, block) > right:
+            again(*_unhidden(calm, block), n)
     return sorted(blocks, key=lambda block: -block.gain)
 
 
@@ -175,9 +179,19 @@ def calmed(noise: Noise, factor: float) -> Noise:
 
 def _unhidden(model: Model, block: Block) -> tuple[Model, list[Filtered]]:
     """The refit, without a free-form part, at the noise that is likeliest beside it; and its innovations."""
+    return at_noise(model, sought(_beside(model, block), model.vector(), model.fit.noise.variance))
+
+
+def _likelihood(model: Model, block: Block) -> float:
+    """Log likelihood of the model beside a free-form part, at its noise."""
+    return sum(map(log_likelihood, _beside(model, block).filter(model.vector())))
+
+
+def _beside(model: Model, block: Block) -> Fit:
+    """The runs beside a free-form part."""
     p, fit = model.vector(), model.fit
-    beside = [run.beside(p, course) for run, course in zip(fit.runs, block.course, strict=True)]
-    return at_noise(model, sought(replace(fit, runs=tuple(beside)), p, fit.noise.variance))
+    runs = tuple(run.beside(p, course) for run, course in zip(fit.runs, block.course, strict=True))
+    return replace(fit, runs=runs)
 
 
 def _axis(base: Base, sizes: Sizes, axis: int) -> Block:

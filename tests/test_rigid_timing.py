@@ -1,0 +1,77 @@
+"""Inputs that turn between the rows that tell of them: nobody knows when, and filters must not believe they do."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+import vtank as vt
+from vtank.diagnose.whole.model import blank
+from vtank.diagnose.whole.own import own_unknowns
+from vtank.diagnose.whole.settling import settled
+from vtank.experiment import fly_vehicle
+from vtank.rigid.fit import Fit
+from vtank.rigid.layout import GAIN, HULL, Layout
+from vtank.rigid.motion import gears
+from vtank.rigid.noise import first_noise
+from vtank.rigid.recorded import Recorded
+from vtank.rigid.recordings import record
+from vtank.rigid.trials import tried
+
+ROW_S, FINE_S, DURATION_S = 0.2, 0.02, 60.0
+NAMES = [f"thruster_{k}_command" for k in range(1, 9)]
+
+
+def flown(at_s: np.ndarray, seed: int) -> tuple[Layout, Recorded]:
+    """A flight of steps at these times, (S,), to the next FINE_S; its log has the commands every ROW_S."""
+    vehicle, random = vt.load_vehicle("bluerov2"), np.random.default_rng(seed)
+    fine = FINE_S * np.arange(round(DURATION_S / FINE_S))
+    level = random.uniform(-0.4, 0.4, (at_s.size + 1, len(NAMES)))
+    asked = level[np.searchsorted(at_s, fine + 1e-9, side="right")]
+    told = {"time_s": fine, **{name: asked[:, k] for k, name in enumerate(NAMES)}}
+    run = fly_vehicle(vehicle, told, DURATION_S, seed, depth_m=5.0)
+    logged = np.isclose(np.round(run.time_s / ROW_S) * ROW_S, run.time_s, atol=1e-6)
+    columns = {
+        name: np.where(logged, values, np.nan) if name in NAMES else values for name, values in run.columns.items()
+    }
+    layout, (seen,), _ = record([replace(run, columns=columns)], vehicle)
+    return layout, seen
+
+
+def timing(at_s: np.ndarray) -> float:
+    layout, run = flown(at_s, 3)
+    noise = first_noise([run])
+    model = blank(Fit((run,), noise), layout, (), own_unknowns(layout, [run]))
+    return settled(model, noise.variance)[0].fit.noise.timing
+
+
+def test_steps_between_rows_are_told_from_such_as_fall_on_rows() -> None:
+    at_s = np.arange(1.0, 59.0, 2.0)
+    assert 0.05 < timing(at_s + np.random.default_rng(7).uniform(0.0, ROW_S, at_s.size)) < 0.5
+    assert timing(at_s) < 0.01
+
+
+def test_a_step_is_off_by_itself_over_the_time_between_rows() -> None:
+    """Half third differences of a step of 1 are 1/2 and 1 and, were there rows after it, 1/2: squared, 5/4."""
+    layout, run = flown(np.array([30.0]), 1)
+    p, change = layout.null, np.diff(run.inputs[[0, -1]], axis=0)[0]
+    force = np.array([
+        np.interp(run.inputs[[0, -1], k], np.linspace(-run.reach[k], run.reach[k], run.tables[k].size), run.tables[k])
+        for k in range(change.size)
+    ])  # fmt: skip
+    force = np.diff(force, axis=1)[:, 0] * p[HULL + GAIN]
+    jump = run.hull(p).inverse @ (force @ gears(p, change.size))
+    whole = (run.rough * run.steps.length[:, None]).sum(axis=0)
+    np.testing.assert_allclose(whole, 1.25 * (ROW_S * jump) ** 2, rtol=1e-3)
+
+
+def test_filters_side_by_side_know_the_timing() -> None:
+    _, run = flown(np.arange(1.0, 59.0, 2.0), 2)
+    p, noise = run.layout.null, replace(first_noise([run]), timing=0.3)
+    exact = Fit((run,), noise).filter(p)[0]
+    (beside,) = tried(run, exact, [noise])
+    np.testing.assert_allclose(beside.variance, exact.variance, rtol=1e-5)
+    np.testing.assert_allclose(beside.innovation, exact.innovation, rtol=0.0, atol=1e-8)
+    less = tried(run, exact, [replace(noise, timing=0.0)])[0].variance
+    assert np.all(less <= beside.variance * (1.0 + 1e-9)) and np.any(less < 0.5 * beside.variance)
