@@ -500,7 +500,8 @@ def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -
     """A model that was fitted by the filter of another, judged by its own; as it was where that leaves it below least.
 
     Another's gains may suit it badly: where a force goes with a place that nobody has told yet, speeds tell of it.
-    One that runs away by its own is no rival.
+    One that runs away by its own is no rival. What no file states may have been led astray by these, and begins anew
+    as well.
     least: log evidence from which it is a rival.
     """
 
@@ -523,7 +524,8 @@ def by_itself(model: Model, found: Sequence[Filtered], least: float = -np.inf) -
         if abs(gained) < BADLY or gained == -np.inf:
             break
         found = judged.fit.filter(judged.vector())
-        judged = refit(judged, found, judged.theta)
+        held = np.where([u.stated for u in judged.unknowns], judged.theta, 0.0)
+        judged = max((refit(judged, found, begin) for begin in (judged.theta, held)), key=evidence)
         gained = ahead(judged, found)
     judged = replace(judged, log_evidence=judged.log_evidence + gained)
     return judged if judged.log_evidence > least else model
