@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -119,10 +120,20 @@ def test_inputs_that_go_on_a_path_to_the_next_are_many_that_are_held(path, betwe
     assert apart[0] > 1.0 and apart[2] > 0.5 and apart[3] > 0.5
 
 
-def own_of(columns: list[str]) -> list[str]:
-    vehicle = vt.load_vehicle("bluerov2")
+def own_of(columns: list[str], vehicle: vt.Vehicle | None = None) -> list[str]:
+    vehicle = vehicle or vt.load_vehicle("bluerov2")
     layout = Layout(vehicle, pushes(vehicle, columns), (), ())
     return [u.name for u in own_unknowns(layout, [SimpleNamespace(moves=np.ones(6, bool), tick_s=0.1)])]
+
+
+def test_measured_speeds_and_commands_are_told_of_in_their_own_way() -> None:
+    vehicle = vt.load_vehicle("bluerov2")
+    level, upright = vehicle.thrusters[:4], vehicle.thrusters[4:]
+    turning = replace(vehicle, thrusters=(*(replace(thruster, input="rev_s") for thruster in level), *upright))
+    own = own_of([f"{t.name}_{'rev_s' if t in level else 'command'}" for t in vehicle.thrusters], turning)
+    each = ["/".join(thruster.name for thruster in group) for group in (level, upright)]
+    assert [name for name in own if name.startswith("path")] == [f"path@{names}" for names in each]
+    assert [name for name in own if name.startswith("delay")] == [f"delay@{names}" for names in each]
 
 
 def test_thrusters_have_a_gain_of_their_own_and_a_recorded_wrench_has_none() -> None:

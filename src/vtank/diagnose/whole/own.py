@@ -134,13 +134,13 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
     lagging = [push for push in rotors if p[layout.slot(f"lag@{push.name}")] > 0.0]
     for place, names in _groups("thrusters", lagging, _driven).items() if lagging else ():
         yield share(f"rotor@{place}", [f"rotor@{name}" for name in names], ROTOR, 0.0, 1.0)
-    thrusters = [push.name for push in layout.pushes if push.thruster]
+    thrusters = [push for push in layout.pushes if push.thruster]
     moved = [fin.name for fin in layout.vehicle.fins if fin.limit_rad]
-    if tick_s > 0.0:
-        for q, place, names in (("delay", "thrusters", thrusters), ("late", "fins", moved)):
-            if slots := [f"{q}@{name}" for name in names]:
-                yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
-                yield share(f"path@{place}", [f"path@{name}" for name in names], PATH, 0.0, 2.0)
+    told = [("delay", *group) for group in _groups("thrusters", thrusters, _told).items()] + [("late", "fins", moved)]
+    for q, place, names in told if tick_s > 0.0 else ():
+        if slots := [f"{q}@{name}" for name in names]:
+            yield free(f"{q}@{place}", slots, OFF * tick_s, -FAR_OFF * tick_s, FAR_OFF * tick_s, STEP * tick_s)
+            yield share(f"path@{place}", [f"path@{name}" for name in names], PATH, 0.0, 2.0)
     for q, scale, least, most in (
         ("suction", SUCTION, -SUCTION, 1.0), ("holds", HOLDS, 0.0, 1.0), ("leans", LEANS, -1.0, 1.0),
         ("aslant", ASLANT, 0.0, 2.0), ("ratio", RATIO, 0.0, 1.0),
@@ -156,6 +156,11 @@ def _unstated(layout: Layout, tick_s: float) -> Iterator[Unknown]:
 def _kind(push: Push) -> object:
     """What thrusters share that differ but in their place, and are wrong in alike."""
     return push.thruster and replace(push.thruster, name="", site="", direction=(1.0, 0.0, 0.0))
+
+
+def _told(push: Push) -> object:
+    """What thrusters share whose inputs are told of alike: speeds are measured, commands may be held."""
+    return push.thruster and push.thruster.input
 
 
 def _driven(push: Push) -> object:

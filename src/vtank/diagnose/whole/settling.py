@@ -21,12 +21,8 @@ from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
-PATHS = ((0.0,), (1.0,), (2.0,))  # of inputs: held, straight, along a curve
-FORMS = {  # of what nobody states, from which it is fitted too
-    ("suction@fins", "leans@fins"): ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0)),
-    ("path@thrusters",): PATHS,
-    ("path@fins",): PATHS,
-}
+PATHS = ((0.0,), (1.0,), (2.0,))  # of inputs, from which they are fitted too: held, straight, along a curve
+FINS = ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))  # suction and lean, from which they are fitted too
 GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
@@ -91,13 +87,14 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
 
 
 def formed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
-    """The settled model, or what it settles to from another of the FORMS that things may have, if that is likelier.
+    """The settled model, or what it settles to from another of the forms that things may have, if that is likelier.
 
     Between a wing, a plate, and a force square to the hull, or of the other sign along it, or inputs that are held and
     such as turn smoothly, the slope leads astray.
     """
     at = {u.name: i for i, u in enumerate(model.unknowns)}
-    for names, forms in FORMS.items():
+    paths = [((name,), PATHS) for name in at if name.startswith("path@")]
+    for names, forms in [(("suction@fins", "leans@fins"), FINS), *paths]:
         if not at.keys() >= set(names):
             continue
         best = model
