@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 import vtank as vt
 from vtank.diagnose.whole.model import blank
@@ -23,7 +24,7 @@ ROW_S, FINE_S, DURATION_S = 0.2, 0.02, 60.0
 NAMES = [f"thruster_{k}_command" for k in range(1, 9)]
 
 
-def flown(at_s: np.ndarray, seed: int) -> tuple[Layout, Recorded]:
+def stepped(at_s: np.ndarray, seed: int) -> vt.Run:
     """A flight of steps at these times, (S,), to the next FINE_S; its log has the commands every ROW_S."""
     vehicle, random = vt.load_vehicle("bluerov2"), np.random.default_rng(seed)
     fine = FINE_S * np.arange(round(DURATION_S / FINE_S))
@@ -35,7 +36,12 @@ def flown(at_s: np.ndarray, seed: int) -> tuple[Layout, Recorded]:
     columns = {
         name: np.where(logged, values, np.nan) if name in NAMES else values for name, values in run.columns.items()
     }
-    layout, (seen,), _ = record([replace(run, columns=columns)], vehicle)
+    return replace(run, columns=columns)
+
+
+def flown(at_s: np.ndarray, seed: int) -> tuple[Layout, Recorded]:
+    """The same for a filter."""
+    layout, (seen,), _ = record([stepped(at_s, seed)], vt.load_vehicle("bluerov2"))
     return layout, seen
 
 
@@ -50,6 +56,16 @@ def test_steps_between_rows_are_told_from_such_as_fall_on_rows() -> None:
     at_s = np.arange(1.0, 59.0, 2.0)
     assert 0.05 < timing(at_s + np.random.default_rng(7).uniform(0.0, ROW_S, at_s.size)) < 0.5
     assert timing(at_s) < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("within_s", [0.0, ROW_S])
+def test_a_log_that_hides_when_inputs_turn_is_told_of(within_s: float) -> None:
+    at_s = np.arange(1.0, 59.0, 2.0)
+    run = stepped(at_s + np.random.default_rng(7).uniform(0.0, within_s, at_s.size), 3)
+    found = vt.diagnose([run], nominal="bluerov2", effects=["linear_drag"])
+    assert any(note.startswith("inputs turn between the rows") for note in found.notes) == (within_s > 0.0)
+    assert (found.document["disturbance"]["inputs_off"] > 0.05) == (within_s > 0.0)
 
 
 def test_a_step_is_off_by_itself_over_the_time_between_rows() -> None:

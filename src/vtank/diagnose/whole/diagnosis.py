@@ -13,7 +13,7 @@ from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
 from ...record.run import Run
-from ...rigid.filtered import TINY, shaken
+from ...rigid.filtered import TINY, Noise, shaken
 from ...rigid.fit import log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import SURELY
@@ -37,6 +37,7 @@ RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 STRAINED = 4.6  # log prior that own parameters lose in the place of an effect, from which they are none: odds of 100
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
+UNPUNCTUAL = 0.05  # share of the time between rows, by which inputs turn off, from which a log is told of; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
 TURBULENT = 0.01  # [m/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
 
@@ -319,4 +320,13 @@ def _diagnosed(
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)
-    return WholeDiagnosis(vehicle, selection, verdict, spent, notes + flat + said, like, plant)
+    notes += flat + said + _unlogged(selection.best.fit.noise)
+    return WholeDiagnosis(vehicle, selection, verdict, spent, notes, like, plant)
+
+
+def _unlogged(noise: Noise) -> tuple[str, ...]:
+    """What to say where the log does not tell what its inputs do."""
+    if noise.timing < UNPUNCTUAL:
+        return ()
+    return (f"inputs turn between the rows of the log, off by about {noise.timing:.0%} of the time between these; "
+            "logged faster, they would hide less",)  # fmt: skip
