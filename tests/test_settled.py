@@ -100,9 +100,9 @@ def test_fins_are_fitted_from_where_other_simulators_have_them():
     fit = Fit((replace(seen, value=told, _kept=Kept(), _masses={}),), first_noise([seen]))
     own = own_unknowns(layout, [seen])
     begun, found = settling.settled(model.blank(fit, layout, (), own), fit.noise.variance)
-    right, _ = settling.formed(begun, found, fit.noise.variance)
+    right, _ = settling.reformed(begun, found, fit.noise.variance)
     assert right.log_evidence > begun.log_evidence + 10.0
     values = {u.name: theta + u.base.mean() for u, theta in zip(right.unknowns, right.theta, strict=True)}
     assert values["leans@fins"] < -0.5 and values["suction@fins"] > 0.5
-    assert settling.formed(right, found, fit.noise.variance)[0].log_evidence >= right.log_evidence
-    assert settling.formed(replace(begun, unknowns=(), theta=np.array([])), found, fit.noise.variance)[1] is found
+    assert settling.reformed(right, found, fit.noise.variance)[0].log_evidence >= right.log_evidence
+    assert settling.reformed(replace(begun, unknowns=(), theta=np.array([])), found, fit.noise.variance)[1] is found

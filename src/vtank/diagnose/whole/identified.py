@@ -20,7 +20,7 @@ from ..given import telling
 from .model import blank
 from .own import own_unknowns
 from .plane import in_the_plane
-from .settling import flowing, formed, rightly_begun, settled
+from .settling import flowing, reformed, rightly_begun, settled
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def identify(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None =
     noise = first_noise(seen)
     own = own_unknowns(layout, seen)
     begun = rightly_begun(*settled(blank(Fit(seen, noise), layout, (), own), noise.variance), noise.variance)
-    model, there = flowing(*formed(*begun, noise.variance), noise.variance)
+    model, there = flowing(*reformed(*begun, noise.variance), noise.variance)
     nominal = {u.name: float(np.mean(u.base)) for u in own}
     found = model.fit.noise
     return WholeEstimate(

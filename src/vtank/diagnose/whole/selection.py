@@ -23,7 +23,7 @@ from .model import Model, at_noise, blank, even, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .own import EACH, Unknown, own_unknowns
 from .score import Promise, based, promises
-from .settling import flowing, forgetful, formed, rightly_begun, settled, trusting
+from .settling import flowing, forgetful, reformed, rightly_begun, settled, trusting
 from .sizes import sizes_of
 from .trust import trusted
 from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
@@ -99,7 +99,7 @@ def select(
     own = own_unknowns(layout, runs)
     known = _asked_for(catalogue(layout, runs[0].moves, Sizes.unit(layout)), effects)
     best, found = _begin(layout, Fit(runs, noise), own, mistaken(layout, runs, noise, known), floor)
-    best, found = formed(*rightly_begun(best, found, floor), floor)
+    best, found = reformed(*rightly_begun(best, found, floor), floor)
     best, found = trusting(*flowing(best, found, floor), own)
     sizes, less = sizes_of(best, found), mimicry or {}
     candidates = catalogue(layout, runs[0].moves, sizes)

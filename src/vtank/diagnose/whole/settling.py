@@ -86,7 +86,7 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     return settled(replace(model, fit=other), floor)
 
 
-def formed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
+def reformed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
     """The settled model, or what it settles to from another of the forms that things may have, if that is likelier.
 
     Between a wing, a plate, and a force square to the hull, or of the other sign along it, or inputs that are held and
