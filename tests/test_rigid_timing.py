@@ -12,10 +12,10 @@ from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
-from vtank.rigid.fit import Fit
+from vtank.rigid.fit import Fit, phased
 from vtank.rigid.layout import GAIN, HULL, Layout
 from vtank.rigid.motion import gears
-from vtank.rigid.noise import first_noise
+from vtank.rigid.noise import against, first_noise
 from vtank.rigid.recorded import Recorded
 from vtank.rigid.recordings import record
 from vtank.rigid.trials import tried
@@ -91,3 +91,15 @@ def test_filters_side_by_side_know_the_timing() -> None:
     np.testing.assert_allclose(beside.innovation, exact.innovation, rtol=0.0, atol=1e-8)
     less = tried(run, exact, [replace(noise, timing=0.0)])[0].variance
     assert np.all(less <= beside.variance * (1.0 + 1e-9)) and np.any(less < 0.5 * beside.variance)
+
+
+def test_rows_of_a_run_that_come_late_are_put_back() -> None:
+    """By 15 ms; the prior of 20 ms draws the phase back by less than the 2 ms that it is known within."""
+    layout, run = flown(np.arange(1.0, 59.0, 2.0), 3)
+    fit = Fit((run, replace(run.shifted(0.015), phase_s=0.0)), first_noise([run]))
+    for _ in range(2):
+        fit = phased(fit, fit.filter(layout.null))
+    there, back = (r.phase_s for r in fit.runs)
+    assert back - there == pytest.approx(-0.015, abs=0.002)
+    assert against(fit) == pytest.approx(0.5 * ((there / 0.02) ** 2 + (back / 0.02) ** 2))
+    np.testing.assert_allclose(fit.runs[1].stamps - run.stamps, 0.015 + back, rtol=0.0, atol=1e-12)

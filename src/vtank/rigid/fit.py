@@ -21,6 +21,8 @@ from .tangent import Path, changes
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
 CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
+PHASE = 0.1  # of the time between rows, by which those of a run come early or late of another's; a guess
+APART = 0.3  # of that, by which phases are tried; a choice
 ANYWHERE_M = 10.0  # [m] standard deviation from which nothing is told of where a wall is; a choice
 
 
@@ -89,6 +91,31 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
         return replace(run, wall=float(run.wall + way @ (f.unmoved(z) - z) / (way @ way)))
 
     return replace(fit, runs=tuple(moved(run, f) for run, f in zip(fit.runs, found, strict=True)))
+
+
+def phased(fit: Fit, found: Sequence[Filtered]) -> Fit:
+    """The fit with the rows of inputs of each run as early or late as it has them: nothing ties a logger to its pilot.
+
+    By a parabola through the likelihoods of three phases.
+    """
+
+    def likeliest(run: Recorded, f: Filtered) -> Recorded:
+        usual_s = PHASE * run.tick_s
+        if not usual_s:
+            return run
+        by = APART * np.array([-1.0, 0.0, 1.0])
+        try:
+            there = (filtered(run.shifted(usual_s * b), f.p, fit.noise) if b else f for b in by)
+            early, now, late = np.array([*map(log_likelihood, there)]) - 0.5 * (run.phase_s / usual_s + by) ** 2
+        except InputError:
+            return run
+        bend = 2.0 * now - early - late
+        if bend <= 0.0:
+            return run
+        return run.shifted(usual_s * float(np.clip(0.5 * APART * (late - early) / bend, -1.0, 1.0)))
+
+    work = [partial(likeliest, run, f) for run, f in zip(fit.runs, found, strict=True)]
+    return replace(fit, runs=tuple(share(work)))
 
 
 def log_likelihood(f: Left) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..record.repeats import smallest_step
 from .filtered import STILL, Noise
-from .fit import Fit
+from .fit import PHASE, Fit
 from .recorded import Recorded
 from .thinned import scatter
 
@@ -38,13 +38,15 @@ def first_noise(runs: Sequence[Recorded]) -> Noise:
 
 
 def against(fit: Fit) -> float:
-    """Log odds, beforehand, against as many slow errors as a noise has, and disturbances that are steady forces.
+    """Log odds, beforehand, against a noise's slow errors, disturbances that are steady forces, and runs' phases.
 
     What lasts over most of every run is no more turbulence than an instrument's bias is its noise.
     """
     noise, lasts_s = fit.noise, LASTS * max(float(np.ptp(run.time_s)) for run in fit.runs)
     steady = (noise.sigma > STILL) & (noise.memory_s > lasts_s)
-    return SURELY * float(np.count_nonzero(noise.slow) + np.count_nonzero(steady))
+    phases = [run.phase_s / (PHASE * run.tick_s) for run in fit.runs if run.tick_s]
+    beyond = np.count_nonzero(noise.slow) + np.count_nonzero(steady)
+    return SURELY * float(beyond) + 0.5 * float(np.sum(np.square(phases)))
 
 
 def _disturbed(runs: Sequence[Recorded]) -> NDArray[np.bool_]:

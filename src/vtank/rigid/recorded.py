@@ -85,6 +85,7 @@ class Recorded:
         resting: whether the thrusters have not pushed yet when the first inputs come.
         pushed: a wrench beside that of the thrusters, from stamps [s] on, (I,), and what it is, (I, 6) [N, N m].
         still: axes of which nothing tells that are known motion all the same: they do not move.
+        phase_s: by which the rows of inputs of this run came off their stamps, which have it [s].
     """
 
     name: str
@@ -113,6 +114,7 @@ class Recorded:
     tied: bool = False
     pushed: tuple[Array, Array] | None = None
     still: tuple[int, ...] = ()
+    phase_s: float = 0.0
     _kept: Kept = field(default_factory=Kept, repr=False)
     _masses: dict[bytes, tuple[Array, Array, Array]] = field(default_factory=dict, repr=False)
 
@@ -142,6 +144,10 @@ class Recorded:
         if not any(push.lag_s > 0.0 for push in self.layout.pushes):
             return None
         return replace(self, resting=not self.resting, _kept=Kept())
+
+    def shifted(self, by_s: float) -> Recorded:
+        """The run whose inputs came so much later."""
+        return replace(self, stamps=self.stamps + by_s, phase_s=self.phase_s + by_s, _kept=Kept())
 
     @property
     def drifting(self) -> Recorded | None:

@@ -13,8 +13,8 @@ from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
 from ...record.run import Run
-from ...rigid.filtered import TINY, Noise, shaken
-from ...rigid.fit import log_likelihood
+from ...rigid.filtered import TINY, shaken
+from ...rigid.fit import Fit, log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import SURELY
 from ...rigid.places import TWINS, Placed
@@ -320,13 +320,18 @@ def _diagnosed(
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)
-    notes += flat + said + _unlogged(selection.best.fit.noise)
+    notes += flat + said + _unlogged(selection.best.fit)
     return WholeDiagnosis(vehicle, selection, verdict, spent, notes, like, plant)
 
 
-def _unlogged(noise: Noise) -> tuple[str, ...]:
-    """What to say where the log does not tell what its inputs do."""
-    if noise.timing < UNPUNCTUAL:
-        return ()
-    return (f"inputs turn between the rows of the log, off by about {noise.timing:.0%} of the time between these; "
-            "logged faster, they would hide less",)  # fmt: skip
+def _unlogged(fit: Fit) -> tuple[str, ...]:
+    """What to say where the log does not tell what its inputs do, and when."""
+    notes, timing = [], fit.noise.timing
+    off = {run.name: run.phase_s for run in fit.runs if abs(run.phase_s) > UNPUNCTUAL * run.tick_s}
+    if timing > UNPUNCTUAL:
+        notes.append(f"inputs turn between the rows of the log, off by about {timing:.0%} of the time between these; "
+                     "logged faster, they would hide less")  # fmt: skip
+    if off:
+        said = ", ".join(f"{abs(s) * 1e3:.0f} ms {'late' if s > 0.0 else 'early'} in {name}" for name, s in off.items())
+        notes.append(f"beside those of the other runs the inputs act {said}: allowed for, as a clock of the log's own")
+    return tuple(notes)

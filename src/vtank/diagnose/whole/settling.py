@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...rigid.filtered import STILL, Filtered, Noise, give_back
-from ...rigid.fit import Fit, begun, walled
+from ...rigid.fit import Fit, begun, phased, walled
 from ...rigid.noise import SURELY
 from ...rigid.noise_search import MEMORIES_S, settle
 from .model import Model, at_noise, refit
@@ -46,6 +46,7 @@ def _once(model: Model, floor: Array, least: Array | float, near: bool) -> Model
     p, fit = model.vector(), model.fit
     if any(run.wall for run in fit.runs):
         fit = walled(fit, fit.filter(p))
+    fit = phased(fit, fit.filter(p))
     noise, found = _noise(fit, p, floor, least, near=near)
     return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
 
@@ -57,8 +58,9 @@ def _noise(
     parts = tuple(vars(fit.noise))
 
     def told() -> str:
+        seen = ("start", "spread", "wall", "phase_s", "value")
         runs = [part for run in fit.runs for part in
-                (run.start, run.spread, run.wall, run.value, run.steps.which, *(run.pushed or ()))]  # fmt: skip
+                (*(getattr(run, name) for name in seen), run.steps.which, *(run.pushed or ()))]  # fmt: skip
         now = [getattr(fit.noise, part) for part in parts]
         return digest(["noise", p, floor, np.asarray(least), near, longest_s, *now, *runs])
 
