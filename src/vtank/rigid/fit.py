@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from .filtered import Filtered, Left, Noise, bent, filtered, innovations, share
+from .filtered import TINY, Filtered, Left, Noise, bent, filtered, innovations, share
 from .recorded import Recorded
 from .tangent import Path, changes
 
@@ -94,28 +94,35 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
 
 
 def phased(fit: Fit, found: Sequence[Filtered]) -> Fit:
-    """The fit with the rows of inputs of each run as early or late as it has them: nothing ties a logger to its pilot.
+    """The fit with the inputs of each run as early or late of the others' as it has them.
 
-    By a parabola through the likelihoods of three phases.
+    Nothing ties a logger to what it logs: rows of one run may come later after a pilot's turn than those of another. A
+    step of Newton's towards the likeliest phases whose sum is nothing: how late all are own parameters tell.
     """
+    told = [k for k, run in enumerate(fit.runs) if run.tick_s]
+    if len(told) < 2:
+        return fit
+    slope, bend = np.array(share([partial(_phase, fit.runs[k], found[k], fit.noise) for k in told])).T
+    now, usual = (np.array([getattr(fit.runs[k], part) for k in told]) for part in ("phase_s", "tick_s"))
+    loose = np.divide(1.0, bend, out=np.zeros_like(bend), where=bend > 0.0)
+    phase = now + np.clip(slope * loose, -PHASE * usual, PHASE * usual)
+    phase -= loose * phase.sum() / max(float(loose.sum()), TINY)
+    runs = list(fit.runs)
+    for k, by_s in zip(told, phase - now, strict=True):
+        runs[k] = runs[k].shifted(float(by_s))
+    return replace(fit, runs=tuple(runs))
 
-    def likeliest(run: Recorded, f: Filtered) -> Recorded:
-        usual_s = PHASE * run.tick_s
-        if not usual_s:
-            return run
-        by = APART * np.array([-1.0, 0.0, 1.0])
-        try:
-            there = (filtered(run.shifted(usual_s * b), f.p, fit.noise) if b else f for b in by)
-            early, now, late = np.array([*map(log_likelihood, there)]) - 0.5 * (run.phase_s / usual_s + by) ** 2
-        except InputError:
-            return run
-        bend = 2.0 * now - early - late
-        if bend <= 0.0:
-            return run
-        return run.shifted(usual_s * float(np.clip(0.5 * APART * (late - early) / bend, -1.0, 1.0)))
 
-    work = [partial(likeliest, run, f) for run, f in zip(fit.runs, found, strict=True)]
-    return replace(fit, runs=tuple(share(work)))
+def _phase(run: Recorded, f: Filtered, noise: Noise) -> tuple[float, float]:
+    """Slope of the log-likelihood over when inputs come [1/s], and its bend [1/s2], prior included; 0 for no answer."""
+    usual_s = PHASE * run.tick_s
+    by = APART * usual_s * np.array([-1.0, 0.0, 1.0])
+    try:
+        there = [filtered(run.shifted(b), f.p, noise) if b else f for b in by]
+    except InputError:
+        return 0.0, 0.0
+    early, here, late = np.array([*map(log_likelihood, there)]) - 0.5 * ((run.phase_s + by) / usual_s) ** 2
+    return (late - early) / (2.0 * by[2]), (2.0 * here - early - late) / by[2] ** 2
 
 
 def log_likelihood(f: Left) -> float:
