@@ -12,10 +12,12 @@ from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.settling import settled
 from vtank.experiment import fly_vehicle
+from vtank.plant.sixdof import at
 from vtank.rigid.fit import Fit, phased
-from vtank.rigid.layout import GAIN, HULL, Layout
-from vtank.rigid.motion import gears
+from vtank.rigid.layout import GAIN, HULL, SEAT, Layout
+from vtank.rigid.motion import fin_force, gears, triple
 from vtank.rigid.noise import against, first_noise
+from vtank.rigid.readings import CHANNELS
 from vtank.rigid.recorded import Recorded
 from vtank.rigid.recordings import record
 from vtank.rigid.trials import tried
@@ -80,6 +82,26 @@ def test_a_step_is_off_by_itself_over_the_time_between_rows() -> None:
     jump = run.hull(p).inverse @ (force @ gears(p, change.size))
     whole = (run.rough * run.steps.length[:, None]).sum(axis=0)
     np.testing.assert_allclose(whole, 1.25 * (ROW_S * jump) ** 2, rtol=1e-3)
+
+
+def test_a_fin_is_off_by_its_lift_in_the_flow_ahead() -> None:
+    """A step of the plane by 0.1 rad, as of a thruster; the rest of the wrench is as it was."""
+    vehicle, time_s = vt.load_vehicle("remus100"), ROW_S * np.arange(round(DURATION_S / ROW_S))
+    plane = np.where(time_s < 30.0, 0.0, 0.1)
+    told = {
+        "time_s": time_s,
+        "propeller_rev_s": np.full(time_s.size, 20.0),
+        "plane_rad": plane,
+        "rudder_rad": 0.0 * plane,
+    }
+    layout, (run,), _ = record([fly_vehicle(vehicle, told, DURATION_S, 4, depth_m=5.0)], vehicle)
+    p, first = layout.null, layout.starts[1]
+    ahead_m_s = np.median(run.value[(run.kind == CHANNELS.index("surge_m_s")) & (np.abs(run.time_s - 30.0) < 2.0)])
+    wrench = np.array(at(fin_force(p, first, 0.1, (ahead_m_s, 0.0, 0.0)), triple(p, first + SEAT)))
+    wrench -= at(fin_force(p, first, 0.0, (ahead_m_s, 0.0, 0.0)), triple(p, first + SEAT))
+    jump = run.hull(p).inverse @ wrench
+    whole = (run.rough * run.steps.length[:, None]).sum(axis=0)
+    np.testing.assert_allclose(whole[[2, 4]], 1.25 * (ROW_S * jump[[2, 4]]) ** 2, rtol=0.05)
 
 
 def test_filters_side_by_side_know_the_timing() -> None:

@@ -202,6 +202,14 @@ def gears(p, thrusters):
     return out
 
 
+def lifts(p, first, fins):
+    """Wrench of each fin at 1 rad in 1 m/s from ahead, (F, 6); first: slot of the first one."""
+    of = p[first:][: FIN * fins].reshape(fins, FIN)
+    side = np.cross(of[:, AXIS : AXIS + 3], (1.0, 0.0, 0.0))
+    force = side * (of[:, PRESSURE] * of[:, LIFT])[:, None]
+    return np.hstack((force, np.cross(of[:, SEAT : SEAT + 3], force)))
+
+
 @term
 def lost(nu_r, asked, hull):
     """What the speed of advance takes off the thrust: loss times input times the flow along each thruster."""

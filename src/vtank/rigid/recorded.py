@@ -34,7 +34,7 @@ from .layout import (
     Layout,
     masses,
 )  # fmt: skip
-from .motion import gears
+from .motion import gears, lifts
 from .readings import CHANNELS
 from .steps import TOUCH_S, Drive, Steps, held, plan, smeared, thrust_of
 
@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 STEP_SHARE, STEPS_S = 0.8, (0.02, 0.1)  # of an axis' shortest time; [s] bounds of a step: choices, errors of 0.01 sd
 RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which none rings; most parts of one: choices
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
+USUAL_M_S = 0.5  # [m/s, rad/s] of a motion that was not measured; a guess
 INPUTS_S = 0.049  # [s] of held inputs that are followed step by step; faster ones are averaged over a step; a choice
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
 KEPT, FORCES = 2, 4  # drives of a run, what pushes now and as is tried beside it, and forces of a thruster: choices
@@ -250,7 +251,7 @@ class Recorded:
         """Longest Runge-Kutta step [s]: a share of the shortest time of any axis that moves, at its largest speed."""
         p = self.layout.null
         body, water, _ = masses(p, self.moves)
-        fastest = np.full(6, 0.5)  # [m/s, rad/s] where it was not measured; a guess
+        fastest = np.full(6, USUAL_M_S)  # [m/s, rad/s] where it was not measured
         for i, name in enumerate(SPEEDS):
             mine = self.kind == CHANNELS.index(name)
             if mine.any():
@@ -299,22 +300,35 @@ class Recorded:
 
         Growth of its variance over each step [SI per s] by the file's numbers, where inputs turn at instants as far off
         as rows lie apart. How far a force turns is half its third difference: that of a step is the step, that of what
-        goes smoothly through the rows nothing. What lags comes in later.
+        goes smoothly through the rows nothing. What lags comes in later. A fin's force is of the flow from ahead.
         """
-        p, steps, stamps, inputs, fins = self.layout.null, self.steps, self.stamps, self.inputs, self.layout.starts[1]
-        force = np.empty_like(inputs)
-        for k in range(inputs.shape[1]):
+        p, steps, fins = self.layout.null, self.steps, self.layout.starts[1]
+        force = np.empty_like(self.inputs)
+        for k in range(force.shape[1]):
             place = np.linspace(-self.reach[k], self.reach[k], self.tables[k].size)
-            force[:, k] = np.interp(inputs[:, k], place, self.tables[k]) * p[HULL + THRUSTER * k + GAIN]
-        pushes = force @ gears(p, self.layout.counts[0]) @ self.hull(p).inverse.T
-        turn = 0.5 * np.diff(np.pad(pushes, ((1, 1), (0, 0)), mode="edge"), 3, axis=0) * self.moves
-        apart = np.minimum(np.diff(stamps), self.tick_s)
-        grown = np.cumsum(np.vstack([np.zeros(6), (turn * apart[:, None]) ** 2]), axis=0)
-        after, before = ([np.interp(t, stamps, g) for g in grown.T] for t in (steps.now + steps.length, steps.now))
-        rough = np.subtract(after, before).T / steps.length[:, None]
-        lags = p[HULL + LAG : fins : THRUSTER]
+            force[:, k] = np.interp(self.inputs[:, k], place, self.tables[k]) * p[HULL + THRUSTER * k + GAIN]
+        rough, lags = self._off(force @ gears(p, self.layout.counts[0])), p[HULL + LAG : fins : THRUSTER]
         smeared(steps.length, rough, float(lags.mean()) if lags.size else 0.0)
-        return rough
+        return rough + self._off(self.angles @ lifts(p, fins, self.angles.shape[1]), self._ahead)
+
+    def _off(self, wrench: Array, ahead: Array | float = 1.0) -> Array:
+        """As `rough`, of a wrench at the stamps, (I, 6), over the square of a speed there, (I,) [m/s]."""
+        steps, (after, before) = self.steps, (self.steps.now + self.steps.length, self.steps.now)
+        turn = 0.5 * np.diff(np.pad(wrench, ((1, 1), (0, 0)), mode="edge"), 3, axis=0)
+        turn = turn * (np.broadcast_to(ahead, self.stamps.shape)[1:, None] ** 2)
+        apart = np.minimum(np.diff(self.stamps), self.tick_s)
+        speeds = turn @ self.hull(self.layout.null).inverse.T * self.moves * apart[:, None]
+        grown = np.cumsum(np.vstack([np.zeros(6), speeds**2]), axis=0)
+        late, early = ([np.interp(t, self.stamps, g) for g in grown.T] for t in (after, before))
+        return np.asarray(np.subtract(late, early).T / steps.length[:, None])
+
+    @cached_property
+    def _ahead(self) -> Array:
+        """Speed ahead at the stamps as it was measured, (I,) [m/s]."""
+        mine = self.kind == CHANNELS.index(SPEEDS[0])
+        if not mine.any():
+            return np.full(self.stamps.size, USUAL_M_S)
+        return np.interp(self.stamps, self.time_s[mine], self.value[mine])
 
     @cached_property
     def _along(self) -> Array:
