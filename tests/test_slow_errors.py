@@ -129,6 +129,18 @@ def test_a_slow_error_of_a_column_alone_is_as_likely_as_its_covariance_says():
     assert gain[0] == pytest.approx(expected, rel=1e-10)
 
 
+def test_a_white_error_beside_a_slow_one_may_be_a_fifth_of_what_one_alone_is_at_least(short):
+    """An instrument whose errors are all coloured has no white ones; below rounding there is none for any."""
+    _, _, _, noise = short
+    size = noise.variance.size
+    parts = search.Parts.of(noise, np.full(size, 1e-4), np.r_[3e-5, np.full(size - 1, 1e-9)], 60.0)
+    expected = np.where(noise.slow > 0.0, 4e-6, 1e-4)
+    np.testing.assert_allclose(
+        np.exp(parts.low[:size]), np.where(np.arange(size) == 0, np.maximum(expected, 3e-5), expected)
+    )
+    assert (noise.slow > 0.0).any() and (noise.slow == 0.0).any()
+
+
 def test_slow_errors_are_found_where_they_are():
     """Beside the parameters that flew it: two columns of thirteen drift, by half a deviation of their averages."""
     sizes = {"imu.yaw_rate_rad_s": 0.0025, "dvl.sway_m_s": 0.004}

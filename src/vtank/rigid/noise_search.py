@@ -31,6 +31,7 @@ MEMORIES_S = (0.3, 60.0)  # memories between what sensors see at all and a run's
 SLOW = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # slow errors looked for, as a variance over the white; a choice
 SLOW_S = (0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)  # [s] memories of slow errors looked for; a choice
 COLOURED = 0.6  # share of a white error, as a variance, whose place a slow one may take; a choice
+BARE = 0.04  # of the least white error, what is left of one beside a slow one, which alone may be all; a choice
 BEGINNING, LEAST_SLOW = 0.1, 1e-4  # of a white error, as a variance: a slow one at first, and at least; choices
 ASIDE = 0.1  # of a logarithm, over which the likelihood is differenced; a choice
 DAMPING, LIMITS = (0.0, 0.03, 0.3, 3.0, 30.0), (1.4, 3.4)  # of steps tried at once, and the longest of each; choices
@@ -96,9 +97,10 @@ class Parts:
     high: Array
 
     @classmethod
-    def of(cls, noise: Noise, enough: Array, longest_s: float) -> Parts:
-        """Of a noise; enough: least white variances, (C,)."""
+    def of(cls, noise: Noise, enough: Array, least: Array, longest_s: float) -> Parts:
+        """Of a noise; enough: least white variances where nothing is coloured, (C,); least: least ones of any."""
         slow, axes = np.flatnonzero(noise.slow > 0.0), np.flatnonzero(noise.sigma > 0.0)
+        enough = np.where(noise.slow > 0.0, np.maximum(BARE * enough, least), enough)
         any_slow, any_axis, large = np.ones(slow.size), np.ones(axes.size), np.inf
         low = (enough, LEAST_SLOW * noise.errors[slow], SLOW_S[0] * any_slow,
                LEAST_SIGMA**2 * any_axis, MEMORIES_S[0] * any_axis, [TIMINGS[0] ** 2])  # fmt: skip
@@ -160,10 +162,10 @@ def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float,
         start = Tried(noise, sum(map(log_likelihood, found)), found)
         floor = np.minimum(floor, _fastest(fit.runs, start))
         enough = np.maximum(KEPT * floor, least)
-        parts = Parts.of(_slower(fit.runs, start, enough), enough, longest_s)
+        parts = Parts.of(_slower(fit.runs, start, enough), enough, least, longest_s)
         best = max((start, *_scored(fit.runs, found, parts)), key=_likelihood)
         if best.likelihood - start.likelihood < PROMISE:
-            parts = Parts.of(best.noise, enough, longest_s)
+            parts = Parts.of(best.noise, enough, least, longest_s)
             best = max((best, *_tried(fit.runs, found, [parts.at(x) for x in parts.leaps()])), key=_likelihood)
         noise = best.noise
         if best.likelihood - start.likelihood < PROMISE:
