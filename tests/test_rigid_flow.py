@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from test_rigid_motion import flown
 
 import vtank as vt
+from vtank.diagnose.whole import plant_fit
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.rigid.fit import Fit
@@ -106,3 +109,12 @@ def test_a_delay_shorter_than_a_step_takes_no_more_than_itself():
     force = impulse(0.0) / 9.9
     assert impulse(0.0) - impulse(0.03) == pytest.approx(0.03 * force)
     assert impulse(0.0) - impulse(0.15) == pytest.approx(0.15 * force)
+
+
+@pytest.mark.parametrize(("evidence", "kept"), [((1.0, 5.0, 4.0), 5.0), ((3.0, 2.0, 9.0), 3.0), ((1.0, 2.0, 3.0), 3.0)])
+def test_a_plant_is_kept_when_another_turn_makes_it_less_likely(monkeypatch, evidence, kept):
+    """A step of the flow at a noise may lead to where both together are hundreds of log-likelihoods worse."""
+    made, model = iter(evidence), SimpleNamespace(fit=SimpleNamespace(noise=SimpleNamespace(variance=np.ones(1))))
+    monkeypatch.setattr(plant_fit, "flowing", lambda before, did: before)
+    monkeypatch.setattr(plant_fit, "settled", lambda *_: (SimpleNamespace(log_evidence=next(made), fit=model.fit), []))
+    assert plant_fit.fitted(SimpleNamespace(model=model, did=None)).log_evidence == kept

@@ -19,7 +19,7 @@ from .simulator import Usual, shared, unknowns, usual
 
 Array = NDArray[np.float64]
 ENOUGH = 30_000  # measurements that a plant is fitted to; a choice, for the memory it takes
-TURNS = 2  # of flow and noise, each at the other's; a choice
+TURNS = 3  # of flow and noise, each at the other's, at most; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +46,11 @@ def begun(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> Begun:
 
 
 def fitted(first: Begun) -> Model:
-    """The plant with the flow beside it, and what it misses."""
+    """The plant with the flow beside it, and what it misses, for as long as turns make it likelier."""
     model, variance = first.model, first.model.fit.noise.variance
-    for _ in range(TURNS):
-        model, _ = settled(flowing(model, first.did), variance, KEPT * variance)
+    for turn in range(TURNS):
+        other, _ = settled(flowing(model, first.did), variance, KEPT * variance)
+        if turn and other.log_evidence <= model.log_evidence:
+            break
+        model = other
     return model
