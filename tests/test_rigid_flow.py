@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +12,10 @@ from test_rigid_motion import flown
 import vtank as vt
 from vtank.diagnose.whole import plant_fit
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
+from vtank.diagnose.whole.flow_fit import centred
+from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
+from vtank.diagnose.whole.score import based
 from vtank.rigid.fit import Fit
 from vtank.rigid.flow import CREEP, OBLIQUE, SHARP, SLENDER, SPUN, STILL, SWIFT, Flow, pushed, terms, values
 from vtank.rigid.noise import first_noise
@@ -27,7 +31,7 @@ def flow() -> Flow:
     found = terms(PLANAR)
     sizes = np.random.default_rng(1).normal(size=(6, found.shape[0]))
     usual, most = np.array([0.5, 0.5, 1.0, 1.0, 1.0, 0.2]), np.array([2.0, 2.0, 0.0, 0.0, 0.0, 3.0])
-    return Flow(found, sizes, usual, most, np.array([1.0, 4.0, 1.0]))
+    return Flow(found, sizes, usual, most, np.array([1.0, 4.0, 1.0]), np.array([-0.1, 0.05, 0.02]))
 
 
 def test_no_flow_pushes_nothing():
@@ -52,7 +56,8 @@ def test_what_the_water_does_beyond_drag_is_off_as_drag_is():
     found = terms(PLANAR)
     sizes = np.zeros((6, found.shape[0]))
     sizes[1] = np.random.default_rng(1).normal(size=found.shape[0])
-    layout, seen = relaid(run.layout, (run,), flow=Flow(found, sizes, np.full(6, 0.5), np.full(6, 3.0), np.ones(3)))
+    flow = Flow(found, sizes, np.full(6, 0.5), np.full(6, 3.0), np.ones(3), np.zeros(3))
+    layout, seen = relaid(run.layout, (run,), flow=flow)
     (unknown,) = (u for u in own_unknowns(layout, seen) if u.name.startswith("flow@"))
     assert unknown.name == "flow@sway"
     fit = Fit(seen, first_noise(seen))
@@ -66,7 +71,7 @@ def test_what_the_water_does_beyond_drag_is_off_as_drag_is():
 
 def test_terms_are_what_they_say(flow):
     along = np.empty((1, flow.terms.shape[0]))
-    values(np.array([[0.3, -0.2, 9.0, 0.0, 0.0, 0.1]]), flow, along)
+    values(np.array([[0.3 + 0.1 * 0.05, -0.2 + 0.1 * 0.1, 9.0, 0.0, 0.0, 0.1]]), flow, along)  # at its centre
     u, v, speed = 0.6, -0.4, np.hypot(0.6, 0.4) + CREEP
     told = {tuple(term): value for term, value in zip(flow.terms.tolist(), along[0], strict=True)}
     assert told[OBLIQUE, 0, 0, 1] == pytest.approx(u * u * v / speed)
@@ -75,6 +80,19 @@ def test_terms_are_what_they_say(flow):
     slowly = np.hypot(u, 4.0 * v) + CREEP
     assert told[SLENDER, 0, 0, 1] == pytest.approx(u * u * v / slowly)
     assert told[SHARP, 0, 1, 1] == pytest.approx(speed * u * v * v / slowly**2)
+
+
+def test_moving_the_centre_of_a_hull_does_what_its_slope_says(flow):
+    """A hull ahead of the origin meets the water with what turning adds to the sway; to first order, in a plane."""
+    run = flown("kingfisher", 20.0)
+    layout, (seen,) = relaid(run.layout, (run,), flow=flow._replace(sizes=0.3 * flow.sizes, centre=np.zeros(3)))
+    fit, p = Fit((seen,), first_noise([run])), layout.null
+    found = fit.filter(p)
+    _, (moved,) = relaid(layout, (seen,), flow=layout.flow._replace(centre=np.array([0.002, 0.0, 0.0])))
+    exact = (replace(fit, runs=(moved,)).residuals([p], found) - fit.residuals([p], found))[:, 0]
+    slope = centred(based(blank(fit, layout, (), own_unknowns(layout, [seen])), found), layout.flow)
+    assert np.linalg.norm(0.002 * slope[:, 0] - exact) < 0.1 * np.linalg.norm(exact)  # terms have kinks
+    assert np.abs(slope[:, 1]).max() > 0.0 and not slope[:, 2].any()
 
 
 def test_beyond_what_is_known_a_term_stays_as_it_is(flow):

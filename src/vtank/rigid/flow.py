@@ -29,7 +29,8 @@ class Flow(NamedTuple):
 
     terms: kind and axes a, b, c of each term, (Q, 4). sizes: of each on each axis [N, N m], (6, Q). usual: speed of
     each axis [m/s, rad/s] that is one, (6,), alike for all that goes along. most: speeds over usual beyond which a term
-    stays as it is, (6,). slower: times by which each axis along goes more slowly than that, (3,).
+    stays as it is, (6,). slower: times by which each axis along goes more slowly than that, (3,). centre: of the hull,
+    where the water is met [m], (3,).
     """
 
     terms: NDArray[np.int64]
@@ -37,17 +38,18 @@ class Flow(NamedTuple):
     usual: Array
     most: Array
     slower: Array
+    centre: Array
 
     def sized(self, sizes: Array) -> Flow:
         """The same terms with other sizes, (6, Q)."""
-        return Flow(self.terms, sizes, self.usual, self.most, self.slower)
+        return self._replace(sizes=sizes)
 
     def times(self, factors: Array) -> Flow:
         """The flow with the forces along and about each axis multiplied, factors (6,)."""
         return self.sized(self.sizes * factors[:, None]) if self.sizes.size else self
 
 
-STILL = Flow(np.zeros((0, 4), np.int64), np.zeros((6, 0)), np.ones(6), np.ones(6), np.ones(3))
+STILL = Flow(np.zeros((0, 4), np.int64), np.zeros((6, 0)), np.ones(6), np.ones(6), np.ones(3), np.zeros(3))
 
 
 def terms(axes: Sequence[int]) -> NDArray[np.int64]:
@@ -59,6 +61,17 @@ def terms(axes: Sequence[int]) -> NDArray[np.int64]:
     found += [(q, *abc) for q in (OBLIQUE, SLENDER, SHARP) for abc in combinations_with_replacement(ahead, 3)]
     found += [(TURNED, a, b, b) for a in turns for b in axes] + [(SPUN, a, a, a) for a in turns]
     return np.array(found, np.int64).reshape(-1, 4)
+
+
+@lean
+def met(nu, c):
+    """Velocity, 6 numbers, of a point c of the hull."""
+    u, v, w = (
+        nu[0] + nu[4] * c[2] - nu[5] * c[1],
+        nu[1] + nu[5] * c[0] - nu[3] * c[2],
+        nu[2] + nu[3] * c[1] - nu[4] * c[0],
+    )
+    return u, v, w, nu[3], nu[4], nu[5]
 
 
 @lean
@@ -103,6 +116,7 @@ def speeds(nu, usual, most, slower):
 def pushed(nu, flow):
     """Wrench of the water at a velocity through it, 6 numbers each."""
     X, Y, Z, K, M, N = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    nu = met(nu, flow.centre)
     V, S, W = speeds(nu, flow.usual, flow.most, flow.slower)
     for q in range(flow.terms.shape[0]):
         u = held(nu, flow.usual, flow.most, flow.terms[q, 1])
@@ -122,9 +136,10 @@ def pushed(nu, flow):
 def values(nu, flow, out):
     """All terms along velocities, (N, 6), into (N, Q)."""
     for i in range(nu.shape[0]):
-        V, S, W = speeds(nu[i], flow.usual, flow.most, flow.slower)
+        there = met(nu[i], flow.centre)
+        V, S, W = speeds(there, flow.usual, flow.most, flow.slower)
         for q in range(flow.terms.shape[0]):
-            u = held(nu[i], flow.usual, flow.most, flow.terms[q, 1])
-            v = held(nu[i], flow.usual, flow.most, flow.terms[q, 2])
-            w = held(nu[i], flow.usual, flow.most, flow.terms[q, 3])
+            u = held(there, flow.usual, flow.most, flow.terms[q, 1])
+            v = held(there, flow.usual, flow.most, flow.terms[q, 2])
+            w = held(there, flow.usual, flow.most, flow.terms[q, 3])
             out[i, q] = value(flow.terms[q, 0], u, v, w, V, S, W)

@@ -14,6 +14,7 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
 from ...rigid.flow import Flow, values
+from ...rigid.layout import NOSE, TAIL
 from ...rigid.recorded import relaid
 from .model import Model
 from .score import Base, based
@@ -24,6 +25,8 @@ WIDTHS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0)  # of what a flow's terms do, as sha
 SWEEPS = 2  # over the axes, for their widths; a choice
 LEAST = 1e-3  # of a term as it goes, below which it is not told from none; a choice
 PARTS = (1.0, 0.5, 0.25, 0.1)  # of a step, which are tried; choices
+AWAY, FARTHEST = 0.05, 6.0  # of the length, by which the centre of a hull may be off, and times that, at most; guesses
+MOVED_M = 1e-3  # [m] by which it is moved to see what that does
 STEPS, WORTH = 4, 1.0  # towards the flow, at most, and log-likelihood that each must gain; choices
 
 
@@ -37,17 +40,20 @@ def flowing(model: Model, did: Usual) -> Model:
 
 
 def stepped(model: Model, did: Usual) -> Model:
-    """Own numbers and sizes of the flow's terms, as far towards the likeliest as that takes off; or the model itself.
+    """Own numbers, centre and sizes of the flow, as far towards the likeliest as that takes off; or the model itself.
 
     Numbers are counted in deviations of their priors, sizes in shares of the usual force that a term makes as it goes.
     """
     found = model.fit.filter(model.vector())
     base, asked, layout = based(model, found), np.flatnonzero(model.fit.runs[0].asked), model.fit.runs[0].layout
     columns, unit = termwise(base, did, asked, layout.flow)
-    scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
-    here = np.concatenate([model.theta / scale, layout.flow.sizes[asked].ravel() / unit])
+    away = AWAY * float(layout.null[NOSE] - layout.null[TAIL])
+    numbers = [(u.scale, u.low, u.high) for u in model.unknowns] + 3 * [(away, -FARTHEST * away, FARTHEST * away)]
+    scale, low, high = np.array(numbers).T
+    now = np.concatenate([model.theta, layout.flow.centre]) / scale
+    here = np.concatenate([now, layout.flow.sizes[asked].ravel() / unit])
     own, axis = scale.size, np.repeat(np.arange(asked.size), layout.flow.terms.shape[0])
-    K = np.hstack([base.J * scale, columns])
+    K = np.hstack([base.J * scale[:-3], centred(base, layout.flow) * away, columns])
     H, slope = K.T @ K, K.T @ base.e
     b = H @ here - slope
     ends, push = (low / scale, high / scale), slope[:own] + here[:own]
@@ -59,18 +65,19 @@ def stepped(model: Model, did: Usual) -> Model:
     def at(x: Array) -> Model:
         sizes = layout.flow.sizes.copy()
         sizes[asked] = (x[own:] * unit).reshape(asked.size, -1)
-        _, runs = relaid(layout, model.fit.runs, flow=layout.flow.sized(sizes))
-        return replace(model, fit=replace(model.fit, runs=runs), theta=np.clip(x[:own] * scale, low, high))
+        theta, centre = np.split(np.clip(x[:own] * scale, low, high), [own - 3])
+        _, runs = relaid(layout, model.fit.runs, flow=layout.flow._replace(sizes=sizes, centre=centre))
+        return replace(model, fit=replace(model.fit, runs=runs), theta=theta)
 
     def cost(x: Array) -> float:
         trial = at(x)
         e = trial.fit.residuals([trial.vector()], found)[:, 0]
         return 0.5 * float(e @ e + weight @ (x * x))
 
-    now = cost(here)
+    least = cost(here)
     for part in PARTS:
         there = here + part * (x - here)
-        if cost(there) < now - WORTH:
+        if cost(there) < least - WORTH:
             return at(there)
     return model
 
@@ -89,6 +96,24 @@ def termwise(base: Base, did: Usual, asked: NDArray[np.int64], flow: Flow) -> tu
         pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in (term / usually).T]
         parts.append(path.follow(np.stack(pushes, axis=-1), np.zeros((path.run.time_s.size, len(pushes)))))
     return np.concatenate(parts), (did.force[asked, None] / usually).ravel()
+
+
+def centred(base: Base, flow: Flow) -> Array:
+    """What moving the centre of the hull does to the residuals, (M, 3) [1/m]."""
+
+    def wrench(nu: Array, flow: Flow) -> Array:
+        terms = np.empty((nu.shape[0], flow.terms.shape[0]))
+        values(nu, flow, terms)
+        return np.asarray(terms @ flow.sizes.T)
+
+    parts = []
+    for path in base.paths:
+        states = path.way.states[:, 6:12]
+        nu, moved = 0.5 * (states[1:] + states[:-1]), flow.centre + MOVED_M * np.eye(3)
+        pushes = [(wrench(nu, flow._replace(centre=c)) - wrench(nu, flow)) @ path.hull.inverse.T for c in moved]
+        push = np.where(path.run.moves, np.stack(pushes) / MOVED_M, 0.0).transpose(1, 2, 0)
+        parts.append(path.follow(np.ascontiguousarray(push), np.zeros((path.run.time_s.size, 3))))
+    return np.concatenate(parts)
 
 
 def beside(H: Array, b: Array, here: Array, free: NDArray[np.bool_]) -> tuple[Array, Array]:

@@ -36,6 +36,7 @@ def plant_lines(plant: Plant) -> Iterator[str]:
     yield f"usual = {_row(plant.flow.usual)}"
     yield f"most = {_row(plant.flow.most)}"
     yield f"slower = {_row(plant.flow.slower)}"
+    yield f"centre_m = {_row(plant.flow.centre)}"
     yield from (f"{axis} = {_row(row)}" for axis, row in zip(AXES, plant.flow.sizes, strict=True))
 
 
@@ -57,10 +58,13 @@ def read_plant(table: Table, vehicle: Vehicle, axes: tuple[str, ...]) -> Plant:
     for axis, row in sizes.items():
         if len(row) != found.shape[0]:
             raise part.error(axis, f"expected {found.shape[0]} numbers, found {len(row)}")
-    speeds = (np.array(part.numbers(key, 0.0)) for key in ("usual", "most", "slower"))
+    usual, most, slower = (np.array(part.numbers(key, 0.0)) for key in ("usual", "most", "slower"))
+    centre = np.array(part.numbers("centre_m"))
+    if centre.size != 3:
+        raise part.error("centre_m", f"expected 3 numbers, found {centre.size}")
     return Plant(
         file=vehicle, axes=axes, curves=curves, fitted={name: fitted.number(name) for name in fitted.entries},
-        flow=Flow(found, np.array(list(sizes.values())), *speeds),
+        flow=Flow(found, np.array(list(sizes.values())), usual, most, slower, centre),
         inputs={name: inputs.text(name) for name in inputs.entries},
         sigma=np.array(table.numbers("sigma", 0.0)),
     )  # fmt: skip

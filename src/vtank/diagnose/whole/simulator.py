@@ -46,7 +46,7 @@ class Usual:
     def flow(self) -> Flow:
         """All terms of the axes that move, at size 0."""
         found = terms([i for i in range(6) if self.most[i] > 0.0])
-        return Flow(found, np.zeros((6, found.shape[0])), self.speed, self.most, self.slower)
+        return Flow(found, np.zeros((6, found.shape[0])), self.speed, self.most, self.slower, np.zeros(3))
 
 
 def usual(layout: Layout, runs: tuple[Recorded, ...], noise: Noise) -> tuple[Usual, Noise]:
