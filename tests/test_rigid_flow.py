@@ -129,7 +129,9 @@ def test_a_delay_shorter_than_a_step_takes_no_more_than_itself():
     assert impulse(0.0) - impulse(0.15) == pytest.approx(0.15 * force)
 
 
-@pytest.mark.parametrize(("evidence", "kept"), [((1.0, 5.0, 4.0), 5.0), ((3.0, 2.0, 9.0), 3.0), ((1.0, 2.0, 3.0), 3.0)])
+@pytest.mark.parametrize(
+    ("evidence", "kept"), [((1.0, 5.0, 4.0), 5.0), ((3.0, 2.0, 9.0), 3.0), ((1.0, 3.0, 7.0, 7.5), 7.0)]
+)
 def test_a_plant_is_kept_when_another_turn_makes_it_less_likely(monkeypatch, evidence, kept):
     """A step of the flow at a noise may lead to where both together are hundreds of log-likelihoods worse."""
     made, model = iter(evidence), SimpleNamespace(fit=SimpleNamespace(noise=SimpleNamespace(variance=np.ones(1))))

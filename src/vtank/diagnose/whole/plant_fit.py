@@ -19,7 +19,7 @@ from .simulator import Usual, shared, unknowns, usual
 
 Array = NDArray[np.float64]
 ENOUGH = 30_000  # measurements that a plant is fitted to; a choice, for the memory it takes
-TURNS = 3  # of flow and noise, each at the other's, at most; a choice
+TURNS, GAINED = 6, 1.0  # of flow and noise, each at the other's, at most; log-likelihood each must gain; choices
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ def fitted(first: Begun) -> Model:
     model, variance = first.model, first.model.fit.noise.variance
     for turn in range(TURNS):
         other, _ = settled(flowing(model, first.did), variance, KEPT * variance)
-        if turn and other.log_evidence <= model.log_evidence:
+        if turn and other.log_evidence <= model.log_evidence + GAINED:
             break
         model = other
     return model
