@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import vtank as vt
+from vtank.diagnose.whole.diagnosis import _unlogged
 from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.settling import settled
@@ -125,3 +127,9 @@ def test_rows_of_a_run_that_come_late_are_put_back() -> None:
     assert back - there == pytest.approx(-0.015, abs=0.002)
     assert against(fit) == pytest.approx(0.5 * ((there / 0.02) ** 2 + (back / 0.02) ** 2))
     np.testing.assert_allclose(fit.runs[1].stamps - run.stamps, 0.015 + back, rtol=0.0, atol=1e-12)
+
+
+def test_rows_that_come_late_are_told_of() -> None:
+    runs = [SimpleNamespace(name=name, phase_s=s, tick_s=0.2) for name, s in (("run_1", 0.009), ("run_2", -0.029))]
+    (note,) = _unlogged(SimpleNamespace(noise=SimpleNamespace(timing=0.0), runs=runs))
+    assert "29 ms early in run_2:" in note and "run_1" not in note
