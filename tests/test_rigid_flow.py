@@ -85,10 +85,10 @@ def test_terms_are_what_they_say(flow):
 def test_moving_the_centre_of_a_hull_does_what_its_slope_says(flow):
     """A hull ahead of the origin meets the water with what turning adds to the sway; to first order, in a plane."""
     run = flown("kingfisher", 20.0)
-    layout, (seen,) = relaid(run.layout, (run,), flow=flow._replace(sizes=0.3 * flow.sizes, centre=np.zeros(3)))
+    layout, (seen,) = relaid(run.layout, (run,), flow=flow.sized(0.3 * flow.sizes).about(np.zeros(3)))
     fit, p = Fit((seen,), first_noise([run])), layout.null
     found = fit.filter(p)
-    _, (moved,) = relaid(layout, (seen,), flow=layout.flow._replace(centre=np.array([0.002, 0.0, 0.0])))
+    _, (moved,) = relaid(layout, (seen,), flow=layout.flow.about(np.array([0.002, 0.0, 0.0])))
     exact = (replace(fit, runs=(moved,)).residuals([p], found) - fit.residuals([p], found))[:, 0]
     slope = centred(based(blank(fit, layout, (), own_unknowns(layout, [seen])), found), layout.flow)
     assert np.linalg.norm(0.002 * slope[:, 0] - exact) < 0.1 * np.linalg.norm(exact)  # terms have kinks

@@ -42,7 +42,11 @@ class Flow(NamedTuple):
 
     def sized(self, sizes: Array) -> Flow:
         """The same terms with other sizes, (6, Q)."""
-        return self._replace(sizes=sizes)
+        return Flow(self.terms, sizes, self.usual, self.most, self.slower, self.centre)
+
+    def about(self, centre: Array) -> Flow:
+        """The same flow, met at another centre of the hull [m], (3,)."""
+        return Flow(self.terms, self.sizes, self.usual, self.most, self.slower, centre)
 
     def times(self, factors: Array) -> Flow:
         """The flow with the forces along and about each axis multiplied, factors (6,)."""

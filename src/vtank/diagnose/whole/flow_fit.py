@@ -66,7 +66,7 @@ def stepped(model: Model, did: Usual) -> Model:
         sizes = layout.flow.sizes.copy()
         sizes[asked] = (x[own:] * unit).reshape(asked.size, -1)
         theta, centre = np.split(np.clip(x[:own] * scale, low, high), [own - 3])
-        _, runs = relaid(layout, model.fit.runs, flow=layout.flow._replace(sizes=sizes, centre=centre))
+        _, runs = relaid(layout, model.fit.runs, flow=layout.flow.sized(sizes).about(centre))
         return replace(model, fit=replace(model.fit, runs=runs), theta=theta)
 
     def cost(x: Array) -> float:
@@ -110,7 +110,7 @@ def centred(base: Base, flow: Flow) -> Array:
     for path in base.paths:
         states = path.way.states[:, 6:12]
         nu, moved = 0.5 * (states[1:] + states[:-1]), flow.centre + MOVED_M * np.eye(3)
-        pushes = [(wrench(nu, flow._replace(centre=c)) - wrench(nu, flow)) @ path.hull.inverse.T for c in moved]
+        pushes = [(wrench(nu, flow.about(c)) - wrench(nu, flow)) @ path.hull.inverse.T for c in moved]
         push = np.where(path.run.moves, np.stack(pushes) / MOVED_M, 0.0).transpose(1, 2, 0)
         parts.append(path.follow(np.ascontiguousarray(push), np.zeros((path.run.time_s.size, 3))))
     return np.concatenate(parts)
