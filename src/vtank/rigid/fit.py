@@ -21,7 +21,6 @@ from .tangent import Path, changes
 Array = NDArray[np.float64]
 RUNAWAY = 1e4  # deviations at which a residual is held
 CLEARLY = 4.6  # log-likelihood from which thrusters began otherwise than the motion says: odds of a hundred
-PHASE = 0.1  # of the time between rows, by which those of a run come early or late of another's; a guess
 APART = 0.3  # of that, by which phases are tried; a choice
 ANYWHERE_M = 10.0  # [m] standard deviation from which nothing is told of where a wall is; a choice
 
@@ -93,7 +92,7 @@ def walled(fit: Fit, found: Sequence[Filtered]) -> Fit:
     return replace(fit, runs=tuple(moved(run, f) for run, f in zip(fit.runs, found, strict=True)))
 
 
-def phased(fit: Fit, found: Sequence[Filtered]) -> Fit:
+def phased(fit: Fit, p: Array) -> Fit:
     """The fit with the inputs of each run as early or late of the others' as it has them.
 
     Nothing ties a logger to what it logs: rows of one run may come later after a pilot's turn than those of another. A
@@ -102,10 +101,11 @@ def phased(fit: Fit, found: Sequence[Filtered]) -> Fit:
     told = [k for k, run in enumerate(fit.runs) if run.tick_s]
     if len(told) < 2:
         return fit
+    found = fit.filter(p)
     slope, bend = np.array(share([partial(_phase, fit.runs[k], found[k], fit.noise) for k in told])).T
-    now, usual = (np.array([getattr(fit.runs[k], part) for k in told]) for part in ("phase_s", "tick_s"))
+    now, usual = (np.array([getattr(fit.runs[k], part) for k in told]) for part in ("phase_s", "usual_s"))
     loose = np.divide(1.0, bend, out=np.zeros_like(bend), where=bend > 0.0)
-    phase = now + np.clip(slope * loose, -PHASE * usual, PHASE * usual)
+    phase = now + np.clip(slope * loose, -usual, usual)
     phase -= loose * phase.sum() / max(float(loose.sum()), TINY)
     runs = list(fit.runs)
     for k, by_s in zip(told, phase - now, strict=True):
@@ -115,13 +115,12 @@ def phased(fit: Fit, found: Sequence[Filtered]) -> Fit:
 
 def _phase(run: Recorded, f: Filtered, noise: Noise) -> tuple[float, float]:
     """Slope of the log-likelihood over when inputs come [1/s], and its bend [1/s2], prior included; 0 for no answer."""
-    usual_s = PHASE * run.tick_s
-    by = APART * usual_s * np.array([-1.0, 0.0, 1.0])
+    by = APART * run.usual_s * np.array([-1.0, 0.0, 1.0])
     try:
         there = [filtered(run.shifted(b), f.p, noise) if b else f for b in by]
     except InputError:
         return 0.0, 0.0
-    early, here, late = np.array([*map(log_likelihood, there)]) - 0.5 * ((run.phase_s + by) / usual_s) ** 2
+    early, here, late = np.array([*map(log_likelihood, there)]) - 0.5 * ((run.phase_s + by) / run.usual_s) ** 2
     return (late - early) / (2.0 * by[2]), (2.0 * here - early - late) / by[2] ** 2
 
 

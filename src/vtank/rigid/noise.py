@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..record.repeats import smallest_step
 from .filtered import STILL, Noise
-from .fit import PHASE, Fit
+from .fit import Fit
 from .recorded import Recorded
 from .thinned import scatter
 
@@ -44,7 +44,7 @@ def against(fit: Fit) -> float:
     """
     noise, lasts_s = fit.noise, LASTS * max(float(np.ptp(run.time_s)) for run in fit.runs)
     steady = (noise.sigma > STILL) & (noise.memory_s > lasts_s)
-    phases = [run.phase_s / (PHASE * run.tick_s) for run in fit.runs if run.tick_s]
+    phases = [run.phase_s / run.usual_s for run in fit.runs if run.tick_s]
     beyond = np.count_nonzero(noise.slow) + np.count_nonzero(steady)
     return SURELY * float(beyond) + 0.5 * float(np.sum(np.square(phases)))
 

@@ -44,6 +44,7 @@ RINGING, PARTS = 0.7, 12  # of a step in which friction turns round, from which 
 UNTOLD_M_S, DRIFTING_M_S = 0.02, 0.2  # [m/s] deviation of a speed at the start of which nothing tells; guesses
 USUAL_M_S = 0.5  # [m/s, rad/s] of a motion that was not measured; a guess
 INPUTS_S = 0.049  # [s] of held inputs that are followed step by step; faster ones are averaged over a step; a choice
+PHASE = 0.1  # of the time between rows, by which those of a run come early or late of another's; a guess
 WOUND_S = 0.15  # [s] by which a motion is wound back at most where an instrument is later than was thought; a choice
 KEPT, FORCES = 2, 4  # drives of a run, what pushes now and as is tried beside it, and forces of a thruster: choices
 
@@ -145,6 +146,11 @@ class Recorded:
         if not any(push.lag_s > 0.0 for push in self.layout.pushes):
             return None
         return replace(self, resting=not self.resting, _kept=Kept())
+
+    @property
+    def usual_s(self) -> float:
+        """Standard deviation, beforehand, of `phase_s` [s]; 0 where inputs never change."""
+        return PHASE * self.tick_s
 
     def shifted(self, by_s: float) -> Recorded:
         """The run whose inputs came so much later."""

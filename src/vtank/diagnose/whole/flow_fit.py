@@ -110,7 +110,8 @@ def centred(base: Base, flow: Flow) -> Array:
     for path in base.paths:
         states = path.way.states[:, 6:12]
         nu, moved = 0.5 * (states[1:] + states[:-1]), flow.centre + MOVED_M * np.eye(3)
-        pushes = [(wrench(nu, flow.about(c)) - wrench(nu, flow)) @ path.hull.inverse.T for c in moved]
+        here = wrench(nu, flow)
+        pushes = [(wrench(nu, flow.about(c)) - here) @ path.hull.inverse.T for c in moved]
         push = np.where(path.run.moves, np.stack(pushes) / MOVED_M, 0.0).transpose(1, 2, 0)
         parts.append(path.follow(np.ascontiguousarray(push), np.zeros((path.run.time_s.size, 3))))
     return np.concatenate(parts)

@@ -46,7 +46,7 @@ def _once(model: Model, floor: Array, least: Array | float, near: bool) -> Model
     p, fit = model.vector(), model.fit
     if any(run.wall for run in fit.runs):
         fit = walled(fit, fit.filter(p))
-    fit = phased(fit, fit.filter(p))
+    fit = phased(fit, p)
     noise, found = _noise(fit, p, floor, least, near=near)
     return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
 
