@@ -130,11 +130,33 @@ def test_a_delay_shorter_than_a_step_takes_no_more_than_itself():
 
 
 @pytest.mark.parametrize(
-    ("evidence", "kept"), [((1.0, 5.0, 4.0), 5.0), ((3.0, 2.0, 9.0), 3.0), ((1.0, 3.0, 7.0, 7.5), 7.0)]
+    ("evidence", "kept"),
+    [
+        ((1.0, 5.0, 4.0, 4.5), 5.0),  # neither at a part of the disturbance nor at all of it
+        ((3.0, 2.0, 9.0, 8.0, 7.0), 9.0),  # at all of it alone
+        ((1.0, 3.0, 7.0, 7.5, 7.9), 7.0),  # by too little
+        ((1.0, 3.0, 5.0, 7.0, 9.0, 11.0, 13.0), 11.0),  # no more turns than that
+    ],
 )
 def test_a_plant_is_kept_when_another_turn_makes_it_less_likely(monkeypatch, evidence, kept):
     """A step of the flow at a noise may lead to where both together are hundreds of log-likelihoods worse."""
-    made, model = iter(evidence), SimpleNamespace(fit=SimpleNamespace(noise=SimpleNamespace(variance=np.ones(1))))
-    monkeypatch.setattr(plant_fit, "flowing", lambda before, did: before)
-    monkeypatch.setattr(plant_fit, "settled", lambda *_: (SimpleNamespace(log_evidence=next(made), fit=model.fit), []))
-    assert plant_fit.fitted(SimpleNamespace(model=model, did=None)).log_evidence == kept
+    made = iter(evidence)
+    monkeypatch.setattr(plant_fit, "turned", lambda *_: SimpleNamespace(log_evidence=next(made)))
+    assert plant_fit.fitted(SimpleNamespace(model=None)).log_evidence == kept
+
+
+def test_a_flow_is_sought_at_less_than_the_disturbance_that_hides_it(monkeypatch):
+    """And what that disturbance stood for is found anew beside the flow."""
+    sought = []
+
+    def flowing(model, did):
+        sought.append(model.fit.noise.sigma.copy())
+        return model
+
+    seen = flown("kingfisher")
+    noise = replace(first_noise((seen,)), sigma=np.array([0.1, 0.2, 0.0, 0.0, 0.0, 0.3]))
+    model = blank(Fit((seen,), noise), seen.layout, (), [])
+    monkeypatch.setattr(plant_fit, "flowing", flowing)
+    found = plant_fit.turned(model, plant_fit.Begun(model, None, []), plant_fit.QUIET)
+    np.testing.assert_allclose(sought[0], plant_fit.QUIET * noise.sigma)
+    assert found.fit.noise.sigma is not sought[0]

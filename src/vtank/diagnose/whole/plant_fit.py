@@ -20,6 +20,7 @@ from .simulator import Usual, shared, unknowns, usual
 Array = NDArray[np.float64]
 ENOUGH = 30_000  # measurements that a plant is fitted to; a choice, for the memory it takes
 TURNS, GAINED = 6, 1.0  # of flow and noise, each at the other's, at most; log-likelihood each must gain; choices
+QUIET = 0.2  # of the disturbance that is found, with which the flow is sought first; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,11 +47,27 @@ def begun(layout: Layout, seen: tuple[Recorded, ...], variance: Array) -> Begun:
 
 
 def fitted(first: Begun) -> Model:
-    """The plant with the flow beside it, and what it misses, for as long as turns make it likelier."""
-    model, variance = first.model, first.model.fit.noise.variance
-    for turn in range(TURNS):
-        other, _ = settled(flowing(model, first.did), variance, KEPT * variance)
-        if turn and other.log_evidence <= model.log_evidence + GAINED:
+    """The plant with the flow beside it, and what it misses, for as long as turns make it likelier.
+
+    A disturbance that stands for what the plant misses hides it: a filter follows, and innovations hardly tell of a
+    force that it has found already. Each turn therefore seeks the flow at a part of the disturbance, and only where
+    that leads nowhere at all of it.
+    """
+    model = turned(first.model, first, 1.0)
+    for _ in range(1, TURNS):
+        trials = (turned(model, first, share) for share in (QUIET, 1.0))
+        other = next((m for m in trials if m.log_evidence > model.log_evidence + GAINED), None)
+        if other is None:
             break
         model = other
     return model
+
+
+def turned(model: Model, first: Begun, share: float) -> Model:
+    """The model after steps towards its flow at a share of its disturbance, and the noise that is left."""
+    variance = first.model.fit.noise.variance
+    if share < 1.0:
+        noise = replace(model.fit.noise, sigma=share * model.fit.noise.sigma)
+        quiet = replace(model, fit=replace(model.fit, noise=noise))
+        model = refit(quiet, quiet.fit.filter(quiet.vector()), quiet.theta)
+    return settled(flowing(model, first.did), variance, KEPT * variance)[0]
