@@ -16,8 +16,10 @@ from vtank.diagnose.whole.flow_fit import centred
 from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.score import based
+from vtank.diagnose.whole.simulator import shared
 from vtank.rigid.fit import Fit
 from vtank.rigid.flow import CREEP, OBLIQUE, SHARP, SLENDER, SPUN, STILL, SWIFT, Flow, pushed, terms, values
+from vtank.rigid.layout import masses
 from vtank.rigid.noise import first_noise
 from vtank.rigid.recorded import relaid
 from vtank.rigid.recordings import record
@@ -127,6 +129,21 @@ def test_a_delay_shorter_than_a_step_takes_no_more_than_itself():
     force = impulse(0.0) / 9.9
     assert impulse(0.0) - impulse(0.03) == pytest.approx(0.03 * force)
     assert impulse(0.0) - impulse(0.15) == pytest.approx(0.15 * force)
+
+
+def test_what_is_lent_of_a_hull_is_still_the_hulls():
+    """Counted in the numbers of the water's mass, it moves with the centre of gravity and is no Coriolis of water."""
+    layout = flown("bluerov2", 2.0).layout
+    lent = layout.vector(shared(layout))
+    every = np.ones(6, bool)
+    for theirs, ours in zip(masses(lent, every), masses(layout.null, every), strict=True):
+        np.testing.assert_allclose(theirs, ours, rtol=1e-12, atol=1e-12)
+    assert lent[0] < 0.5 * layout.null[0]
+    more = lent.copy()
+    more[layout.slot("lent@hull")] += 0.5
+    body, water, inverse = masses(more, every)
+    assert body[0, 0] == pytest.approx(layout.null[0] + 0.5)
+    assert (body + water)[0, 0] == pytest.approx(layout.null[0] + layout.null[layout.slot("added_mass@surge")])
 
 
 @pytest.mark.parametrize(

@@ -31,8 +31,8 @@ LINEAR, QUADRATIC, ASYMMETRY, FRICTION, FORCE = 17, 23, 29, 35, 41
 WEIGHT, BUOYANCY, BUOYED, WATERLINE = 47, 48, 49, 52
 CURRENT, PULL, TETHER, CORIOLIS, LEFT_OUT, COUPLING, CROSSFLOW, NOSE = 53, 56, 59, 60, 61, 62, 67, 69
 DRIFT, SPRING, WAKE, RECOVERY, SWELL, SWELL_RATE, SWELL_AHEAD, HELD_AT, TRIM = 70, 76, 82, 88, 94, 97, 100, 103, 106
-TAIL, WALL_DRAG, WALL_MASS, FLOWS = 110, 111, 112, 113
-HULL = 119
+TAIL, WALL_DRAG, WALL_MASS, FLOWS, LENT = 110, 111, 112, 113, 119
+HULL = 120
 DIRECTION, PLACE, COUPLE, GAIN, DEADBAND, SATURATION, SKEWED, LAG = 0, 3, 6, 9, 10, 11, 12, 13
 DELAY, LOSS, SAG, LOST, SLOWER, MISREAD = 14, 15, 16, 17, 18, 19
 YAWED, PITCHED, WIRED, SPIKED, ROTOR, PATH = 20, 21, 22, 23, 24, 25
@@ -62,7 +62,7 @@ def _hull_names() -> list[str]:
         *(f"{q}@{axis}" for q in ("drift", "spring", "wake", "recovery") for axis in AXES),
         *(f"{q}@{axis}" for q in ("swell", "swell_rate", "swell_ahead") for axis in AXES[:3]),
         *(f"held_at_{i}@hull" for i in XYZ), "trim@hull", *(f"trim_{i}@hull" for i in XYZ), "tail@hull",
-        "wall_drag@surge", "wall_mass@surge", *(f"flow@{axis}" for axis in AXES),
+        "wall_drag@surge", "wall_mass@surge", *(f"flow@{axis}" for axis in AXES), "lent@hull",
     ]  # fmt: skip
 
 
@@ -216,12 +216,15 @@ class Layout:
 def masses(p: Array, moved: Sequence[bool] | NDArray[np.bool_]) -> tuple[Array, Array, Array]:
     """Mass matrices of the body and of the water, and the inverse of their sum over the axes that move; (6, 6) each.
 
+    What is lent of the body [kg], and of its inertia by as much, is counted in the numbers of the added mass.
+
     InputError where they are not positive definite. Fossen (2011), eq. (3.44): M_RB about the body's origin.
     """
-    m, (x, y, z) = p[MASS], p[CENTRE : CENTRE + 3]
+    m, inertia, (x, y, z) = p[MASS] + p[LENT], p[INERTIA : INERTIA + 3], p[CENTRE : CENTRE + 3]
+    lent = p[LENT] / p[MASS] * inertia if p[LENT] else np.zeros(3)
     S = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    body = np.block([[m * np.eye(3), -m * S], [m * S, np.diag(p[INERTIA : INERTIA + 3]) - m * S @ S]])
-    water = np.diag(p[ADDED : ADDED + 6])
+    body = np.block([[m * np.eye(3), -m * S], [m * S, np.diag(inertia + lent) - m * S @ S]])
+    water = np.diag(p[ADDED : ADDED + 6] - np.append(np.full(3, p[LENT]), lent))
     for (i, j), value in zip(COUPLED_AT, p[COUPLED : COUPLED + 4], strict=True):
         water[i, j] = water[j, i] = value
     if p[TRIM]:

@@ -23,6 +23,7 @@ EARTH = ("north", "east", "down")
 OWN_OF_AXIS = {"quadratic_drag": 0.3, "linear_drag": 0.3, "added_mass": 0.3}
 OWN_OF_THRUSTERS = {"gain": 0.2, "own_gain": 0.03, "lag": 0.5}
 OWN_OF_FINS = {"lift": 0.3}
+BODY = 0.2  # of its mass, by which a simulator's hull may be heavier than its file; a guess
 TWINS = {"sensor_latency": "clock_offset"}  # the same to any recording
 UNITS = (  # unit, channels that may be in it, and how many of it make one of SI
     ("knots", VELOCITY, 1.943844), ("km/h", VELOCITY, 3.6), ("ft/s", VELOCITY, 3.28084), ("cm/s", VELOCITY, 100.0),
@@ -334,6 +335,13 @@ def _sensor(name: str, layout: Layout, s: Sizes) -> Iterator[Placed]:
             yield placed(effect, words, *biases)
 
 
+def _water(layout: Layout) -> Iterator[Parameter]:
+    """How much of a simulator's mass is the body's and not the water's, which its runs do not tell."""
+    lent = float(layout.null[layout.slot("lent@hull")])
+    if lent > 0.0:
+        yield Parameter("lent", ("lent@hull",), "kg", BODY * (lent + float(layout.null[0])), -lent, null=lent)
+
+
 def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes) -> Iterator[Placed]:
     L, W = max(s.length_m, 0.1), float(layout.null[layout.slot("weight@hull")])
     mass = float(layout.null[0])
@@ -360,7 +368,7 @@ def _vehicle(layout: Layout, asked: Sequence[bool] | NDArray[np.bool_], s: Sizes
                          *along("trim", XYZ, "m", 0.3 * L, L))  # fmt: skip
     if sum(bool(asked[i]) for i in range(6)) > 1:
         yield placed("coriolis_left_out", "terms of turning of the added mass are left out of what the vehicle does",
-                     Parameter("share", ("left_out@hull",), "-", 0.7, -1.0, 2.0, (1.0,)))  # fmt: skip
+                     Parameter("share", ("left_out@hull",), "-", 0.7, -1.0, 2.0, (1.0,)), *_water(layout))  # fmt: skip
     if asked[5] and asked[1] or asked[4] and asked[2]:
         planes = [("sway", "h", 1, 5), ("heave", "v", 2, 4)]
         cross = [

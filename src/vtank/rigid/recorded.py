@@ -22,6 +22,7 @@ from .layout import (
     HULL,
     LAG,
     LATENCY,
+    LENT,
     LINEAR,
     LOSS,
     QUADRATIC,
@@ -208,7 +209,7 @@ class Recorded:
     def hull(self, p: Array, soft: bool = False) -> Hull:
         """Parameters for the kernels; soft: with dry friction that turns round so slowly that one step follows it."""
         turn, losses = gears(p, self.layout.counts[0]), p[HULL + LOSS : self.layout.starts[1] : THRUSTER]
-        key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes() + self.moves.tobytes()
+        key = p[:LINEAR].tobytes() + p[TRIM : TRIM + 4].tobytes() + p[LENT].tobytes() + self.moves.tobytes()
         if key not in self._masses:
             self._masses[key] = masses(p, self.moves)
         body, water, inverse = self._masses[key]

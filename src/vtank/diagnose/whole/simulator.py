@@ -69,15 +69,16 @@ def usual(layout: Layout, runs: tuple[Recorded, ...], noise: Noise) -> tuple[Usu
 
 
 def shared(layout: Layout) -> dict[str, float]:
-    """Most of the body's mass counted as the water's: motion alone does not tell them apart, so one number has both."""
-    p = layout.null
-    body, water, _ = masses(p, np.ones(6, bool))
-    water = water + (1.0 - OWN_MASS) * body
-    found = {"mass@hull": OWN_MASS * p[0]}
-    found |= {f"inertia@{axis}": OWN_MASS * p[layout.slot(f"inertia@{axis}")] for axis in AXES[3:]}
-    found |= {layout.names[ADDED + i]: water[i, i] for i in range(6)}
-    found |= {layout.names[COUPLED + i]: water[at] for i, at in enumerate(COUPLED_AT)}
-    return {name: float(value) for name, value in found.items()}
+    """Most of the body's mass counted in the numbers of the water's: motion alone does not tell them apart.
+
+    One number has both then, that stays positive wherever their sum does. How much was lent is told beside it.
+    """
+    p, own = layout.null, {}
+    for name in ("mass@hull", *(f"inertia@{axis}" for axis in AXES[3:])):
+        own[name] = OWN_MASS * p[layout.slot(name)]
+    lent = (1.0 / OWN_MASS - 1.0) * np.array([own["mass@hull"]] * 3 + [own[f"inertia@{axis}"] for axis in AXES[3:]])
+    added = dict(zip(layout.names[ADDED : ADDED + 6], p[ADDED : ADDED + 6] + lent, strict=True))
+    return {name: float(value) for name, value in (own | added | {"lent@hull": lent[0]}).items()}
 
 
 def unknowns(layout: Layout, runs: Sequence[Recorded], did: Usual, free: Sequence[Bend]) -> list[Unknown]:
