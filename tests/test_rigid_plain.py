@@ -147,3 +147,25 @@ def test_of_a_long_recording_stretches_are_looked_at_by_its_own_clock(monkeypatc
         k = int(np.searchsorted(time, run.stamps[5] - 1e-6))
         assert run.inputs[5, 0] == pytest.approx(commands[layout.pushes[0].column][k])
     assert "a long recording: 5 stretches of it, 350 s in all, are looked at" in notes
+
+
+@pytest.mark.parametrize(
+    ("steep", "begins", "ends"),
+    [
+        ((), 0.0, 100.0),
+        ((40.0,), 0.0, 100.0),  # a sample that stands alone is an instrument's
+        ((70.0, 70.1, 70.2), 0.0, 70.0),
+        ((20.0, 20.1, 20.2, 30.0, 30.1), 30.2, 100.0),
+    ],
+)
+def test_of_a_run_that_stands_on_its_nose_what_is_not_is_looked_at(steep, begins, ends):
+    """Where roll and heading are one, attitude angles have no rate, and a filter of them loses its way."""
+    time = 0.1 * np.arange(1001)
+    pitch = np.where(np.min(np.abs(np.subtract.outer(time, [*steep, -1.0])), axis=1) < 0.01, 1.5, 0.2 * np.sin(time))
+    columns = {t.column: np.sin(0.5 * time) for t in ROV.thrusters} | {"ahrs.pitch_rad": pitch}
+    run = vt.Run("run", time, columns | {"imu.yaw_rate_rad_s": 0.1 * np.sin(time)})
+    _, (seen,), notes = record([run], FEW)
+    assert (seen.time_s.min(), seen.time_s.max()) == pytest.approx((begins, ends), abs=0.11)
+    assert any("run run pitches beyond 74 deg" in note for note in notes) == (ends - begins < 99.0)
+    degrees = {name: 57.3 * x if name == "ahrs.pitch_rad" else x for name, x in run.columns.items()}
+    assert not record([vt.Run("run", time, degrees)], FEW)[2]  # is an error of its own

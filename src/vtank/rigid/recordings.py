@@ -33,6 +33,8 @@ TELLS = {  # channel -> axes whose motion it tells
 ANYWHERE_M = 100.0  # [m] how far a place may be from where its first sample has it; a choice
 BEYOND = 1.5  # times the largest input, to which the tables of forces go; a choice
 HEAVED_M = 0.05  # [m] by which a craft may be off its waterline when it begins, standard deviation; a guess
+STEEP = 1.3  # [rad] of pitch, beyond which roll and heading are hardly told apart; a choice
+UPRIGHT = 1.75  # [rad] that no pitch in radians exceeds, an instrument's errors included; a choice
 FEWEST = 20  # measurements of a channel below which it says nothing; a choice
 
 
@@ -89,6 +91,13 @@ def record(
     tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
     inputs = [driven(run, layout) for run in runs]
     bins, share = bins_of(runs, layout, inputs)
+    upright = [_upright(run, told) for run, told in zip(runs, inputs, strict=True)]
+    notes += [
+        f"run {run.name} pitches beyond {np.degrees(STEEP):.0f} deg, where roll and heading are one: looked at from "
+        f"{piece.time_s[0]:.4g} to {piece.time_s[-1]:.4g} s"
+        for run, (piece, _) in zip(runs, upright, strict=True) if piece is not run
+    ]  # fmt: skip
+    runs, inputs = [run for run, _ in upright], [told for _, told in upright]
     pieces = [piece for run, told in zip(runs, inputs, strict=True) for piece in _stretches(run, told, share)]
     recordings = [_recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in pieces]
     if len(pieces) > len(runs) or any(piece is not run for (piece, _), run in zip(pieces, runs, strict=False)):
@@ -179,20 +188,41 @@ def _stretches(run: Run, driven: Driven, share: float) -> list[tuple[Run, Driven
     length_s = max(share * duration_s / count, STRETCH_S)
     if share >= 1.0 or duration_s <= length_s:
         return [(run, driven)]
-    found = []
-    for start in first + np.linspace(0.0, duration_s - length_s, count):
-        kept = (run.time_s >= start - TICK_S) & (run.time_s <= start + length_s)
-        before, after = np.searchsorted(driven.stamps, [start - BEFORE_S, start + length_s])
-        acts = slice(max(int(before) - 1, 0), int(after))
-        columns = {name: values[kept] for name, values in run.columns.items()}
-        name = f"{run.name}_{start - first:.0f}-{start - first + length_s:.0f}s"
-        found.append(
-            (
-                Run(name, run.time_s[kept], columns),
-                Driven(*(part[acts] for part in (driven.stamps, driven.inputs, driven.angles, driven.before))),
-            )
+    return [
+        _stretch(
+            run, driven, start, start + length_s, f"{run.name}_{start - first:.0f}-{start - first + length_s:.0f}s"
         )
-    return found
+        for start in first + np.linspace(0.0, duration_s - length_s, count)
+    ]
+
+
+def _stretch(run: Run, driven: Driven, start: float, end: float, name: str) -> tuple[Run, Driven]:
+    """What was recorded from start to end [s], and what drove it then and just before."""
+    kept = (run.time_s >= start - TICK_S) & (run.time_s <= end)
+    before, after = np.searchsorted(driven.stamps, [start - BEFORE_S, end])
+    acts = slice(max(int(before) - 1, 0), int(after))
+    columns = {name: values[kept] for name, values in run.columns.items()}
+    drove = (part[acts] for part in (driven.stamps, driven.inputs, driven.angles, driven.before))
+    return Run(name, run.time_s[kept], columns), Driven(*drove)
+
+
+def _upright(run: Run, driven: Driven) -> tuple[Run, Driven]:
+    """The longest stretch of a run without steep pitch, and what drove it; or the run.
+
+    Straight up or down, roll and heading are one angle, of which neither has a rate. A sample that stands alone is an
+    instrument's.
+    """
+    steep = [np.zeros(0)]
+    for name in run.columns:
+        time, pitch = samples(run, name) if channel_of(name) == "pitch_rad" else (np.zeros(0), np.zeros(0))
+        size = np.sort(np.abs([pitch[:-2], pitch[1:-1], pitch[2:]]), axis=0)[1] if pitch.size > 2 else pitch[:0]
+        if size.max(initial=0.0) < UPRIGHT:
+            steep.append(time[1:-1][size > STEEP] if size.size else size)
+    if not np.concatenate(steep).size:
+        return run, driven
+    ends = np.sort(np.concatenate([[run.time_s[0] - 2.0 * TICK_S], *steep, [run.time_s[-1] + 2.0 * TICK_S]]))
+    longest = int(np.argmax(np.diff(ends)))
+    return _stretch(run, driven, ends[longest] + 2.0 * TICK_S, ends[longest + 1] - 2.0 * TICK_S, run.name)
 
 
 def _start(series: Mapping[str, tuple[Array, Array]], afloat: bool) -> tuple[Array, Array, dict[int, str]]:
