@@ -169,3 +169,17 @@ def test_of_a_run_that_stands_on_its_nose_what_is_not_is_looked_at(steep, begins
     assert any("run run pitches beyond 74 deg" in note for note in notes) == (ends - begins < 99.0)
     degrees = {name: 57.3 * x if name == "ahrs.pitch_rad" else x for name, x in run.columns.items()}
     assert not record([vt.Run("run", time, degrees)], FEW)[2]  # is an error of its own
+
+
+def test_fixes_tell_of_a_boat_whose_motion_in_the_plane_is_asked_about_and_beside_known_motion_do_not():
+    """A heading that is off turns a path under the fixes, and nothing else tells of it."""
+    time = 0.1 * np.arange(300)
+    columns = {t.column: np.sin(0.5 * time) for t in load_vehicle("kingfisher").thrusters}
+    told = ("north_m", "east_m", "heading_rad", "surge_m_s", "sway_m_s")
+    run = vt.Run("run", time, columns | {name: 0.1 * np.sin((k + 1) * time) for k, name in enumerate(told)})
+    judged = {}
+    for axes in (None, ("surge", "sway", "yaw"), ("surge",)):
+        layout, *_ = record([run], load_vehicle("kingfisher"), axes)
+        judged[axes] = {name for name, is_judged in zip(layout.columns, layout.judged, strict=True) if is_judged}
+    assert judged[None] == judged["surge", "sway", "yaw"] == set(told)
+    assert judged["surge",] == {"surge_m_s"}

@@ -64,7 +64,8 @@ def record(
     known = ~asked & bool(axes)
     at_rest = [i for i in np.flatnonzero(known) if SPEEDS[i] not in speeds and (i < 3 or ATTITUDE[i - 3] not in speeds)]
     placed = {i for i in range(3) if asked[i] and SPEEDS[i] in speeds}
-    judged = [name for name in seen if _says(channel_of(name), asked, known, placed)]
+    moving = known & np.isin(np.arange(6), list(told_of))
+    judged = [name for name in seen if _says(channel_of(name), asked, moving, placed)]
     if not judged:
         raise InputError("no measurement to fit; expected velocity, attitude or place of an axis that is asked about")
     motion = {name for name in seen if channel_of(name) in (*SPEEDS, *ATTITUDE) and known[TELLS[channel_of(name)][0]]}
@@ -118,7 +119,10 @@ def _reach(runs: Sequence[Run], pushed: Sequence[Push]) -> Array:
 
 
 def _says(name: str, asked: NDArray[np.bool_], known: NDArray[np.bool_], measured: set[int]) -> bool:
-    """Whether a channel tells of axes that are asked about; a place only where their speed is not measured itself."""
+    """Whether a channel tells of axes that are asked about.
+
+    Beside axes whose motion is known, a place does only where their speed is not measured itself.
+    """
     axes = TELLS[name]
     if not known.any():
         return any(asked[a] for a in axes)
