@@ -43,6 +43,7 @@ MOST = 3  # effects that are named together
 BADLY = 2.0  # log-likelihood that a model has by another's filter for its own, from which it is fitted anew; a choice
 FAR_OFF = 1.0  # prior deviations from which own parameters have gone far; a choice
 AGREE = 0.03  # width of priors, over the widest, within which own parameters are said to be the file's; a choice
+SURELY_OFF = 3.0  # deviations of the fit by which an own parameter is surely off; a choice
 DIFFER = 0.1  # width of priors, over the widest, from which own parameters are said to be others than the file has
 ALIKE = 1e-3  # [-] by which the gains of thrusters differ that are alike; a choice
 
@@ -412,6 +413,8 @@ def _judged(
     refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
     differing = [refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])]
+    if differ(refitted, own):  # some of them, and others as little as the file has it
+        differing.append(refitted)
     if best.effects:  # beside which own parameters may be trusted more than they can be alone
         wide = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
         differing.append(refit(replace(wide, unknowns=tuple(trusted(wide, own))), found, wide.theta))
@@ -489,6 +492,12 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def differ(model: Model, own: Sequence[Unknown]) -> bool:
+    """Whether a number that the file states is surely farther off than those that are said to agree with it."""
+    off = np.abs(model.theta[: len(own)]) - SURELY_OFF * model.sd[: len(own)]
+    return any(o > AGREE * u.scale for o, u in zip(off, own, strict=True) if u.stated)
 
 
 def evidence(model: Model) -> float:
