@@ -181,3 +181,15 @@ def test_a_half_that_tells_no_delay_does_not_part_clocks() -> None:
             for name in ("ahrs.pitch_rad", "mocap.pitch_rad")
         }
         assert not contradictions(Run.from_channels("run", channels))
+
+
+@pytest.mark.parametrize(("heaves_m_s", "warned"), [(0.4, True), (0.02, False)])
+def test_what_a_hull_that_dives_by_its_pitch_heaves_tells_nothing_of_signs(heaves_m_s: float, warned: bool) -> None:
+    """It is little beside what an instrument that is late makes of surge and pitch."""
+    time_s = np.arange(0.0, 60.0, 0.1)
+    pitch, heave = 0.2 * np.sin(0.3 * time_s), heaves_m_s * np.sin(0.3 * time_s)
+    sinks = np.cos(pitch) * -heave - np.sin(pitch)
+    depth = 10.0 + np.cumsum(sinks) * 0.1
+    columns = {"depth_m": depth, "ahrs.pitch_rad": pitch, "surge_m_s": np.ones(time_s.size), "heave_m_s": heave}
+    warnings = contradictions(Run("dive", time_s, {"thruster_1_command": np.sin(time_s), **columns}))
+    assert any("heave says up" in warning for warning in warnings) == warned

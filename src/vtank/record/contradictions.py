@@ -23,6 +23,7 @@ LATE_S = 0.3  # [s] by which two clocks part at least, more than the delays of s
 LATE_STEPS = 2.0  # the same in steps of the slower channel; a choice
 LONGEST_S = 10.0  # [s] searched either way; a choice
 BETTER = 0.5  # share of what two channels do not have in common that a delay must explain; a choice
+PART = 0.5  # of how fast depth changes, that heave makes at least where its sign is judged; a choice
 MOVES = 20  # samples that a comparison needs; a choice
 SMOOTH_S = 1.0  # [s] over which channels are averaged, so that the noise of a derivative hides nothing; a choice
 FINEST = 2**15  # points on which two channels are compared at most; a choice
@@ -179,17 +180,22 @@ def _slope(run: Run, first: str, second: str) -> tuple[float, float]:
 
 
 def _sinking(run: Run, depth: str, heave: str) -> float:
-    """Correlation of heave with the depth's derivative, less what surge and sway bring to it at the attitude."""
+    """Correlation of heave with the depth's derivative, less what surge and sway bring to it at the attitude.
+
+    0 where heave makes little of that: a hull that dives by its pitch tells of the errors of surge and pitch instead.
+    """
     grid = _grid(run, depth, heave)
     if grid.size < MOVES:
         return 0.0
     first = {name: next(iter(measured(run, name)), "") for name in ("roll_rad", "pitch_rad", "surge_m_s", "sway_m_s")}
     roll, pitch, surge, sway = (_on(run, name, grid) if name else np.zeros(grid.size) for name in first.values())
     brought = np.cos(pitch) * np.sin(roll) * sway - np.sin(pitch) * surge
-    rate = _smooth(_derivative(run, depth, grid) - brought, grid)
+    sinks = _derivative(run, depth, grid)
+    rate = _smooth(sinks - brought, grid)
     other = _smooth(np.cos(pitch) * np.cos(roll) * _on(run, heave, grid), grid)
     power = np.sqrt(float(rate @ rate) * float(other @ other))
-    return float(rate @ other) / power if power else 0.0
+    told = other.std() > PART * _smooth(sinks, grid).std()
+    return float(rate @ other) / power if told and power else 0.0
 
 
 def _uncommon(
