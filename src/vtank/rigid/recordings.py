@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,6 +48,41 @@ def record(
     drives the vehicle, nothing is measured of an axis that is asked about, or an input is of no thruster and one's own
     is missing.
     """
+    laid = _laid_out(runs, vehicle, axes)
+    layout, notes = laid.layout, list(laid.notes)
+    reach = _reach(runs, layout.pushes)
+    tables = np.array([push.table(most) for push, most in zip(layout.pushes, reach, strict=True)])
+    tables = tables.reshape(len(layout.pushes), -1)
+    upright = [_upright(run, driven(run, layout)) for run in runs]
+    notes += [
+        f"run {run.name} pitches beyond {np.degrees(STEEP):.0f} deg, where roll and heading are one: looked at from "
+        f"{piece.time_s[0]:.4g} to {piece.time_s[-1]:.4g} s"
+        for run, (piece, _) in zip(runs, upright, strict=True) if piece is not run
+    ]  # fmt: skip
+    bins, share = bins_of([run for run, _ in upright], layout, [drove for _, drove in upright])
+    pieces = [piece for run, drove in upright for piece in _stretches(run, drove, share)]
+    recordings = [_recorded(run, layout, laid.asked, laid.known, reach, tables, drove, bins) for run, drove in pieces]
+    if any(piece is not run for (piece, _), (run, _) in zip(pieces, upright, strict=False)):
+        looked_at = sum(float(np.ptp(piece.time_s)) for piece, _ in pieces)
+        notes.append(f"a long recording: {len(pieces)} stretches of it, {looked_at:.0f} s in all, are looked at")
+    told = {int(c) for run in recordings for c in np.unique(run.column)}
+    notes += [f"column {name} is not used: fewer than {FEWEST} samples"
+              for c, name in enumerate(layout.columns) if c not in told and name in laid.judged]  # fmt: skip
+    return layout, facing_walls(recordings), tuple(notes)
+
+
+class _Laid(NamedTuple):
+    """A layout, axes asked about and of known motion, (6,), columns that are judged by, and what is told of others."""
+
+    layout: Layout
+    asked: NDArray[np.bool_]
+    known: NDArray[np.bool_]
+    judged: list[str]
+    notes: list[str]
+
+
+def _laid_out(runs: Sequence[Run], vehicle: Vehicle, axes: Sequence[str] | None) -> _Laid:
+    """What recordings have of a vehicle. InputError as of `record`."""
     named = {name for run in runs for name, values in run.columns.items() if np.isfinite(values).any()}
     pushed = pushes(vehicle, named)
     seen = sorted((name for name in named if channel_of(name) in MOTION), key=lambda n: (vehicle.instrument(n), n))
@@ -88,26 +124,7 @@ def record(
         f"{vehicle.path} has no sensor '{name}'{meant(name, names or ['none'])}: taken to sit at the origin"
         for name in strange
     ]
-    reach = _reach(runs, pushed)
-    tables = np.array([push.table(most) for push, most in zip(pushed, reach, strict=True)]).reshape(len(pushed), -1)
-    inputs = [driven(run, layout) for run in runs]
-    bins, share = bins_of(runs, layout, inputs)
-    upright = [_upright(run, told) for run, told in zip(runs, inputs, strict=True)]
-    notes += [
-        f"run {run.name} pitches beyond {np.degrees(STEEP):.0f} deg, where roll and heading are one: looked at from "
-        f"{piece.time_s[0]:.4g} to {piece.time_s[-1]:.4g} s"
-        for run, (piece, _) in zip(runs, upright, strict=True) if piece is not run
-    ]  # fmt: skip
-    runs, inputs = [run for run, _ in upright], [told for _, told in upright]
-    pieces = [piece for run, told in zip(runs, inputs, strict=True) for piece in _stretches(run, told, share)]
-    recordings = [_recorded(run, layout, asked, known, reach, tables, told, bins) for run, told in pieces]
-    if len(pieces) > len(runs) or any(piece is not run for (piece, _), run in zip(pieces, runs, strict=False)):
-        looked_at = sum(float(np.ptp(piece.time_s)) for piece, _ in pieces)
-        notes.append(f"a long recording: {len(pieces)} stretches of it, {looked_at:.0f} s in all, are looked at")
-    told = {int(c) for run in recordings for c in np.unique(run.column)}
-    notes += [f"column {name} is not used: fewer than {FEWEST} samples"
-              for c, name in enumerate(used) if c not in told and name in judged]  # fmt: skip
-    return layout, facing_walls(recordings), tuple(notes)
+    return _Laid(layout, asked, known, judged, notes)
 
 
 def _reach(runs: Sequence[Run], pushed: Sequence[Push]) -> Array:
