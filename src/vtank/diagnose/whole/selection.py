@@ -452,6 +452,8 @@ def _judged(
     judged = {model: by_itself(model, found, least) for model in dict.fromkeys([*sets.values(), nominal, refitted])}
     sets = {name: judged[model] for name, model in sets.items()}
     best, nominal, refitted = sets[_key(best)], judged[nominal], judged[refitted]
+    if sets["none"].log_evidence > sets["parameters"].log_evidence:
+        sets["parameters"] = max(sets["parameters"], begun_at(sets["none"], seen), key=evidence)
     forms = {name: _form(sets[name], found, sizes) for name in {_key(best), *map(_key, lesser)} - {"parameters"}}
     weights = prior_odds(sets, refitted, nominal, candidates, forms)
     for name in {_key(model) for model in lesser} - {"parameters"}:
@@ -492,6 +494,17 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def begun_at(none: Model, own: Sequence[Unknown]) -> Model:
+    """Own parameters fitted from those that agree with the file, by whose filter they are judged.
+
+    They hold what agrees as well, and may have been led elsewhere by an effect that is none.
+    """
+    there, layout = none.fit.filter(none.vector()), none.fit.runs[0].layout
+    agreed = {unknown.name: value for unknown, value in zip(none.unknowns, none.theta, strict=True)}
+    begin = np.array([agreed.get(unknown.name, 0.0) for unknown in own])
+    return by_itself(refit(blank(none.fit, layout, (), own), there, begin), there)
 
 
 def differ(model: Model, own: Sequence[Unknown]) -> bool:
