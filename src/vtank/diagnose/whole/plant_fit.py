@@ -13,7 +13,7 @@ from ...rigid.noise import KEPT, cut, first_noise
 from ...rigid.recorded import Recorded, relaid
 from .curves import Bend, bends, bent
 from .flow_fit import flowing
-from .model import Model, blank, refit
+from .model import Model, at_noise, blank, refit
 from .settling import settled
 from .simulator import Usual, shared, unknowns, usual
 
@@ -67,7 +67,5 @@ def turned(model: Model, first: Begun, share: float) -> Model:
     """The model after steps towards its flow at a share of its disturbance, and the noise that is left."""
     variance = first.model.fit.noise.variance
     if share < 1.0:
-        noise = replace(model.fit.noise, sigma=share * model.fit.noise.sigma)
-        quiet = replace(model, fit=replace(model.fit, noise=noise))
-        model = refit(quiet, quiet.fit.filter(quiet.vector()), quiet.theta)
+        model, _ = at_noise(model, replace(model.fit.noise, sigma=share * model.fit.noise.sigma))
     return settled(flowing(model, first.did), variance, KEPT * variance)[0]
