@@ -57,10 +57,16 @@ def _levels(run: Recorded, noises: Sequence[Noise]) -> Levels:
 
 
 @lean
-def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
-    """As `kalman.carry`, in lanes: covariance P, (n n, W), after a step of h [s]; A, as P: scratch.
+def row(a, b, size):
+    """Of the covariance of two states: what lies below the diagonal is not kept."""
+    return min(a, b) * size + max(a, b)
 
-    G: of `pushing`, (12, 6); keep, mean: of `lasting`, (6, W).
+
+@lean
+def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
+    """As `kalman.carry`, in lanes: covariance P, (n n, W), as of `row`, after a step of h [s]; A, (n n, W): scratch.
+
+    G: of `pushing`, (12, 6); keep, (6 + S, W): what is left of disturbances and slow errors; mean: of `lasting`.
     """
     size = SIZE + levels.slow.shape[0]
     none = 0.0 * load(levels.memory, 0)
@@ -69,16 +75,14 @@ def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
             moves = none
             for q in range(12):
                 if F[k, q] != 0.0:
-                    moves = moves + F[k, q] * load(P, i * size + q)
+                    moves = moves + F[k, q] * load(P, row(i, q, size))
             for c in range(6):
                 if G[k, c] != 0.0:
-                    moves = moves + G[k, c] * (load(mean, c) * load(P, i * size + 12 + c))
+                    moves = moves + G[k, c] * (load(mean, c) * load(P, row(i, 12 + c, size)))
             store(A, i * size + k, moves)
-        for k in range(12, SIZE):
-            store(A, i * size + k, load(keep, k - 12) * load(P, i * size + k))
-        for k in range(SIZE, size):
-            store(A, i * size + k, math.exp(-h / load(levels.slow_s, k - SIZE)) * load(P, i * size + k))
-    for i in range(12):  # P = T A, the upper half; what rounding makes of the lower would grow for itself
+        for k in range(12, size):
+            store(A, i * size + k, load(keep, k - 12) * load(P, row(i, k, size)))
+    for i in range(12):  # P = T A
         for k in range(i, size):
             moves = none
             for q in range(12):
@@ -88,13 +92,11 @@ def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
                 if G[i, c] != 0.0:
                     moves = moves + G[i, c] * (load(mean, c) * load(A, (12 + c) * size + k))
             store(P, i * size + k, moves)
-    for i in range(12, SIZE):
+    for i in range(12, size):
         for k in range(i, size):
             store(P, i * size + k, load(keep, i - 12) * load(A, i * size + k))
     for i in range(SIZE, size):
-        left, slow = math.exp(-h / load(levels.slow_s, i - SIZE)), load(levels.slow, i - SIZE)
-        for k in range(i, size):
-            store(P, i * size + k, left * load(A, i * size + k))
+        left, slow = load(keep, i - 12), load(levels.slow, i - SIZE)
         store(P, i * size + i, load(P, i * size + i) + slow * slow * (1.0 - left * left))
     early = load(levels.timing, 0)
     for a in range(6):
@@ -113,9 +115,6 @@ def carried(F, h, levels, rough, stir, step, keep, mean, G, P, A):
                 for c in range(b, 6):
                     to = at * size + 6 + c
                     store(P, to, load(P, to) + by * stir[step, c, a] * (sigma * sigma * gust))
-    for i in range(size):
-        for k in range(i):
-            store(P, i * size + k, load(P, k * size + i))
 
 
 @lean
@@ -126,10 +125,10 @@ def weighed(P, H, own, noise_var, C, gain, m, told):
     for a in range(size):
         shared = explained * 0.0
         if own >= 0:
-            shared = load(P, (SIZE + own) * size + a)
+            shared = load(P, row(SIZE + own, a, size))
         for b in range(SIZE):
             if H[b] != 0.0:
-                shared = shared + H[b] * load(P, b * size + a)
+                shared = shared + H[b] * load(P, row(b, a, size))
         store(C, a, shared)
     for a in range(SIZE):
         if H[a] != 0.0:
@@ -146,10 +145,8 @@ def weighed(P, H, own, noise_var, C, gain, m, told):
     for a in range(size):
         share = load(C, a) / variance
         store(gain, a, share)
-        for b in range(a + 1):
-            left = load(P, a * size + b) - share * load(C, b)
-            store(P, a * size + b, left)
-            store(P, b * size + a, left)
+        for b in range(a, size):
+            store(P, a * size + b, load(P, a * size + b) - share * load(C, b))
 
 
 @law
@@ -162,7 +159,7 @@ def beside(way, steps, spread, column, levels, rough, then, before, told):
     size, wide = SIZE + levels.slow.shape[0], levels.sigma.shape[1]
     P, A, G = np.zeros((size * size, wide)), np.empty((size * size, wide)), np.empty((12, 6))
     C, gain, x, new = np.empty((size, wide)), np.empty((size, wide)), np.zeros((size, wide)), np.empty((12, wide))
-    keep, mean, meant, H = np.empty((6, wide)), np.empty((6, wide)), np.empty(6), np.empty(SIZE)
+    keep, mean, meant, H = np.empty((size - 12, wide)), np.empty((6, wide)), np.empty(6), np.empty(SIZE)
     on_the_way(
         way, steps, spread, column, levels, rough, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
     )  # fmt: skip
@@ -184,11 +181,14 @@ def on_the_way(
         m = steps.which[q]
         while i < steps.upto[q]:  # x: of the motion, what it is off the path; of the rest, itself
             h, F = steps.length[i], way.F[i]
-            for c in range(6):
-                left, over = lasting(h, load(levels.memory, c))
-                store(keep, c, left)
-                store(mean, c, over)
-                _, meant[c] = lasting(h, then.memory[c])
+            if i == 0 or h != steps.length[i - 1]:
+                for c in range(6):
+                    left, over = lasting(h, load(levels.memory, c))
+                    store(keep, c, left)
+                    store(mean, c, over)
+                    _, meant[c] = lasting(h, then.memory[c])
+                for c in range(levels.slow.shape[0]):
+                    store(keep, 6 + c, math.exp(-h / load(levels.slow_s, c)))
             for a in range(12):
                 on = 0.0 * load(levels.memory, 0)
                 for c in range(12):
@@ -199,10 +199,8 @@ def on_the_way(
                 store(new, a, on)
             for a in range(12):
                 store(x, a, load(new, a))
-            for a in range(12, SIZE):
+            for a in range(12, size):
                 store(x, a, load(keep, a - 12) * load(x, a))
-            for a in range(SIZE, size):
-                store(x, a, math.exp(-h / load(levels.slow_s, a - SIZE)) * load(x, a))
             carried(F, h, levels, rough, then.stir, i, keep, mean, G, P, A)
             i += 1
         own = levels.which[column[m]]
