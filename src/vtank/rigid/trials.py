@@ -143,10 +143,10 @@ def weighed(P, H, own, noise_var, C, gain, m, told):
     store(told.explained, m, explained)
     store(told.variance, m, variance)
     for a in range(size):
-        share = load(C, a) / variance
-        store(gain, a, share)
+        store(gain, a, load(C, a) / variance)
+    for a in range(size):
         for b in range(a, size):
-            store(P, a * size + b, load(P, a * size + b) - share * load(C, b))
+            store(P, a * size + b, load(P, a * size + b) - load(gain, b) * load(C, a))
 
 
 @law
