@@ -73,15 +73,31 @@ def test_a_level_that_takes_acceleration_for_tilt_goes_with_the_surge() -> None:
     assert any("surge" in name for name in block.goes_with)
 
 
+def drawn(run: vt.Run, inputs: dict[str, np.ndarray]) -> np.ndarray:
+    """The current that thrusters draw, at the rows of a run, as it goes with their thrust."""
+    asked = np.array([np.interp(run.time_s, inputs["time_s"], inputs[t.column]) for t in FEW.thrusters])
+    return np.asarray(np.mean(np.abs(asked) ** 1.5, axis=0))
+
+
 @pytest.mark.slow
 def test_a_compass_beside_cables_goes_with_the_load() -> None:
     inputs = multisine(FEW, SECONDS, 4)
     run = fly_vehicle(FEW, inputs, SECONDS, 1)
-    asked = np.array([np.interp(run.time_s, inputs["time_s"], inputs[t.column]) for t in FEW.thrusters])
-    drawn = np.mean(np.abs(asked) ** 1.5, axis=0)  # as the current goes with the thrust
-    diagnosis = found_in(run, FEW, ahrs__heading_rad=run.columns["ahrs.heading_rad"] + 0.5 * drawn)
+    heading = run.columns["ahrs.heading_rad"] + 0.5 * drawn(run, inputs)
+    diagnosis = found_in(run, FEW, ahrs__heading_rad=heading)
     assert (diagnosis.verdict.kind, diagnosis.verdict.places) == ("unknown", ("ahrs",))
     assert "load" in diagnosis.selection.blocks[0].goes_with[0]
+
+
+@pytest.mark.slow
+def test_an_effect_keeps_its_name_beside_what_has_none_somewhere_else() -> None:
+    """A thruster that pushes less astern than it is said to, and a compass beside cables."""
+    run = flown_with(FEW, SECONDS, thrust_asymmetry__thruster_1={"e": 0.008})
+    heading = run.columns["ahrs.heading_rad"] + drawn(run, multisine(FEW, SECONDS, 3))
+    beside = replace(run, columns=run.columns | {"ahrs.heading_rad": heading})
+    verdict = vt.diagnose([beside], nominal=FEW, effects=(*EASY, "thrust_asymmetry")).verdict
+    assert (verdict.effects, verdict.places) == (("thrust_asymmetry",), ("thruster_1",))
+    assert "ahrs" in verdict.unexplained
 
 
 @pytest.mark.slow

@@ -18,9 +18,9 @@ from ...errors import InputError
 from ...rigid.filtered import Filtered, free, innovations, share
 from ...rigid.recorded import Recorded
 from ..budget import Line
-from .model import Model
+from .model import Model, without
 from .score import based
-from .selection import Selection, without
+from .selection import Selection
 
 Array = NDArray[np.float64]
 STRETCH_S = 15.0  # [s] that a simulation runs free: long against a vehicle's own times, short of drifting off; a choice

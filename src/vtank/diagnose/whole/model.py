@@ -254,6 +254,14 @@ def sparing(value: Array, covariance: Array, scale: Array, needed: bool) -> floa
     return float(np.logaddexp.reduce(gains) - np.log(len(gains)))
 
 
+def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filtered]) -> Model:
+    """The model with one effect less."""
+    left = tuple(other for other in model.effects if other is not placed)
+    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
+    keep = [i for i, u in enumerate(model.unknowns) if not u.name.startswith(placed.name + ".")]
+    return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
+
+
 def even(model: Model, column: int | None = None) -> list[tuple[Model, list[Filtered]]]:
     """The refit as if a column (default: any) had no slow errors, which may stand for what a model lacks.
 

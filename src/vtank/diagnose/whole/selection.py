@@ -19,9 +19,10 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import Model, at_noise, blank, even, refit
+from .model import Model, at_noise, blank, even, refit, without
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .own import EACH, Unknown, own_unknowns
+from .retained import retained
 from .score import Promise, based, promises
 from .settling import flowing, forgetful, reformed, rightly_begun, settled, trusting
 from .sizes import sizes_of
@@ -280,14 +281,6 @@ def leapt(model: Model, found: Sequence[Filtered], held: Array) -> Model:
     return model
 
 
-def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filtered]) -> Model:
-    """The model with one effect less."""
-    left = tuple(other for other in model.effects if other is not placed)
-    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
-    keep = [i for i, u in enumerate(model.unknowns) if not u.name.startswith(placed.name + ".")]
-    return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
-
-
 def _elsewhere(
     best: Model, layout: Layout, found: Sequence[Filtered], candidates: Sequence[Placed]
 ) -> list[tuple[Model, float]]:
@@ -476,6 +469,14 @@ def _judged(
         every = [replace(block, gain=block.gain - less.get(NAMELESS, 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
+    def staying(place: str) -> Model | None:
+        """The best with no more than the effects that a free-form part there takes nothing over from, if any."""
+        there = best.fit.filter(best.vector())
+        stay, model = retained(best, place, layout, there, sizes), best
+        for placed in best.effects:
+            model = model if placed in stay else without(model, layout, placed, there)
+        return sets.get(_key(model), model) if stay else None
+
     blocks = alone = free_form(best, found)
     del found
     ground, mimicry = best, -np.inf
@@ -483,9 +484,16 @@ def _judged(
         there = refitted.fit.filter(refitted.vector())
         ground = refit(refitted, there, refitted.theta, steps=0)  # by its own filter, by which its free-form parts gain
         alone = free_form(ground, there)
-        left = max((block.gain for block in blocks if block.visible), default=-np.inf)
+        rest = max((block for block in blocks if block.visible), key=lambda block: block.gain, default=None)
+        left = rest.gain if rest else -np.inf
         mimicry = weights[_key(best)] + imitated(left, best, refitted)
         weights[_key(best)] += imperfect(left, best, refitted)
+        if rest and rest.repeats and not echoes and (stays := staying(rest.place)):
+            weights[_key(stays)] = float(np.logaddexp(weights.get(_key(stays), -np.inf), mimicry))
+            mimicry = -np.inf  # what is left has a cause of its own beside them
+            if stays is not best:
+                best = sets[_key(stays)] = stays
+                blocks = free_form(best, best.fit.filter(best.vector()))
     weights |= nameless(alone, ground, nominal, mimicry)
     most = max(weights.values())
     total = sum(np.exp(w - most) for w in weights.values())
