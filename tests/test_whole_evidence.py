@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import importlib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import vtank as vt
 from vtank.diagnose.freeform.functions import functions_of
+from vtank.diagnose.whole.diagnosis import coarse
 from vtank.diagnose.whole.model import Model
 from vtank.diagnose.whole.own import Unknown
 from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
@@ -132,3 +134,14 @@ def test_a_run_without_a_column_adds_nothing_to_the_functions_of_it():
     assert first[-2].sum(axis=1).tolist() == [1.0] * 40 and not first[-1].any()
     assert [part.shape[1] for part in first] == [part.shape[1] for part in lacking]
     assert all(part.shape[0] == 0 for part in lacking)
+
+
+@pytest.mark.parametrize(("step", "notes"), [(0.0, 0), (0.002, 0), (0.02, 1), (0.2, 1)])
+def test_steps_as_large_as_the_noise_are_told_of(step: float, notes: int) -> None:
+    """Of a speed to 0.5 m/s with noise of 10 mm/s; what is noiseless and has six decimals comes in no steps."""
+    time_s = np.arange(0.0, 100.0, 0.1)
+    speed = 0.5 * np.sin(0.3 * time_s) + 0.01 * np.random.default_rng(1).normal(size=time_s.size)
+    read = np.round(speed / step) * step if step else speed
+    columns = {"surge_m_s": read, "sway_m_s": np.round(0.5 * np.cos(0.3 * time_s), 6)}
+    said = coarse([vt.Run("one", time_s, columns)], SimpleNamespace(columns=("surge_m_s", "sway_m_s", "heave_m_s")))
+    assert len(said) == notes and all(f"surge_m_s comes in steps of {step:g}," in note for note in said)

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 from ...estimate.observed import stretches
 from ...plant.vehicle import Vehicle
 from ...record.columns import channel_of
+from ...record.repeats import smallest_step
 from ...record.run import Run
 from ...rigid.filtered import TINY, shaken
 from ...rigid.fit import Fit, log_likelihood
-from ...rigid.layout import AXES
+from ...rigid.layout import AXES, Layout
 from ...rigid.noise import SURELY
 from ...rigid.places import TWINS, Placed
 from ...rigid.recordings import record
+from ...rigid.thinned import samples, scatter
 from ..given import telling
 from ..likeness import Likeness, doubted
 from ..ties import SEPARABLE
@@ -37,6 +39,7 @@ RIVAL = 0.05  # probability from which a set is listed as a rival; a choice
 STRAINED = 4.6  # log prior that own parameters lose in the place of an effect, from which they are none: odds of 100
 SEEN = 0.03  # of the error of simulation that an effect must take off what is left without it; a choice
 BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be better on what was left out; a choice
+COARSE = 1e-3  # of what a column usually reads, below which its steps are a file's last digit; a choice
 UNPUNCTUAL = 0.05  # share of the time between rows, by which inputs turn off, from which a log is told of; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
 TURBULENT = 0.01  # [m/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
@@ -320,8 +323,23 @@ def _diagnosed(
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
         verdict = doubted(verdict, like)
-    notes += flat + said + _unlogged(selection.best.fit)
+    notes += flat + said + _unlogged(selection.best.fit) + coarse(kept, layout)
     return WholeDiagnosis(vehicle, selection, verdict, spent, notes, like, plant)
+
+
+def coarse(runs: Sequence[Run], layout: Layout) -> tuple[str, ...]:
+    """What to say of columns whose readings come in steps as large as their white error, which pass for noise."""
+    notes = []
+    for name in layout.columns:
+        told = [values for run in runs if name in run.columns and (values := samples(run, name)[1]).size]
+        if not told:
+            continue
+        step, usual = smallest_step(np.concatenate(told)), float(np.std(np.concatenate(told)))
+        if step > max(float(np.median([*map(scatter, told)])), COARSE * usual):
+            notes.append(
+                f"column {name} comes in steps of {step:.2g}, as large as its noise: taken for noise, not a gap"
+            )
+    return tuple(notes)
 
 
 def _unlogged(fit: Fit) -> tuple[str, ...]:
