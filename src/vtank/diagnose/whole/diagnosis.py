@@ -334,8 +334,9 @@ def coarse(runs: Sequence[Run], layout: Layout) -> tuple[str, ...]:
         told = [values for run in runs if name in run.columns and (values := samples(run, name)[1]).size]
         if not told:
             continue
-        step, usual = smallest_step(np.concatenate(told)), float(np.std(np.concatenate(told)))
-        if step > max(float(np.median([*map(scatter, told)])), COARSE * usual):
+        values = np.concatenate(told)
+        step = smallest_step(values)
+        if step > max(float(np.median([*map(scatter, told)])), COARSE * float(np.std(values))):
             notes.append(
                 f"column {name} comes in steps of {step:.2g}, as large as its noise: taken for noise, not a gap"
             )

@@ -469,14 +469,6 @@ def _judged(
         every = [replace(block, gain=block.gain - less.get(NAMELESS, 0.0)) for block in every]
         return sorted(every, key=lambda block: -block.gain)
 
-    def staying(place: str) -> Model | None:
-        """The best with no more than the effects that a free-form part there takes nothing over from, if any."""
-        there = best.fit.filter(best.vector())
-        stay, model = retained(best, place, layout, there, sizes), best
-        for placed in best.effects:
-            model = model if placed in stay else without(model, layout, placed, there)
-        return sets.get(_key(model), model) if stay else None
-
     blocks = alone = free_form(best, found)
     del found
     ground, mimicry = best, -np.inf
@@ -488,12 +480,15 @@ def _judged(
         left = rest.gain if rest else -np.inf
         mimicry = weights[_key(best)] + imitated(left, best, refitted)
         weights[_key(best)] += imperfect(left, best, refitted)
-        if rest and rest.repeats and not echoes and (stays := staying(rest.place)):
-            weights[_key(stays)] = float(np.logaddexp(weights.get(_key(stays), -np.inf), mimicry))
-            mimicry = -np.inf  # what is left has a cause of its own beside them
-            if stays is not best:
-                best = sets[_key(stays)] = stays
-                blocks = free_form(best, best.fit.filter(best.vector()))
+        if rest and rest.repeats and not echoes:
+            there = best.fit.filter(best.vector())
+            gone = {*best.names} - retained(best, rest.place, layout, there, sizes)
+            if gone < {*best.names}:  # what is left has a cause of its own beside those that stay
+                stays = _less(sets, _key(best), gone, layout, there)
+                weights[stays], mimicry = float(np.logaddexp(weights.get(stays, -np.inf), mimicry)), -np.inf
+                if gone:
+                    best = sets[stays]
+                    blocks = free_form(best, best.fit.filter(best.vector()))
     weights |= nameless(alone, ground, nominal, mimicry)
     most = max(weights.values())
     total = sum(np.exp(w - most) for w in weights.values())
@@ -567,19 +562,27 @@ def narrowed(selection: Selection, hidden: set[str]) -> Selection:
     plain = max(("none", "parameters"), key=lambda name: before.get(name, 0.0))
 
     def seen(name: str) -> str:
-        left = "+".join(part for part in name.split("+") if part not in hidden) or plain
-        if left not in sets:
-            model = sets[name]
-            for placed in (placed for placed in model.effects if placed.name in hidden):
-                model = without(model, selection.layout, placed, selection.found)
-            sets[left] = model
-        return left
+        return _less(sets, name, hidden, selection.layout, selection.found, plain)
 
     chances: dict[str, float] = {}
     for name, chance in before.items():
         name = seen(name) if name in selection.sets and selection.sets[name].effects else name
         chances[name] = chances.get(name, 0.0) + chance
     return replace(selection, best=sets[seen(_key(selection.best))], sets=sets, probabilities=chances)
+
+
+def _less(
+    sets: dict[str, Model], name: str, gone: set[str], layout: Layout, found: Sequence[Filtered],
+    plain: str = "parameters",
+) -> str:  # fmt: skip
+    """Name of a set without some of its effects, fitted where it was not; plain: of one without any."""
+    left = "+".join(part for part in name.split("+") if part not in gone) or plain
+    if left not in sets:
+        model = sets[name]
+        for placed in (placed for placed in model.effects if placed.name in gone):
+            model = without(model, layout, placed, found)
+        sets[left] = model
+    return left
 
 
 def _form(model: Model, found: Sequence[Filtered], sizes: Sizes) -> float:
