@@ -56,6 +56,11 @@ class Noise:
         """Variance of all errors of each column, (C,) [its unit squared]."""
         return np.asarray(self.variance + self.slow**2)
 
+    @property
+    def quiet(self) -> bool:
+        """Whether nothing of it is remembered: no disturbance, no slow error."""
+        return not (self.sigma > STILL).any() and not self.slow.any()
+
     def like(self, other: Noise) -> bool:
         """Whether disturbances that are any, memories, and timing are within a factor of two of the other's."""
         mine, its = (np.maximum(noise.sigma, STILL) for noise in (self, other))

@@ -18,7 +18,8 @@ from ...errors import InputError
 from ...rigid.filtered import Filtered, free, innovations, share
 from ...rigid.recorded import Recorded
 from ..budget import Line
-from .model import Model, without
+from .lesser import without
+from .model import Model
 from .score import based
 from .selection import Selection
 
@@ -59,7 +60,7 @@ def ladder(selection: Selection) -> list[tuple[str, str, Model]]:
         if len(model.effects) == 1:
             chain.append((model.effects[0].name, "effect", model))
             break
-        lesser = [(without(model, selection.layout, placed, selection.found), placed) for placed in model.effects]
+        lesser = [(without(model, selection.layout, [placed], selection.found), placed) for placed in model.effects]
         smaller, placed = max(lesser, key=lambda pair: pair[0].log_evidence)
         chain.append((placed.name, "effect", model))
         model = smaller

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 PROMISE = 0.02  # log-likelihood that a further step must promise
 KEPT = 0.5  # of what a step promised, below which it has left the valley; a choice
+HOPE = 2.0  # times what the slope promises in all, that a fit may still come down; a choice
 BACK, LOWER = 8, 0.7  # steps back to the valley's floor, at most, and what each must leave of the height; choices
 
 
@@ -31,12 +32,13 @@ def descend(
     bounds: tuple[Array, Array],
     steps: int,
     held: bool,
+    enough: float = np.inf,
 ) -> tuple[Array, Array, Array]:
     """Where half of |residual|^2 + |theta / scale|^2 is least, its residual (M,) and slope (M, U) there.
 
     residual: of theta (U,). slopes: d residual / d theta at theta, whose residual is given too. bounds: lowest and
     highest. steps: at most. held: whether slopes cost little, and are made anew at each step; else only once theta has
-    gone farther than it can be told apart.
+    gone farther than it can be told apart. enough: that the least has to be; what promises to stay above it ends.
     """
     weight, damping, (low, high) = scale**-2.0, 1e-4, bounds
     theta = np.clip(theta, low, high)
@@ -56,7 +58,7 @@ def descend(
             return move
 
         move, trial = solved(H, gradient), theta
-        if -0.5 * gradient @ move < PROMISE:
+        if -0.5 * gradient @ move < PROMISE or cost + HOPE * 0.5 * gradient @ move > enough:
             break
         while -gradient @ move - 0.5 * move @ H @ move > PROMISE:
             A = H + damping * np.diag(np.diag(H))

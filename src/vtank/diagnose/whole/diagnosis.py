@@ -217,8 +217,9 @@ def verdict_of(selection: Selection, spent: Budget, strange_axis: str = "") -> V
 def tied(selection: Selection, name: str) -> list[str]:
     """Sets of as many effects as a named one that no instrument here tells from it, the most probable first.
 
-    Their innovations differ by fewer than SEPARABLE deviations, as those of ties of surge do: what their probabilities
-    differ by was held of them beforehand.
+    Their innovations differ by fewer than SEPARABLE deviations, as those of ties of surge do, those included by which
+    own parameters are strained beyond what the named one takes: what else their probabilities differ by was held of
+    them beforehand.
     """
     model = selection.sets[name]
     rivals = {key: other for key, other in selection.sets.items()
@@ -227,7 +228,8 @@ def tied(selection: Selection, name: str) -> list[str]:
         return []
     e = model.fit.residuals([other.vector() for other in (model, *rivals.values())], selection.found)
     apart = np.linalg.norm(e[:, 1:] - e[:, :1], axis=0)
-    near = [key for key, far in zip(rivals, apart, strict=True) if far < SEPARABLE]
+    strain = [2.0 * max(other.strained - model.strained, 0.0) for other in rivals.values()]
+    near = [key for key, far, more in zip(rivals, apart, strain, strict=True) if far**2 + more < SEPARABLE**2]
     return sorted(near, key=lambda key: -selection.probabilities.get(key, 0.0))
 
 

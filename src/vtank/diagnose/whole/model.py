@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...errors import InputError
 from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, level
 from ...rigid.layout import Layout
-from ...rigid.noise import against
+from ...rigid.noise import FIRST_SIGMA, against
 from ...rigid.places import Parameter, Placed
 from ...rigid.tangent import Path
 from ..bounds import within
@@ -29,6 +30,8 @@ Array = NDArray[np.float64]
 STEPS = 16  # of a fit, at most
 VISIBLE = 0.02  # of what is usual at its place, below which nobody would call anything a gap; a choice
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
+LED = 2.0  # square of the residuals, over their number, from which a fit is led to where it begins; a choice
+LEADS = (1.0, 0.1)  # shares of the disturbances that a search begins with, by which it is led; choices
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 
 
@@ -165,12 +168,14 @@ def _sides(unknowns: Sequence[Unknown], theta: Array) -> Array:
 
 
 def refit(
-    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None = None, steps: int = STEPS
-) -> Model:
+    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None = None, steps: int = STEPS,
+    least: float = -np.inf,
+) -> Model:  # fmt: skip
     """Levenberg-Marquardt with the gains held, from theta; evidence at the end.
 
     held: derivative with respect to the first unknowns, (sum M, H), which is not made anew: own parameters hardly move.
     By default all are made at once, along paths, and anew where the fit has gone farther than it can tell apart.
+    least: log evidence that it has to reach; where it promises to stay below, it goes no further.
     """
 
     def told() -> str:
@@ -178,7 +183,7 @@ def refit(
         bases = [part for u in model.unknowns for part in (u.name, u.slots, u.base)]
         seen = [part for f in found for part in (f.p, f.innovation, f.variance, f.wall)]
         first = np.empty(0) if held is None else held.sum(axis=0)
-        return digest(["refit", model.names, steps, model.fixed, theta, first, *numbers, *bases, *seen])
+        return digest(["refit", model.names, steps, least, model.fixed, theta, first, *numbers, *bases, *seen])
 
     def plain(fitted: Model) -> list[Any]:
         information = fitted.information
@@ -190,27 +195,16 @@ def refit(
         information = None if information is None else np.array(information).reshape(len(theta), len(theta))
         return replace(model, theta=np.array(theta), cost=cost, log_evidence=evidence, information=information)
 
-    return step(told, lambda: _fitted(model, found, theta, held, steps), plain, again)
+    return step(told, lambda: _fitted(model, found, theta, held, steps, least), plain, again)
 
 
-def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int) -> Model:
-    unknowns, scale = model.unknowns, np.array([u.scale for u in model.unknowns])
-    low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("low", "high"))
-
-    def residual(at: Array) -> Array:
-        return model.fit.residuals([_vector(model.fixed, unknowns, at)], found)[:, 0]
-
-    def differentiated(at: Array, e: Array) -> Array:
-        if held is None:
-            now = replace(model, theta=at)
-            return slopes(now, model.fit.paths(now.vector(), found))
-        side, first = _sides(unknowns, at), held.shape[1]
-        if first == at.size:
-            return held
-        moved = [_vector(model.fixed, unknowns, at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
-        return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
-
-    theta, e, J = descend(residual, differentiated, theta, scale, (low, high), steps, held is not None)
+def _fitted(
+    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int, least: float
+) -> Model:
+    scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
+    if held is None and steps:
+        theta = _led(model, found, theta)
+    theta, e, J = _descended(model, found, theta, held, steps, level(found) - least)
     weight = scale**-2.0
     cost = 0.5 * float(e @ e + np.sum(weight * theta * theta))
     inner = J.T @ J
@@ -221,6 +215,55 @@ def _fitted(model: Model, found: Sequence[Filtered], theta: Array, held: Array |
     evidence = level(found) - cost - occam + cut + _sparing(model, theta, covariance, inside)
     evidence -= against(model.fit)
     return replace(model, theta=theta, cost=cost, information=H, log_evidence=evidence)
+
+
+def _descended(
+    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int, enough: float = np.inf
+) -> tuple[Array, Array, Array]:
+    """`descend` by the gains of a filter; held: as of `refit`."""
+    unknowns = model.unknowns
+    scale, low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("scale", "low", "high"))
+
+    def residual(at: Array) -> Array:
+        return model.fit.residuals([model.vector(at)], found)[:, 0]
+
+    def differentiated(at: Array, e: Array) -> Array:
+        if held is None:
+            now = replace(model, theta=at)
+            return slopes(now, model.fit.paths(now.vector(), found))
+        side, first = _sides(unknowns, at), held.shape[1]
+        if first == at.size:
+            return held
+        moved = [model.vector(at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
+        return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
+
+    return descend(residual, differentiated, theta, scale, (low, high), steps, held is not None, enough)
+
+
+def _led(model: Model, found: Sequence[Filtered], theta: Array) -> Array:
+    """Where a fit begins: at theta or, where that is far off, where fits lead whose filters follow the recordings.
+
+    A simulation that nothing holds to what was measured goes astray by all that its parameters are off, in ways that
+    no slope foretells; one that is led needs no more than their forces. It is led less and less.
+    """
+    noise = model.fit.noise
+
+    def off(at: Array) -> float:
+        e = model.fit.residuals([model.vector(at)], found)
+        return float(np.sum(e * e)) / len(e)
+
+    before, led = off(theta), theta
+    if not theta.size or before < LED:
+        return theta
+    for share in LEADS:
+        stirred = np.where(noise.sigma > 0.0, share * FIRST_SIGMA, 0.0)
+        fit = replace(model.fit, noise=replace(noise.even, sigma=stirred, flows=False))
+        try:
+            there = fit.filter(model.vector(led))
+        except InputError:
+            break
+        led = _descended(replace(model, fit=fit), there, led, None, STEPS // len(LEADS))[0]
+    return led if off(led) < before else theta
 
 
 def _sparing(model: Model, theta: Array, covariance: Array, inside: NDArray[np.bool_]) -> float:
@@ -252,14 +295,6 @@ def sparing(value: Array, covariance: Array, scale: Array, needed: bool) -> floa
                 -0.5 * float(off @ np.linalg.solve(inner, off)) - 0.5 * spread + float(np.sum(np.log(scale[at])))
             )
     return float(np.logaddexp.reduce(gains) - np.log(len(gains)))
-
-
-def without(model: Model, layout: Layout, placed: Placed, found: Sequence[Filtered]) -> Model:
-    """The model with one effect less."""
-    left = tuple(other for other in model.effects if other is not placed)
-    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
-    keep = [i for i, u in enumerate(model.unknowns) if not u.name.startswith(placed.name + ".")]
-    return refit(blank(model.fit, layout, left, own), found, model.theta[keep])
 
 
 def even(model: Model, column: int | None = None) -> list[tuple[Model, list[Filtered]]]:

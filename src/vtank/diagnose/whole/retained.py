@@ -9,7 +9,8 @@ import numpy as np
 from ...rigid.filtered import Filtered
 from ...rigid.layout import Layout
 from ...rigid.places import Sizes
-from .model import Model, refit, without
+from .lesser import without
+from .model import Model, refit
 from .score import based
 from .unnamed import at_place
 
@@ -29,7 +30,7 @@ def retained(model: Model, place: str, layout: Layout, found: Sequence[Filtered]
     here = refit(model, found, model.theta, steps=0)
     most, stay = beside(here), set[str]()
     for placed in model.effects if np.isfinite(most) else ():
-        less = without(here, layout, placed, found)
+        less = without(here, layout, [placed], found)
         explains = here.log_evidence - less.log_evidence
         if explains > 0.0 and beside(less) - most < (1.0 - STAYS) * explains:
             stay.add(placed.name)

@@ -19,14 +19,14 @@ from ...rigid.places import Placed, Sizes, catalogue
 from ...rigid.recorded import Recorded
 from .echoes import Echoes, heard, still_heard
 from .gross import mistaken
-from .model import Model, at_noise, blank, even, refit, without
+from .lesser import lessened, trusted_in, without
+from .model import Model, at_noise, blank, even, refit
 from .odds import imitated, imperfect, log_prior, nameless, prior_odds, worth
 from .own import EACH, Unknown, own_unknowns
 from .retained import retained
 from .score import Promise, based, promises
 from .settling import flowing, forgetful, reformed, rightly_begun, settled, trusting
 from .sizes import sizes_of
-from .trust import trusted
 from .unnamed import NAMELESS, QUIETER, Block, at_place, calmed, unnamed
 
 Array = NDArray[np.float64]
@@ -83,7 +83,7 @@ class Selection:
     def lesser(self, name: str) -> Model:
         """The best without one of its effects."""
         placed = next(placed for placed in self.best.effects if placed.name == name)
-        return without(self.best, self.layout, placed, self.found)
+        return without(self.best, self.layout, [placed], self.found)
 
 
 def select(
@@ -114,10 +114,7 @@ def select(
 
     def grown(best: Model, found: list[Filtered]) -> Model:
         for _ in range(MOST - len(best.effects)):
-            mine = list(best.unknowns[: len(own)])
-            own_alone = (
-                refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)]) if best.effects else best
-            )
+            own_alone = without(best, layout, best.effects, found)
             fitted, strong = _wider(best, found, own, layout, candidates, say)
             strongest.update(strong)
             steady, strong = steadied(forgetful(best, floor), layout, candidates, floor)
@@ -173,7 +170,8 @@ def _begin(
     begins, why = [], ""
     for effects in [(), (mistake,)] if mistake else [()]:
         try:
-            begins.append(settled(blank(fit, layout, effects, own), floor))
+            model = blank(fit, layout, effects, own)
+            begins.append(settled(refit(model, fit.filter(model.vector()), model.theta), floor))
         except InputError as error:
             why = str(error)
     if not begins:
@@ -184,9 +182,11 @@ def _begin(
 def _afresh(best: Model, own: Sequence[Unknown], noise: Noise, floor: Array) -> tuple[Model, list[Filtered]] | None:
     """The best at a noise sought from that before anything was fitted, where that is likelier.
 
-    The noise that stood for what has just been found may hold on to itself. None also where a filter at it loses its
-    way: instruments that agree as hardly any do are no place to begin from.
+    The noise that stood for what has just been found may hold on to itself. None where none is left, and where a filter
+    at it loses its way: instruments that agree as hardly any do are no place to begin from.
     """
+    if best.fit.noise.quiet:
+        return None
     try:
         other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
     except InputError:
@@ -402,29 +402,26 @@ def _judged(
     """
     runs, layout, found = best.fit.runs, best.fit.runs[0].layout, best.fit.filter(best.vector())
     say("rivals")
-    mine = list(best.unknowns[: len(own)])
-    refitted = refit(blank(best.fit, layout, (), mine), found, best.theta[: len(own)])
+    refitted = without(best, layout, best.effects, found)
+    mine = refitted.unknowns
     seen = [replace(u, scale=max(u.scale, DIFFER * w.scale)) for u, w in zip(mine, own, strict=True)]
-    differing = [refit(blank(best.fit, layout, (), seen), found, best.theta[: len(own)])]
+    differing = [refit(blank(best.fit, layout, (), seen), found, refitted.theta)]
     if differ(refitted, own):  # some of them, and others as little as the file has it
         differing.append(refitted)
-    if best.effects:  # beside which own parameters may be trusted more than they can be alone
-        wide = refit(blank(best.fit, layout, (), own), found, best.theta[: len(own)])
-        differing.append(refit(replace(wide, unknowns=tuple(trusted(wide, own))), found, wide.theta))
-    loose = [(u, value) for u, value in zip(best.unknowns, best.theta, strict=True) if not u.stated]
-    plain = blank(best.fit, layout, (), [u for u, _ in loose])  # what no file states is not the simulator's
-    nominal = refit(plain, found, np.array([value for _, value in loose]))
+    loose = [u for u in best.unknowns[: len(own)] if not u.stated]
+    nominal = lessened(best, layout, (), loose, found)  # what no file states is not the simulator's
     agreeing = [replace(u, scale=AGREE * w.scale) if u.stated else u for u, w in zip(mine, own, strict=True)]
-    begin = np.where([u.stated for u in mine], 0.0, best.theta[: len(own)])
-    alike = [nominal, refit(blank(best.fit, layout, (), agreeing), found, begin)]  # honest programs of one file differ
-    sets = {"none": max(alike, key=evidence), _key(best): best, "parameters": max(differing, key=evidence)}
-    smaller = [without(best, layout, placed, found) for placed in best.effects]
-    lesser = smaller + [without(two, layout, placed, found) for two in smaller if len(two.effects) > 1
+    begin = np.zeros(len(own))
+    begin[[not u.stated for u in mine]] = nominal.theta
+    least = max(nominal.log_evidence, best.log_evidence - LOST)
+    honest = refit(blank(best.fit, layout, (), agreeing), found, begin, least=least)  # programs of one file differ
+    sets = {"none": max(nominal, honest, key=evidence), _key(best): best, "parameters": max(differing, key=evidence)}
+    smaller = [without(best, layout, [placed], found) for placed in best.effects]
+    lesser = smaller + [without(two, layout, [placed], found) for two in smaller if len(two.effects) > 1
                         for placed in two.effects]  # fmt: skip
     for model in lesser:
         sets.setdefault(_key(model), model)
-    parents = smaller or [refitted]
-    for parent in parents:
+    for parent in _parents(best, smaller, layout, found) or [refitted]:
         promising, J = _promising(parent, found, layout, strong)
         beside = [model for model in (best, *lesser) if set(parent.names) < set(model.names)]
         near = _near(promising)
@@ -497,6 +494,20 @@ def _judged(
         layout=layout, runs=runs, sizes=sizes, nominal=nominal, own=refitted, best=best,
         sets=sets, blocks=blocks, blocks_alone=alone, probabilities=chances,
     )  # fmt: skip
+
+
+def _parents(best: Model, smaller: Sequence[Model], layout: Layout, found: Sequence[Filtered]) -> list[Model]:
+    """The best without each of its effects, from which rivals are sought: trusted as beside it, near what is true.
+
+    And trusted anew, where that is far likelier.
+    """
+    parents = list[Model]()
+    for placed, anew in zip(best.effects, smaller, strict=True):
+        stay = [other for other in best.effects if other is not placed]
+        parents.append(lessened(best, layout, stay, trusted_in(best), found))
+        if anew.log_evidence > parents[-1].log_evidence + LOST:
+            parents.append(anew)
+    return parents
 
 
 def begun_at(none: Model, own: Sequence[Unknown]) -> Model:
@@ -579,9 +590,7 @@ def _less(
     left = "+".join(part for part in name.split("+") if part not in gone) or plain
     if left not in sets:
         model = sets[name]
-        for placed in (placed for placed in model.effects if placed.name in gone):
-            model = without(model, layout, placed, found)
-        sets[left] = model
+        sets[left] = without(model, layout, [placed for placed in model.effects if placed.name in gone], found)
     return left
 
 

@@ -16,13 +16,14 @@ from ...rigid.noise import SURELY
 from ...rigid.noise_search import MEMORIES_S, settle
 from .model import Model, at_noise, refit
 from .own import Unknown
-from .trust import trusted
+from .trust import retrusted
 from .unfinished import digest, step
 
 Array = NDArray[np.float64]
 STEADY = 0.1  # of a run, over which a disturbance that lasts may stand for a steady force; a choice
 PATHS = ((0.0,), (1.0,), (2.0,))  # of inputs, from which they are fitted too: held, straight, along a curve
 FINS = ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))  # suction and lean, from which they are fitted too
+FEW = 6  # steps of a fit to another form, at most: all else is nearly right; a choice
 GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
@@ -104,7 +105,8 @@ def reformed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, 
             theta = model.theta.copy()
             for name, value in zip(names, form, strict=True):
                 theta[at[name]] = value - float(model.unknowns[at[name]].base.mean())
-            best = max(best, refit(model, found, theta), key=lambda fitted: fitted.log_evidence)
+            there = refit(model, found, theta, steps=FEW, least=best.log_evidence)
+            best = max(best, there, key=lambda fitted: fitted.log_evidence)
         if best is not model:
             model, found = settled(best, floor)
     return model, found
@@ -117,7 +119,7 @@ def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, l
     large at all times, slow errors of instruments seem to make up for it.
     """
     noise = model.fit.noise
-    if noise.flows or not all(run.moves[:3].all() for run in model.fit.runs):
+    if noise.flows or noise.quiet or not all(run.moves[:3].all() for run in model.fit.runs):
         return model, found
     sigma, memory_s = noise.sigma.copy(), noise.memory_s.copy()
     sigma[:3], memory_s[:3] = GUST_M_S, GUST_S
@@ -149,6 +151,5 @@ def forgetful(model: Model, floor: Array) -> list[tuple[Model, list[Filtered]]]:
 
 def trusting(model: Model, found: list[Filtered], own: Sequence[Unknown]) -> tuple[Model, list[Filtered]]:
     """The model with priors of own parameters as wide as it makes likely."""
-    unknowns = (*trusted(model, own), *model.unknowns[len(own) :])
-    model = refit(replace(model, unknowns=unknowns), found, model.theta)
+    model = retrusted(model, found, own)
     return model, model.fit.filter(model.vector())

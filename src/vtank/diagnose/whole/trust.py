@@ -7,20 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from .model import Model
+from ...rigid.filtered import Filtered
+from .model import Model, refit
 from .own import Unknown
 
 WIDTHS = (1.0, 0.3, 0.1, 0.03, 0.01, 0.001)  # of priors of own parameters that are tried, as a share of the widest
-CLEARLY = 2.0  # log evidence by which a width is less likely than another; a choice
+CLEARLY = 2.0  # log evidence by which widths are less likely than others; a choice
 SWEEPS = 2  # through the kinds of own parameters
 
 
 def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
     """Own parameters with priors as wide as this fit makes likely.
 
-    Those of a kind are trusted alike: masses, drags, gains, lags; the widest that is not clearly less likely, lest one
-    number that happens to agree be taken for exact. own: with their widest priors. The evidence at other widths is that
-    of the quadratic about the optimum.
+    Those of a kind are trusted alike: masses, drags, gains, lags; the widest that together are not clearly less likely,
+    lest one number that happens to agree be taken for exact. own: with their widest priors. The evidence at other
+    widths is that of the quadratic about the optimum.
     """
     if not own or model.information is None:
         return list(own)
@@ -40,12 +41,21 @@ def trusted(model: Model, own: Sequence[Unknown]) -> list[Unknown]:
         return -cost - 0.5 * float(np.linalg.slogdet(np.eye(s.size) + A * np.outer(s, s))[1])
 
     stated = dict.fromkeys(kind for u, kind in zip(own, kinds, strict=True) if u.stated)
-    widths = dict.fromkeys(kinds, 1.0)
-    for _ in range(SWEEPS):
-        for kind in stated:
-            tried = [(evidence(widths | {kind: width}), width) for width in WIDTHS]
-            widths[kind] = max(width for likely, width in tried if likely > max(tried)[0] - CLEARLY)
+    alike = [{kind: width if kind in stated else 1.0 for kind in kinds} for width in WIDTHS]
+    widths = max(alike, key=evidence)
+    for kind in [*stated] * SWEEPS:
+        widths = max((widths | {kind: width} for width in WIDTHS), key=evidence)
+    enough = evidence(widths) - CLEARLY
+    for kind in stated:
+        wide = (widths | {kind: width} for width in WIDTHS)
+        widths = next(tried for tried in wide if tried == widths or evidence(tried) > enough)
     return narrower(widths)
+
+
+def retrusted(model: Model, found: Sequence[Filtered], own: Sequence[Unknown]) -> Model:
+    """The refit with priors of own parameters as wide as it makes likely; own: with their widest."""
+    unknowns = (*trusted(model, own), *model.unknowns[len(own) :])
+    return refit(replace(model, unknowns=unknowns), found, model.theta)
 
 
 def _quantity(unknown: Unknown) -> str:

@@ -35,6 +35,7 @@ class Filed:
 
     def add(self, key: str, result: Any) -> None:
         """File a step; where nothing can be written the diagnosis goes on without."""
+        self.steps[key] = result
         with suppress(OSError), open(self.path, "a", encoding="utf-8") as file:
             file.write(json.dumps([key, result]) + "\n")
 
