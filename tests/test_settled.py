@@ -12,6 +12,7 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.experiment import fly_vehicle
+from vtank.experiment.whole_scenario import fly_scenarios
 from vtank.rigid.filtered import Noise, free, innovations
 from vtank.rigid.fit import Fit
 from vtank.rigid.noise import first_noise
@@ -44,6 +45,22 @@ def test_a_vehicle_far_from_its_file_leaves_no_more_disturbance_than_there_was()
     own = own_unknowns(layout, seen)
     settled, _ = settling.settled(model.blank(Fit(seen, noise), layout, (), own), noise.variance)
     assert np.all(settled.fit.noise.sigma < 0.001)  # [m/s2, rad/s2] 0.0006 of 0.3 s in yaw, or none: as likely
+
+
+@pytest.mark.slow
+def test_a_fit_that_begins_far_off_is_led_to_where_it_ends():
+    """A thruster that lost 30 % turns a simulation in still water away: gains found from there are as good as any."""
+    _, (flown,) = fly_scenarios(
+        ["whole/zigzag"], ("vehicle=bluerov2", "duration_s=60", 'effects."thruster_dead@thruster_1".share=0.3')
+    )
+    layout, seen, _ = record([flown.run], vt.load_vehicle("bluerov2"))
+    noise = first_noise(seen)
+    still = replace(noise, sigma=np.minimum(noise.sigma, 1e-5))
+    far = model.blank(Fit(seen, still), layout, (), own_unknowns(layout, seen))
+    found = far.fit.filter(far.vector())
+    e = far.fit.residuals([far.vector()], found)
+    assert np.mean(e**2) > 10.0
+    assert 2.0 * model.refit(far, found, far.theta).cost < len(e), "no worse than the noise"
 
 
 def test_a_disturbance_that_may_stand_for_a_steady_force_is_tried_as_one_that_forgets():

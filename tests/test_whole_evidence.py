@@ -15,7 +15,7 @@ from vtank.diagnose.whole.diagnosis import coarse
 from vtank.diagnose.whole.model import Model
 from vtank.diagnose.whole.own import Unknown
 from vtank.diagnose.whole.pursuit import SIZES, evidence, pursue
-from vtank.diagnose.whole.trust import WIDTHS, trusted
+from vtank.diagnose.whole.trust import CLEARLY, WIDTHS, trusted
 from vtank.experiment import fly_vehicle
 
 
@@ -97,6 +97,15 @@ def test_one_number_that_agrees_is_not_taken_for_exact():
     """Measured to 4 %, and where the file has it: its interval stays that of the data."""
     (alone,) = trusted(fitted_to(own(1), np.zeros(1), 0.04), own(1))
     assert alone.scale > 0.08
+
+
+def test_widths_together_are_not_clearly_less_likely():
+    """Four kinds of one number each, where the file has them: all of them wide would cost more than any alone."""
+    unknowns = [replace(u, name=f"{kind}@0") for u, kind in zip(own(4), ("gain", "lag", "lift", "drag"), strict=True)]
+    found = trusted(fitted_to(unknowns, np.zeros(4), 0.1), unknowns)
+    scale = np.array([u.scale for u in found])
+    cost = 0.5 * np.sum(np.log1p((scale / 0.1) ** 2))  # log evidence below that of priors of no width
+    assert cost < CLEARLY + 0.01 and scale.max() == 0.3
 
 
 @pytest.mark.slow
