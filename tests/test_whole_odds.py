@@ -202,15 +202,21 @@ def test_a_set_is_not_told_from_the_one_that_has_the_same_law_in_place_of_one_of
     assert verdict.rivals == (name, "clock_offset@gyro+fin_weak@rudder")
 
 
-@pytest.mark.parametrize(("apart", "alike"), [(2.5, True), (3.5, False)])
-def test_sets_that_no_instrument_tells_apart_are_one_answer(apart: float, alike: bool):
-    """A moment that is constant, and a centre of buoyancy that lies elsewhere under a vehicle that stays upright."""
+@pytest.mark.parametrize(
+    ("apart", "strained", "alike"), [(2.5, 0.0, True), (3.5, 0.0, False), (2.5, 1.0, True), (0.0, 5.0, False)]
+)
+def test_sets_that_no_instrument_tells_apart_are_one_answer(apart: float, strained: float, alike: bool):
+    """A moment that is constant, and a centre of buoyancy that lies elsewhere under a vehicle that stays upright.
+
+    What own parameters do beside it in the place of an effect is no effect's: strained, half the squares of how far.
+    """
     made = {"A@pitch": 0.0, "B@vehicle": apart, "C@yaw": 40.0}
 
     def of_one(name: str) -> SimpleNamespace:
         effect, _, place = name.partition("@")
         placed = SimpleNamespace(name=name, effect=effect, place=place, exchange=False, channel="hydrodynamics")
-        return SimpleNamespace(effects=(placed,), names=(name,), vector=lambda: made[name], fit=fit)
+        strain = strained if effect == "B" else 0.0
+        return SimpleNamespace(effects=(placed,), names=(name,), vector=lambda: made[name], fit=fit, strained=strain)
 
     def residuals(vectors: list[float], found: object) -> np.ndarray:
         return np.array([[10.0] * len(vectors), vectors])
