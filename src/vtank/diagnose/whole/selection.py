@@ -252,7 +252,7 @@ def extended(
 
     held: as of `refit`.
     """
-    own = [u for u in model.unknowns if u.name.rpartition(".")[0] not in model.names]
+    own = trusted_in(model)
     wider = blank(model.fit, layout, (*model.effects, placed), own)
     free = np.array([b for number, b in zip(placed.parameters, begin, strict=True) if number.scale > 0.0])
     for share in NEARER:
@@ -288,7 +288,7 @@ def _elsewhere(
 
     What acts alike at two places is as likely at either, and no score test from afar need lead there.
     """
-    own, moved = [u for u in best.unknowns if u.name.rpartition(".")[0] not in best.names], list[Model]()
+    own, moved = trusted_in(best), list[Model]()
     for k, placed in enumerate(best.effects):
         for other in candidates:
             if other.effect == placed.effect and other.name not in best.names and _free(other) == _free(placed):
