@@ -16,7 +16,7 @@ from .kernels import SIZE, fade, folded, lasting, lateness, moved, seen, stirred
 from .layout import SPRING, TETHER, WALL_DRAG, WALL_MASS, WATERLINE
 from .motion import rates
 from .readings import ACCEL, ROLL, ROLL_RATE, SURGE
-from .steps import TOUCH_S
+from .steps import FIRST, TOUCH_S
 
 NUDGE = 1e-6  # [SI] step of the finite differences
 JUMP = 1e3  # [SI] derivative that no step could follow, from which a difference went across a jump; a choice
@@ -387,14 +387,15 @@ def kalman(hull, soft, start, spread, steps, record, drive, noise_var, sigma, sl
 @lean
 def along(hull, soft, steps, record, drive, noise_var, sigma, slow, jolts, gains, way, told, given, w):
     """As `kalman`, from the motion and the covariance in the scratch w on."""
-    s, x, y, b, memory, i, t = w.s, w.x, w.y, w.b, gains.memory, 0, steps.now[0] if steps.now.size else 0.0
+    s, x, y, b, memory, i = w.s, w.x, w.y, w.b, gains.memory, FIRST
+    t = steps.now[0] if steps.now.size else 0.0
     for a in range(12):
         x[a] = s[a]
     stirs = gains.stir.shape[0] > 0 and not given
     if steps.now.size:
-        slope(t, x, 0, drive, soft, w.D, w.more)
+        slope(t, x, i, drive, soft, w.D, w.more)
         if stirs:
-            swept(w.D, x, gains.stir, 0)
+            swept(w.D, x, gains.stir, i)
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:

@@ -17,7 +17,7 @@ from ..compiled import law, lean, term
 from .layout import COLUMN, FIN, HULL, LATENCY, SCALE, SENSOR, SKEW, THRUSTER
 from .motion import advance, rates
 from .readings import ACCEL, ANGLES, read
-from .steps import TOUCH_S
+from .steps import FIRST, TOUCH_S
 
 SIZE = 18  # states and disturbances
 LEAST = 0.01  # of a turn, of which an instrument makes nothing
@@ -194,7 +194,7 @@ def simulate(hull, start, steps, record, drive, gains, restart, out, track):
 @lean
 def along(hull, steps, record, drive, gains, restart, out, track, x, d, b, k, y, push, scratch):
     """As `simulate`, from the motion x, disturbances d and slow errors b on, in place; k, y, push, scratch: to use."""
-    gain, i, t = gains.of, 0, steps.now[0] if steps.now.size else 0.0
+    gain, i, t = gains.of, FIRST, steps.now[0] if steps.now.size else 0.0
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:

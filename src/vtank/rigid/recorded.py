@@ -316,7 +316,8 @@ class Recorded:
             force[:, k] = np.interp(self.inputs[:, k], place, self.tables[k]) * p[HULL + THRUSTER * k + GAIN]
         rough, lags = self._off(force @ gears(p, self.layout.counts[0])), p[HULL + LAG : fins : THRUSTER]
         smeared(steps.length, rough, float(lags.mean()) if lags.size else 0.0)
-        return rough + self._off(self.angles @ lifts(p, fins, self.angles.shape[1]), self._ahead)
+        rough += self._off(self.angles @ lifts(p, fins, self.angles.shape[1]), self._ahead)
+        return np.ascontiguousarray(rough)
 
     def _off(self, wrench: Array, ahead: Array | float = 1.0) -> Array:
         """As `rough`, of a wrench at the stamps, (I, 6), over the square of a speed there, (I,) [m/s]."""

@@ -8,7 +8,7 @@ straight from one to the next instead, or along a curve.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,6 +36,7 @@ from .layout import (
     WIRED,
 )  # fmt: skip
 
+FIRST: Any = np.int64(0)  # step, as a number: all that a loop hands a literal 0 is compiled twice
 TOUCH_S = 1e-10  # [s] instants closer than this are one
 PARTS = 8  # of the time between two inputs, over each of which what goes between them is held; a choice
 

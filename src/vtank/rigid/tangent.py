@@ -21,7 +21,7 @@ from .kernels import SIZE, Gains, folded, lasting, seen, stirred
 from .layout import COLUMN, HULL, SENSOR, WAKE, WALL_MASS, Hull
 from .motion import rates
 from .recorded import Recorded
-from .steps import Steps
+from .steps import FIRST, Steps
 
 Array = NDArray[np.float64]
 AT_ONCE = WIDTH * THREADS  # changes that keep all threads at work
@@ -92,7 +92,7 @@ def abreast(way, steps, column, gains, push, shift):
 @lean
 def on_the_way(way, steps, column, gains, push, shift, X, Y, keep, mean):
     """As `abreast`, from the changed state X on, (18 + S, W); Y, (12, W), keep, mean, (6,): to use."""
-    gain, last, i = gains.of, steps.now.size - 1, 0
+    gain, last, i = gains.of, steps.now.size - 1, FIRST
     for q in range(steps.which.size):
         m = steps.which[q]
         while i < steps.upto[q]:

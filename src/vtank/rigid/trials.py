@@ -17,6 +17,7 @@ from .filtered import Filtered, Left, Noise, memories
 from .kalman import Told, pushing, through
 from .kernels import SIZE, lasting
 from .recorded import Recorded
+from .steps import FIRST
 
 
 class Levels(NamedTuple):
@@ -170,7 +171,7 @@ def on_the_way(
     way, steps, spread, column, levels, rough, then, before, told, P, A, G, C, gain, x, new, keep, mean, meant, H
 ):  # fmt: skip
     """As `beside`; P, x: covariance and state, of zeros; the others: to use."""
-    size, i = SIZE + levels.slow.shape[0], 0
+    size, i = SIZE + levels.slow.shape[0], FIRST
     for a in range(12):
         store(P, a * size + a, spread[a] ** 2)
     for a in range(6):
