@@ -94,6 +94,30 @@ def test_no_average_goes_across_a_jump_of_the_inputs():
     np.testing.assert_array_equal(seen.value > 0.0, seen.time_s > jump_s)
 
 
+def test_averages_of_what_follows_a_jump_are_readings_at_their_time():
+    """An accelerometer that dies away as its thrusters' lag does, beside thrusters that hardly more than twitch."""
+    rng, lag_s, noise = np.random.default_rng(6), 0.1, 0.05
+    ticks, time_s = np.arange(0.0, 60.0, 0.1), np.arange(0.0, 60.0, 0.02)
+    held = np.searchsorted(ticks, time_s + 1e-9) - 1
+    side, twitch = np.where(np.arange(ticks.size) // 15 % 2, -0.5, 0.5), rng.normal(0.0, 0.002, (2, ticks.size))
+    columns = {f"thruster_{k}_command": sign * side[held] for k, sign in {1: 1.0, 2: 1.0, 3: -1.0, 4: -1.0}.items()}
+    columns |= {f"thruster_{k}_command": some[held] for k, some in zip((5, 6), twitch, strict=True)}
+
+    def felt(t):
+        return 0.8 * np.where(t // 1.5 % 2, -1.0, 1.0) * np.exp(-(t % 1.5) / lag_s)
+
+    columns["imu.accel_x_m_s2"] = felt(time_s - 1e-9) + rng.normal(0.0, noise, time_s.size)
+    _, (seen,), _ = record([Run("dies", time_s, columns)], load_vehicle("bluerov2"))
+    assert seen.time_s.size < 0.6 * time_s.size
+    told = columns["imu.accel_x_m_s2"]
+
+    def share(time_s, value):
+        there = felt(time_s - 1e-9)
+        return there @ value / (there @ there)
+
+    assert share(seen.time_s, seen.value) == pytest.approx(share(time_s, told), abs=0.01)
+
+
 def test_a_covariance_stays_one_where_the_motion_is_unstable():
     """A mode that grows while it is measured: what rounding makes skew must not grow beside it."""
     rng, F = np.random.default_rng(0), np.eye(12) * 0.98

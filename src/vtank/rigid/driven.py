@@ -14,7 +14,7 @@ from .layout import Layout
 
 Array = NDArray[np.float64]
 EVENTS_S = 0.2  # [s] from which on a log tells of inputs when they change alone, and not at instants; a guess
-JUMP = 0.1  # of an input's range, by which what it pushes jumps: no average goes across that; a choice
+JUMP = 0.1  # of the widest range of inputs, by which what it pushes jumps: no average goes across that; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +44,12 @@ class Driven:
 
     @cached_property
     def jumps(self) -> Array:
-        """Stamps at which an input or angle changes by more than JUMP of its range [s]."""
-        table = np.hstack((self.inputs, self.angles))
-        far = np.abs(np.diff(table, axis=0)) > JUMP * np.ptp(table, axis=0)
-        return np.asarray(self.stamps[1:][far.any(axis=1)])
+        """Stamps at which an input or angle changes by more than JUMP of the widest range of its kind [s]."""
+        far = np.zeros(self.stamps.size - 1, dtype=bool)
+        for table in (self.inputs, self.angles):  # the range of one that hardly acts is its noise
+            most = float(np.ptp(table, axis=0).max(initial=0.0))
+            far |= np.any(np.abs(np.diff(table, axis=0)) > JUMP * most, axis=1)
+        return np.asarray(self.stamps[1:][far])
 
 
 def driven(run: Run, layout: Layout) -> Driven:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from .layout import Layout
 Array = NDArray[np.float64]
 BIN_S, ALMOST = 0.1, 1.2  # over which samples of a channel that come (clearly) faster are averaged: no hull is quicker
 MOST = 150_000  # measurements of all runs; beyond, some stretches are looked at, so that memory holds; a choice
+SPENT = 1.0  # log-likelihood that averages beside jumps may cost a column; a choice
 ANSWERED = 4.5  # deviations of a correlation from which inputs answer the noise of a column
 TICK_S = 1e-6  # by which stamps of one time may differ: a recording has so many digits
 
@@ -42,13 +44,16 @@ def latency_s(layout: Layout, name: str) -> float:
 def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
     """Time over which averaging leaves no more that is faster than a parabola than there was, at most BIN_S [s].
 
-    And no longer than inputs are held that answer the noise of these samples: an average would hold what a pilot has
-    answered meanwhile.
+    Nor more of what follows jumps of the inputs than noise would hide. And no longer than inputs are held that answer
+    the noise of these samples: an average would hold what a pilot has answered meanwhile.
     """
     stamps, jumps, bin_s, least = driven.stamps, driven.jumps + late_s, BIN_S, scatter(value)
     if _interval_s(stamps) < BIN_S and _answered(time, value, driven):
         bin_s = _interval_s(stamps)
-    while bin_s > ALMOST * _interval_s(time) and scatter(thinned(time, value, bin_s, stamps, jumps)[1]) > least:
+    while bin_s > ALMOST * _interval_s(time):
+        bins = Bins.of(time, value, bin_s, stamps, jumps)
+        if scatter(bins.straightened) <= least and bins.spent(least) <= SPENT:
+            break
         bin_s *= 0.5
     return bin_s
 
@@ -72,22 +77,65 @@ def thinned(time: Array, value: Array, bin_s: float, stamps: Array, jumps: Array
 
     A pilot that goes by these samples answers their noise: an average that held it, about a time after the answer,
     would seem to have foreseen it. What averaging takes off where a series curves, half its curvature times the spread
-    of the times, is given back. No bin goes across a jump of the inputs, nor is a series curved there: an average of
-    what was before and after would seem to have followed at another time.
+    of the times, is given back. No bin goes across a jump of the inputs: an average of what was before and after would
+    seem to have followed at another time.
     """
     if time.size < 3 or bin_s <= ALMOST * _interval_s(time):
         return time, value
-    edges = np.union1d(_edges(time[0], time[-1], bin_s, stamps), jumps)
-    bins = np.searchsorted(edges, time - TICK_S, side="right")
-    count = np.bincount(bins)
-    full = count > 0
-    at, mean, square = (np.bincount(bins, series)[full] / count[full] for series in (time, value, time * time))
-    ahead, behind = at[2:] - at[1:-1], at[1:-1] - at[:-2]
-    bend = 2.0 * ((mean[2:] - mean[1:-1]) / ahead - (mean[1:-1] - mean[:-2]) / behind) / (ahead + behind)
-    since = np.searchsorted(jumps, at)
-    bend[since[2:] > since[:-2]] = 0.0
-    mean[1:-1] -= 0.5 * (square - at * at)[1:-1] * bend
-    return at, mean
+    bins = Bins.of(time, value, bin_s, stamps, jumps)
+    return bins.at, bins.straightened
+
+
+@dataclass(frozen=True, eq=False)
+class Bins:
+    """Averages over bins of time, (B,).
+
+    at, mean: mean time [s] and value. count: of samples. curved: what averaging took off each as the series curves;
+    doubt: its variance, over that of a sample. beside: which lie beside a jump of the inputs, where the curvature is
+    that of the bins after it, or before; none where these are not three.
+    """
+
+    at: Array
+    mean: Array
+    count: NDArray[np.int64]
+    curved: Array
+    doubt: Array
+    beside: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, time: Array, value: Array, bin_s: float, stamps: Array, jumps: Array) -> Bins:
+        """Of samples; the rest as of `thinned`."""
+        edges = np.union1d(_edges(time[0], time[-1], bin_s, stamps), jumps)
+        bins = np.searchsorted(edges, time - TICK_S, side="right")
+        count = np.bincount(bins)
+        full = count > 0
+        count = count[full]
+        at, mean, square = (np.bincount(bins, series)[full] / count for series in (time, value, time * time))
+        since, (bend, doubt) = np.searchsorted(jumps, at), np.zeros((2, at.size))
+        amid = np.zeros(at.size, dtype=bool)
+        amid[1:-1] = since[2:] == since[:-2]
+        ahead, behind = 1.0 / (at[2:] - at[1:-1]), 1.0 / (at[1:-1] - at[:-2])
+        weights = np.array([behind, -ahead - behind, ahead]) * 2.0 / (1.0 / ahead + 1.0 / behind)
+        bend[1:-1] = np.sum(weights * (mean[:-2], mean[1:-1], mean[2:]), axis=0)
+        doubt[1:-1] = np.sum(weights**2 / (count[:-2], count[1:-1], count[2:]), axis=0)
+        nearest = np.arange(at.size)  # whose curvature is that of a bin
+        nearest[1:] -= ~amid[1:] & amid[:-1] & (since[1:] == since[:-1])
+        nearest[:-1] += ~amid[:-1] & amid[1:] & (since[1:] == since[:-1])
+        spread = np.where(amid[nearest], 0.5 * (square - at * at), 0.0)
+        return cls(at, mean, count, spread * bend[nearest], spread**2 * doubt[nearest], ~amid)
+
+    @property
+    def straightened(self) -> Array:
+        """The averages with what curvature took off, (B,)."""
+        return self.mean - self.curved
+
+    def spent(self, noise: float) -> float:
+        """Log-likelihood that averages may cost beside jumps, where hardly half of what is curved is given back.
+
+        noise: deviation of a sample, whose own share in a curvature is taken off.
+        """
+        lost = self.count * ((self.curved / noise) ** 2 - self.doubt)
+        return 0.5 * float(np.sum(lost[self.beside]))
 
 
 def _edges(first: float, last: float, bin_s: float, stamps: Array) -> Array:
