@@ -14,20 +14,21 @@ from .layout import Layout
 
 Array = NDArray[np.float64]
 EVENTS_S = 0.2  # [s] from which on a log tells of inputs when they change alone, and not at instants; a guess
-JUMP = 0.1  # of the widest range of inputs, by which what it pushes jumps: no average goes across that; a choice
+JUMP = 0.1  # of the widest range in its unit, by which an input jumps: no average goes across that; a choice
 
 
 @dataclass(frozen=True, eq=False)
 class Driven:
     """What drives a run: stamps of changes [s], (I,), inputs of thrusters, (I, K), and angles of fins [rad], (I, F).
 
-    before: when those until then were told last [s], (I,).
+    before: when those until then were told last [s], (I,). units: of inputs and angles, K + F.
     """
 
     stamps: Array
     inputs: Array
     angles: Array
     before: Array
+    units: tuple[str, ...]
 
     @property
     def tick_s(self) -> float:
@@ -44,12 +45,15 @@ class Driven:
 
     @cached_property
     def jumps(self) -> Array:
-        """Stamps at which an input or angle changes by more than JUMP of the widest range of its kind [s]."""
-        far = np.zeros(self.stamps.size - 1, dtype=bool)
-        for table in (self.inputs, self.angles):  # the range of one that hardly acts is its noise
-            most = float(np.ptp(table, axis=0).max(initial=0.0))
-            far |= np.any(np.abs(np.diff(table, axis=0)) > JUMP * most, axis=1)
-        return np.asarray(self.stamps[1:][far])
+        """Stamps at which an input or angle changes by more than JUMP of the widest range in its unit [s].
+
+        The range of one that hardly acts is its noise.
+        """
+        table, units = np.hstack((self.inputs, self.angles)), np.array(self.units)
+        wide = np.ptp(table, axis=0)
+        wide = np.array([wide[units == unit].max() for unit in units])
+        far = np.abs(np.diff(table, axis=0)) > JUMP * wide
+        return np.asarray(self.stamps[1:][far.any(axis=1)])
 
 
 def driven(run: Run, layout: Layout) -> Driven:
@@ -69,4 +73,5 @@ def driven(run: Run, layout: Layout) -> Driven:
     keep = np.flatnonzero(np.r_[True, np.any(np.diff(table, axis=0) != 0.0, axis=1)])
     split, stamps = len(layout.pushes), run.time_s[rows]
     inputs, angles = (np.ascontiguousarray(part) for part in (table[keep, :split], table[keep, split:]))
-    return Driven(stamps[keep], inputs, angles, stamps[np.maximum(keep - 1, 0)])
+    units = (*(push.unit for push in layout.pushes), *("rad" for _ in fins))
+    return Driven(stamps[keep], inputs, angles, stamps[np.maximum(keep - 1, 0)], units)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -223,8 +224,8 @@ def _stretch(run: Run, driven: Driven, start: float, end: float, name: str) -> t
     before, after = np.searchsorted(driven.stamps, [start - BEFORE_S, end])
     acts = slice(max(int(before) - 1, 0), int(after))
     columns = {name: values[kept] for name, values in run.columns.items()}
-    drove = (part[acts] for part in (driven.stamps, driven.inputs, driven.angles, driven.before))
-    return Run(name, run.time_s[kept], columns), Driven(*drove)
+    drove = {part: getattr(driven, part)[acts] for part in ("stamps", "inputs", "angles", "before")}
+    return Run(name, run.time_s[kept], columns), replace(driven, **drove)
 
 
 def _upright(run: Run, driven: Driven) -> tuple[Run, Driven]:
