@@ -9,14 +9,18 @@ import pytest
 
 from vtank.errors import InputError
 from vtank.experiment import fly_vehicle
+from vtank.experiment.whole_scenario import fly_whole, load_whole_scenario
 from vtank.plant.vehicle import load_vehicle
 from vtank.record import Run
+from vtank.rigid import recordings
+from vtank.rigid.driven import driven
 from vtank.rigid.fit import Fit, begun
 from vtank.rigid.kalman import Told, carry, weigh
 from vtank.rigid.noise import first_noise
 from vtank.rigid.noise_search import settle
 from vtank.rigid.recorded import Kept, Recorded
 from vtank.rigid.recordings import record
+from vtank.rigid.thinned import bins_of
 
 YAW_RATE = "imu.yaw_rate_rad_s"
 
@@ -116,6 +120,23 @@ def test_averages_of_what_follows_a_jump_are_readings_at_their_time():
         return there @ value / (there @ there)
 
     assert share(seen.time_s, seen.value) == pytest.approx(share(time_s, told), abs=0.01)
+
+
+def test_what_averages_miss_of_a_closed_loop_is_hidden_by_noise(monkeypatch):
+    """A flight without noise, averaged as one with noise: by the vehicle's own numbers nothing is left of it."""
+    rov = load_vehicle("bluerov2")
+    zigzag = load_whole_scenario("whole/zigzag", ["vehicle=bluerov2", "duration_s=30"])
+    quiet = replace(rov, sensors=tuple(replace(s, noise=(1e-9,) * len(s.noise)) for s in rov.sensors))
+    noisy, still = (fly_whole(zigzag, vehicle).run for vehicle in (rov, quiet))
+    layout, (loud,), _ = record([noisy], rov)
+    bins, share = bins_of([noisy], layout, [driven(noisy, layout)])
+    monkeypatch.setattr(recordings, "bins_of", lambda *_: (bins, share))
+    _, (seen,), _ = record([still], rov)
+    variance = first_noise([loud]).variance
+    fit = Fit((seen,), replace(first_noise([seen]), variance=variance, sigma=np.zeros(6)))
+    e = fit.residuals([layout.null], fit.filter(layout.null))[:, 0]
+    assert np.median(np.diff(seen.time_s[seen.column == layout.columns.index("imu.accel_x_m_s2")])) > 0.03
+    assert 0.5 * e @ e < 2.0
 
 
 def test_a_covariance_stays_one_where_the_motion_is_unstable():
