@@ -87,7 +87,7 @@ def test_white_errors_are_found_as_they_were_put_in(fitted):
               for c, sd in zip(s.channels, s.noise, strict=True)}  # fmt: skip
     for c, column in enumerate(run.layout.columns):
         sd, rate = stated[column]
-        averaged = sd / np.sqrt(max(rate / 10.0, 1.0))
+        averaged = sd / np.sqrt(max(rate * np.ptp(run.time_s) / np.sum(run.column == c), 1.0))
         assert np.sqrt(noise.variance[c]) == pytest.approx(averaged, rel=0.25), column
     z = found[0].innovation / np.sqrt(found[0].variance)
     assert np.mean(z**2) == pytest.approx(1.0, abs=0.1)
