@@ -14,13 +14,12 @@ from test_rigid_motion import multisine
 import vtank as vt
 from vtank.cli import main
 from vtank.diagnose.hypothesis import candidates
-from vtank.diagnose.whole.against import likeliest
+from vtank.diagnose.whole.against import plant_of
 from vtank.estimate.observed import observe
 from vtank.experiment import fly_vehicle
 from vtank.plant.parameters import vector
-from vtank.plant.vehicle import AXES, load_vehicle
+from vtank.plant.vehicle import load_vehicle
 from vtank.record.run import TIME
-from vtank.rigid.recordings import record
 
 SOME = ("linear_drag", "coulomb_friction", "thruster_dead", "thrust_deadband", "gyro_bias", "sensor_latency", "current")
 ONE_AXIS = ("linear_drag", "coulomb_friction", "thrust_deadband", "thrust_asymmetry", "sonar_latency")
@@ -181,6 +180,6 @@ def test_a_simulator_s_own_columns_are_read_where_they_are(at_origin: bool):
     bare |= {name.split(".")[1]: flown.columns[name] for name in told}
     driven = {name: values for name, values in flown.columns.items() if name.endswith("_command")}
     mine = vt.Run("run_1", flown.time_s, driven | bare)
-    heard, listened, _ = record([recorded], rov)
-    read = likeliest([mine], rov, AXES, heard, listened)
-    assert ("dvl" in read.layout.sensors, "simulated dvl" in read.layout.sensors) == (not at_origin, at_origin)
+    plant, like = plant_of([mine], [recorded], rov, None, "mine", lambda text: None)
+    assert like.share < 0.2
+    assert ("latency@dvl" in plant.fitted, "latency@simulated dvl" in plant.fitted) == (not at_origin, at_origin)

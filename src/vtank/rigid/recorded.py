@@ -316,8 +316,7 @@ class Recorded:
             force[:, k] = np.interp(self.inputs[:, k], place, self.tables[k]) * p[HULL + THRUSTER * k + GAIN]
         rough, lags = self._off(force @ gears(p, self.layout.counts[0])), p[HULL + LAG : fins : THRUSTER]
         smeared(steps.length, rough, float(lags.mean()) if lags.size else 0.0)
-        rough += self._off(self.angles @ lifts(p, fins, self.angles.shape[1]), self._ahead)
-        return np.ascontiguousarray(rough)
+        return rough + self._off(self.angles @ lifts(p, fins, self.angles.shape[1]), self._ahead)
 
     def _off(self, wrench: Array, ahead: Array | float = 1.0) -> Array:
         """As `rough`, of a wrench at the stamps, (I, 6), over the square of a speed there, (I,) [m/s]."""
@@ -328,7 +327,7 @@ class Recorded:
         speeds = turn @ self.hull(self.layout.null).inverse.T * self.moves * apart[:, None]
         grown = np.cumsum(np.vstack([np.zeros(6), speeds**2]), axis=0)
         late, early = ([np.interp(t, self.stamps, g) for g in grown.T] for t in (after, before))
-        return np.asarray(np.subtract(late, early).T / steps.length[:, None])
+        return np.ascontiguousarray(np.subtract(late, early).T / steps.length[:, None])
 
     @cached_property
     def _ahead(self) -> Array:

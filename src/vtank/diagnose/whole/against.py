@@ -105,7 +105,8 @@ def plant_of(
     try:
         told = telling(simulated)[0]
         asked = tuple(axes or _told_by_both(listened[0], told))
-        read = likeliest(told, vehicle, asked, heard, listened)
+        readings = [_read(runs, vehicle, asked, heard, listened) for runs in _instrumented(told, heard)]
+        read = max(readings, key=lambda reading: reading.first.model.log_evidence)
         model, free = fitted(read.first), read.first.free
         plant = _plant(read.layout, model, free, asked)
         say("the plant against the simulator's own runs")
@@ -131,7 +132,7 @@ def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ..
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class _Reading:
     """A simulator's runs as they are read, the variance of recordings in their columns, (C,), and a plant begun."""
 
     runs: list[Run]
@@ -140,21 +141,13 @@ class Reading:
     first: Begun
 
 
-def likeliest(
-    told: Sequence[Run], vehicle: Vehicle, asked: Sequence[str], heard: Layout, listened: Sequence[Recorded]
-) -> Reading:
-    """The reading of columns of no instrument that the equations bear out best.
-
-    told: a simulator's runs. asked: axes. heard, listened: layout and runs of the recordings.
-    """
-
-    def read(runs: list[Run]) -> Reading:
-        layout, seen, _ = record(runs, vehicle, asked)
-        noise = _noise(layout, heard, listened)
-        variance = np.where(np.isinf(noise), _hardly(layout, seen), noise)
-        return Reading(runs, layout, noise, begun(layout, seen, variance))
-
-    return max(map(read, _instrumented(told, heard)), key=lambda reading: reading.first.model.log_evidence)
+def _read(
+    runs: list[Run], vehicle: Vehicle, asked: Sequence[str], heard: Layout, listened: Sequence[Recorded]
+) -> _Reading:
+    layout, seen, _ = record(runs, vehicle, asked)
+    noise = _noise(layout, heard, listened)
+    variance = np.where(np.isinf(noise), _hardly(layout, seen), noise)
+    return _Reading(runs, layout, noise, begun(layout, seen, variance))
 
 
 def _instrumented(runs: Sequence[Run], heard: Layout) -> Iterator[list[Run]]:
