@@ -121,6 +121,14 @@ def test_another_vehicle_needs_no_code(tmp_path: Path) -> None:
     assert not vehicle.linear_drag.any()
 
 
+def test_a_sensor_needs_no_more_than_its_channels(tmp_path: Path) -> None:
+    """A recording tells its rate itself; only who flies the vehicle goes by that of the file."""
+    sensor = '[sensor.dvl]\nchannels = ["surge_m_s", "sway_m_s"]\n'
+    (dvl,) = load_vehicle(written(tmp_path, BLUEROV + sensor)).sensors
+    assert dvl.rate_hz == 10.0
+    assert dvl.noise == (0.0, 0.0)
+
+
 @pytest.mark.parametrize(
     ("buoyancy_N", "cause"),
     [

@@ -35,7 +35,7 @@ class Sensor:
         channels: of CHANNELS.
         position_m: in body axes [m].
         rotation_deg: roll, pitch and yaw that turn the body's axes into the sensor's, yaw first [deg].
-        rate_hz: [Hz].
+        rate_hz: of the readings that are flown [Hz].
         noise: standard deviation of white noise, of each channel in its own unit.
         latency_s: from the measurement to its time in the recording [s].
         dropout: share of the samples that are lost.
@@ -125,7 +125,7 @@ def _sensor(name: str, table: Table) -> Sensor:
         channels=channels,
         position_m=table.vector("position_m") if table.has("position_m") else zero,
         rotation_deg=table.vector("rotation_deg") if table.has("rotation_deg") else zero,
-        rate_hz=table.positive("rate_hz", None, 1e4),
+        rate_hz=table.positive("rate_hz", Sensor.rate_hz, 1e4),
         noise=_each(table, "noise", channels, 0.0),
         bias=_each(table, "bias", channels, -1e6),
         resolution=_each(table, "resolution", channels, 0.0),

@@ -57,6 +57,7 @@ def settle(
     least: Array | float = 0.0,
     *,
     near: bool = False,
+    alone: bool = False,
     longest_s: float = MEMORIES_S[1],
 ) -> tuple[Noise, list[Filtered]]:
     """The likeliest noise beside the parameters p, and the filter at it.
@@ -66,16 +67,16 @@ def settle(
 
     floor: variances of the first noise; of these, or of what is fastest in the innovations where that is less because
     the motion itself is fast, a share is always left. least: variances, (C,), below which none is believed whatever the
-    innovations are. near: whether the likeliest is near the fit's, and sought on all of the recordings. longest_s:
-    memory of a disturbance, at most.
+    innovations are. near: whether the likeliest is near the fit's, and sought on all of the recordings. alone:
+    whether it is sought from the fit's alone. longest_s: memory of a disturbance, at most.
     """
     part = replace(fit, runs=cut(fit.runs, ALL if near else ENOUGH))
-    descend = partial(_descended, part, p, floor, np.maximum(least, KEPT * rounding(fit.runs)), longest_s)
+    descend = partial(_descended, part, p, floor, np.maximum(least, KEPT * rounding(fit.runs)), longest_s, near)
 
     def likely(noise: Noise) -> float:
         return sum(map(log_likelihood, replace(fit, noise=noise).filter(p)))
 
-    if near:
+    if near or alone:
         best = descend(fit.noise)
     else:
         best = max(share([partial(descend, noise) for noise in (fit.noise, _all_white(part, p))]), key=likely)
@@ -132,8 +133,11 @@ class Parts:
         found.sigma[self.axes], found.memory_s[self.axes] = np.sqrt(sigma), memory_s
         return found
 
-    def leaps(self) -> Iterator[Array]:
-        """Places far off: other disturbances of an axis, longer or shorter slow errors, inputs that turn so far off."""
+    def leaps(self, near: bool) -> Iterator[Array]:
+        """Places far off: other disturbances of an axis, longer or shorter slow errors, inputs that turn so far off.
+
+        near: whether disturbances are remembered as they were.
+        """
         here, n, s, a = self.place, self.noise.variance.size, self.slow.size, self.axes.size
 
         def leap(part: int, to: float, memory: int, longer: float = 0.0) -> Array:
@@ -145,7 +149,7 @@ class Parts:
         for size in range(n + 2 * s, n + 2 * s + a):
             yield leap(size, self.low[size], size + a)
             for sigma in SIGMAS:
-                for longer in (LEAP, 0.0, -LEAP):
+                for longer in (0.0,) if near else (LEAP, 0.0, -LEAP):
                     yield leap(size, 2.0 * np.log(sigma), size + a, longer)
         for memory in range(n + s, n + 2 * s):
             for longer in (LEAP, -LEAP):
@@ -154,7 +158,7 @@ class Parts:
             yield leap(-1, 2.0 * np.log(early), -1)
 
 
-def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float, noise: Noise) -> Noise:
+def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float, near: bool, noise: Noise) -> Noise:
     """The noise that no step makes likelier, without slow errors that do not earn their place."""
     for _ in range(STEPS):
         here = replace(fit, noise=noise)
@@ -166,7 +170,7 @@ def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float,
         best = max((start, *_scored(fit.runs, found, parts)), key=_likelihood)
         if best.likelihood - start.likelihood < PROMISE:
             parts = Parts.of(best.noise, enough, least, longest_s)
-            best = max((best, *_tried(fit.runs, found, [parts.at(x) for x in parts.leaps()])), key=_likelihood)
+            best = max((best, *_tried(fit.runs, found, [parts.at(x) for x in parts.leaps(near)])), key=_likelihood)
         noise = best.noise
         if best.likelihood - start.likelihood < PROMISE:
             break

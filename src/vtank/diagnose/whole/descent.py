@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 PROMISE = 0.02  # log-likelihood that a further step must promise
+CLOSE = 1e-4  # or that share of what the residual's half square is above that of noise; a choice
 KEPT = 0.5  # of what a step promised, below which it has left the valley; a choice
 HOPE = 2.0  # times what the slope promises in all, that a fit may still come down; a choice
 BACK, LOWER = 8, 0.7  # steps back to the valley's floor, at most, and what each must leave of the height; choices
@@ -33,12 +34,14 @@ def descend(
     steps: int,
     held: bool,
     enough: float = np.inf,
+    promise: float = PROMISE,
 ) -> tuple[Array, Array, Array]:
     """Where half of |residual|^2 + |theta / scale|^2 is least, its residual (M,) and slope (M, U) there.
 
     residual: of theta (U,). slopes: d residual / d theta at theta, whose residual is given too. bounds: lowest and
     highest. steps: at most. held: whether slopes cost little, and are made anew at each step; else only once theta has
     gone farther than it can be told apart. enough: that the least has to be; what promises to stay above it ends.
+    promise: that a further step must make, in half a square.
     """
     weight, damping, (low, high) = scale**-2.0, 1e-4, bounds
     theta = np.clip(theta, low, high)
@@ -50,6 +53,7 @@ def descend(
     J = slopes(theta, e) if theta.size else np.empty((e.size, 0))
     for _ in range(steps if theta.size else 0):
         gradient, H, cost = J.T @ e + weight * theta, J.T @ J + np.diag(weight), cost_of(e, theta)
+        least_promise = max(promise, CLOSE * (cost - 0.5 * e.size))
         free = ~(((theta <= low) & (gradient > 0.0)) | ((theta >= high) & (gradient < 0.0)))
 
         def solved(A: Array, b: Array, free: NDArray[np.bool_] = free) -> Array:
@@ -58,9 +62,9 @@ def descend(
             return move
 
         move, trial = solved(H, gradient), theta
-        if -0.5 * gradient @ move < PROMISE or cost + HOPE * 0.5 * gradient @ move > enough:
+        if -0.5 * gradient @ move < least_promise or cost + HOPE * 0.5 * gradient @ move > enough:
             break
-        while -gradient @ move - 0.5 * move @ H @ move > PROMISE:
+        while -gradient @ move - 0.5 * move @ H @ move > least_promise:
             A = H + damping * np.diag(np.diag(H))
             move = solved(A, gradient)
             least = cost - KEPT * (-gradient @ move - 0.5 * move @ H @ move)

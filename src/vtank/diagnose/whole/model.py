@@ -22,7 +22,7 @@ from ...rigid.noise import FIRST_SIGMA, against
 from ...rigid.places import Parameter, Placed
 from ...rigid.tangent import Path
 from ..bounds import within
-from .descent import descend, strayed
+from .descent import PROMISE, descend, strayed
 from .own import Unknown
 from .unfinished import digest, step
 
@@ -32,6 +32,7 @@ VISIBLE = 0.02  # of what is usual at its place, below which nobody would call a
 PLAIN = 50.0  # log likelihood from which it is a gap all the same: ten deviations of the noise; a choice
 LED = 2.0  # square of the residuals, over their number, from which a fit is led to where it begins; a choice
 LEADS = (1.0, 0.1)  # shares of the disturbances that a search begins with, by which it is led; choices
+ROUGHLY = 1e-3  # log-likelihood of each measurement that a step of a fit that is led must promise; a choice
 RUNS_AWAY = 1e100  # [deviations] from which a linearised motion has run away, and tells nothing
 
 
@@ -203,7 +204,7 @@ def _fitted(
 ) -> Model:
     scale, low, high = (np.array([getattr(u, part) for u in model.unknowns]) for part in ("scale", "low", "high"))
     if held is None and steps:
-        theta = _led(model, found, theta)
+        theta = _led(model, found, theta, steps)
     theta, e, J = _descended(model, found, theta, held, steps, level(found) - least)
     weight = scale**-2.0
     cost = 0.5 * float(e @ e + np.sum(weight * theta * theta))
@@ -218,8 +219,9 @@ def _fitted(
 
 
 def _descended(
-    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int, enough: float = np.inf
-) -> tuple[Array, Array, Array]:
+    model: Model, found: Sequence[Filtered], theta: Array, held: Array | None, steps: int,
+    enough: float = np.inf, promise: float = PROMISE,
+) -> tuple[Array, Array, Array]:  # fmt: skip
     """`descend` by the gains of a filter; held: as of `refit`."""
     unknowns = model.unknowns
     scale, low, high = (np.array([getattr(u, part) for u in unknowns]) for part in ("scale", "low", "high"))
@@ -237,10 +239,10 @@ def _descended(
         moved = [model.vector(at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
         return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
 
-    return descend(residual, differentiated, theta, scale, (low, high), steps, held is not None, enough)
+    return descend(residual, differentiated, theta, scale, (low, high), steps, held is not None, enough, promise)
 
 
-def _led(model: Model, found: Sequence[Filtered], theta: Array) -> Array:
+def _led(model: Model, found: Sequence[Filtered], theta: Array, steps: int) -> Array:
     """Where a fit begins: at theta or, where that is far off, where fits lead whose filters follow the recordings.
 
     A simulation that nothing holds to what was measured goes astray by all that its parameters are off, in ways that
@@ -262,7 +264,8 @@ def _led(model: Model, found: Sequence[Filtered], theta: Array) -> Array:
             there = fit.filter(model.vector(led))
         except InputError:
             break
-        led = _descended(replace(model, fit=fit), there, led, None, STEPS // len(LEADS))[0]
+        promise = ROUGHLY * sum(f.innovation.size for f in there)
+        led = _descended(replace(model, fit=fit), there, led, None, steps // len(LEADS), promise=promise)[0]
     return led if off(led) < before else theta
 
 

@@ -108,7 +108,7 @@ def select(
     candidates = tuple(replace(c, mimicry=less.get(f"{c.effect}@{c.place}", 0.0)) for c in candidates)
     candidates = _asked_for(candidates, effects)
     if echoes := heard(best.fit.runs, found, candidates):
-        best, found = settled(replace(best, fit=replace(best.fit, runs=echoes.runs)), floor)
+        best, found = settled(replace(best, fit=replace(best.fit, runs=echoes.runs)), floor, alone=True)
         best, found = trusting(best, found, own)
     strongest = set[str]()
 
@@ -124,7 +124,7 @@ def select(
             form = _form(best, found, sizes) if best.effects else 0.0
             if not fitted or worth(fitted[0], best, own_alone, candidates, form) < 0.0:
                 break
-            best, found = trusting(*settled(fitted[0], floor), own)
+            best, found = trusting(*settled(fitted[0], floor, alone=True), own)
             best, found = _afresh(best, own, noise, floor) or (best, found)
             best, found = trusting(*flowing(best, found, floor), own)
         return best
@@ -241,7 +241,7 @@ def steadied(
         tried = [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in promising[:STEADIEST]]
         del J
         best = max((other.log_evidence for other in tried), default=0.0)
-        found += [settled(other, floor)[0] for other in tried if other.log_evidence > best - NEAR]
+        found += [settled(other, floor, alone=True)[0] for other in tried if other.log_evidence > best - NEAR]
     return found, strong
 
 

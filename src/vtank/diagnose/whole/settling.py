@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,42 +29,46 @@ GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of mo
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
 
-def settled(model: Model, floor: Array, least: Array | float = 0.0) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, until the noise stays; floor, least: as of `rigid.noise_search`."""
+def settled(
+    model: Model, floor: Array, least: Array | float = 0.0, *, alone: bool = False
+) -> tuple[Model, list[Filtered]]:
+    """The fit and its noise, each at the other's, until the noise stays; all else as of `rigid.noise_search`."""
     p = model.vector()
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
     for n in range(1 + SETTLING):
         before = model.fit.noise
-        model = _once(model, floor, least, near=n > 0)
+        model = _once(model, floor, least, alone=alone, near=n > 0)
         if n and model.fit.noise.like(before):
             break
     give_back()
     return model, model.fit.filter(model.vector())
 
 
-def _once(model: Model, floor: Array, least: Array | float, near: bool) -> Model:
+def _once(model: Model, floor: Array, least: Array | float, *, alone: bool, near: bool) -> Model:
     """The walls and the noise at the fit, and the fit at these; the filters of all runs go with the call."""
     give_back()
     p, fit = model.vector(), model.fit
     if any(run.wall for run in fit.runs):
         fit = walled(fit, fit.filter(p))
     fit = phased(fit, p)
-    noise, found = _noise(fit, p, floor, least, near=near)
+    noise, found = _noise(fit, p, floor, least, near=near, alone=alone)
     return refit(replace(model, fit=replace(fit, noise=noise)), found, model.theta)
 
 
 def _noise(
-    fit: Fit, p: Array, floor: Array, least: Array | float = 0.0, *, near: bool, longest_s: float = MEMORIES_S[1]
-) -> tuple[Noise, list[Filtered]]:
+    fit: Fit, p: Array, floor: Array, least: Array | float = 0.0, *,
+    near: bool, alone: bool = False, longest_s: float = MEMORIES_S[1],
+) -> tuple[Noise, list[Filtered]]:  # fmt: skip
     """As `rigid.noise_search.settle`."""
     parts = tuple(vars(fit.noise))
+    search = partial(settle, fit, p, floor, least, near=near, alone=alone, longest_s=longest_s)
 
     def told() -> str:
         seen = ("start", "spread", "wall", "phase_s", "value")
         runs = [part for run in fit.runs for part in
                 (*(getattr(run, name) for name in seen), run.steps.which, *(run.pushed or ()))]  # fmt: skip
         now = [getattr(fit.noise, part) for part in parts]
-        return digest(["noise", p, floor, np.asarray(least), near, longest_s, *now, *runs])
+        return digest(["noise", p, floor, np.asarray(least), near, alone, longest_s, *now, *runs])
 
     def plain(settled: tuple[Noise, list[Filtered]]) -> list[Any]:
         return [np.asarray(getattr(settled[0], part)).tolist() for part in parts]
@@ -73,7 +78,7 @@ def _noise(
         noise = Noise(**dict(zip(parts, values, strict=True)))
         return noise, replace(fit, noise=noise).filter(p)
 
-    return step(told, lambda: settle(fit, p, floor, least, near=near, longest_s=longest_s), plain, again)
+    return step(told, search, plain, again)
 
 
 def sought(fit: Fit, p: Array, floor: Array) -> Noise:
@@ -86,7 +91,7 @@ def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Mo
     other = begun(model.fit, model.vector())
     if all(now is then for now, then in zip(other.runs, model.fit.runs, strict=True)):
         return model, found
-    return settled(replace(model, fit=other), floor)
+    return settled(replace(model, fit=other), floor, alone=True)
 
 
 def reformed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:
@@ -108,7 +113,7 @@ def reformed(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, 
             there = refit(model, found, theta, steps=FEW, least=best.log_evidence)
             best = max(best, there, key=lambda fitted: fitted.log_evidence)
         if best is not model:
-            model, found = settled(best, floor)
+            model, found = settled(best, floor, alone=True)
     return model, found
 
 
@@ -125,7 +130,7 @@ def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, l
     sigma[:3], memory_s[:3] = GUST_M_S, GUST_S
     gusts = replace(noise.even, sigma=sigma, memory_s=memory_s, flows=True)
     try:
-        other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor)
+        other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor, alone=True)
     except InputError:
         return model, found
     moves = other.fit.noise.sigma[:3].max() > STILL

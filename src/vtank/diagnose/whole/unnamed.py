@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...lanes import WIDTH
 from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, Noise, share
 from ...rigid.fit import Fit, log_likelihood
@@ -32,7 +33,8 @@ from .settling import sought
 
 Array = NDArray[np.float64]
 Push = Callable[[Path], Array]  # acceleration of a path's steps per unit of a function, (6,) or (N, 6)
-Answer = Callable[[Path, int, list[Array]], list[Array]]  # of a run, its number and the columns of all groups for it
+Cause = Callable[[Array], tuple[Array, Array]]  # of functions, (N, W): pushes, (N, 6, W), shifts of readings, (M, W)
+Causes = Callable[[Path, int], Cause]  # of a run and its number
 FORCES = 4  # the strongest, that are sought once more in calmer water; a choice
 PAIRED = 9  # columns of a function of two variables; the rest carries little
 MEMORIES_S = (1.0, 4.0)  # [s] over which what was done or asked for a moment ago is remembered; a choice
@@ -303,18 +305,11 @@ def _load(paths: Sequence[Path]) -> list[Array]:
 def _forced(base: Base, place: str, channel: str, groups: Groups, push: Push) -> Block:
     """The block of groups of functions along the steps that push the vehicle by `push` [m/s2, rad/s2] at one."""
 
-    def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
+    def causes(path: Path, n: int) -> Cause:
         one = np.atleast_2d(push(path))[:, :, None]
+        return lambda told: (told[:, None, :] * one, np.zeros((path.run.time_s.size, told.shape[1])))
 
-        def follow(block: Array) -> Array:
-            still = np.zeros((path.run.time_s.size, block.shape[1]))
-            if not block.any():  # what acts for a while in another run
-                return still
-            return path.follow(block[:, None, :] * one, still)
-
-        return share([partial(follow, block) for block in columns])
-
-    block = _block(base, place, channel, groups, answer)
+    block = _block(base, place, channel, groups, causes)
     pushed = [told[:, None] * np.atleast_2d(push(path)) for path, told in zip(base.paths, block.course, strict=True)]
     return replace(block, course=tuple(pushed))
 
@@ -347,17 +342,15 @@ def _column(base: Base, c: int) -> Block:
         variables |= _remembered(name, variables[name], times)
     groups = _periodic(_groups(variables, pairs, times, ("reading",)), told, resolution(runs, c))
 
-    def answer(path: Path, n: int, columns: list[Array]) -> list[Array]:
-        def follow(block: Array) -> Array:
-            shifts = np.zeros((path.run.time_s.size, block.shape[1]))
-            shifts[mine[n]] = unit * block
-            if not block.any():
-                return shifts
-            return path.follow(np.zeros((path.run.steps.now.size, 6, block.shape[1])), shifts)
+    def causes(path: Path, n: int) -> Cause:
+        def shifting(told: Array) -> tuple[Array, Array]:
+            shifts = np.zeros((path.run.time_s.size, told.shape[1]))
+            shifts[mine[n]] = unit * told
+            return np.zeros((path.run.steps.now.size, 6, told.shape[1])), shifts
 
-        return share([partial(follow, block) for block in columns])
+        return shifting
 
-    block = _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, answer)
+    block = _block(base, runs[0].layout.vehicle.instrument(column) or column, "sensor", groups, causes)
     errors = [np.zeros(run.time_s.size) for run in runs]
     for error, at, told_error in zip(errors, mine, block.course, strict=True):
         error[at] = unit * told_error
@@ -420,8 +413,12 @@ def _ringing(groups: Groups, felt: list[Array]) -> Groups:
     usual = float(np.sqrt(np.mean(np.concatenate(felt) ** 2))) or 1.0
     count = RINGS_RAD_S.size
 
+    @cache
+    def rings(n: int) -> list[Array]:
+        return np.split(rung(groups.times[n], felt[n] / usual), count, axis=1)
+
     def ringing(n: int) -> list[Array]:
-        return [*groups.columns(n), *np.split(rung(groups.times[n], felt[n] / usual), count, axis=1)]
+        return [*groups.columns(n), *rings(n)]
 
     return Groups([*groups.names, *["ringing after the acceleration"] * count], ringing, groups.times)
 
@@ -441,8 +438,8 @@ def _periodic(groups: Groups, told: list[Array], step: float) -> Groups:
     return Groups([*groups.names, *["reading, periodic"] * periods.size], waving, groups.times)
 
 
-def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer) -> Block:
-    """The block of groups, whose columns change the innovations as `answer` says; they are made run by run, twice."""
+def _block(base: Base, place: str, channel: str, groups: Groups, causes: Causes) -> Block:
+    """The block of groups of functions that cause what `causes` says; these are made run by run, twice."""
     made = groups.made
     sizes = [values.shape[1] for values in made(0)]
     ends = np.cumsum([1, *sizes])
@@ -452,9 +449,8 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
 
     def columns() -> Iterator[Array]:
         for n, path in enumerate(base.paths):
-            each = [base.e[rows[n] : rows[n + 1], None], *answer(path, n, made(n))]
-            for first in range(0, path.run.time_s.size, PIECE):
-                yield np.hstack([some[first : first + PIECE] for some in each])
+            answers = _answers(path, causes(path, n), np.hstack(made(n)), base.e[rows[n] : rows[n + 1]])
+            yield from (answers[first : first + PIECE] for first in range(0, len(answers), PIECE))
 
     with np.errstate(over="ignore", invalid="ignore"):
         gram = base.gram(columns())
@@ -465,6 +461,20 @@ def _block(base: Base, place: str, channel: str, groups: Groups, answer: Answer)
     told = [np.hstack(made(n)) @ c for n in range(len(base.paths))]
     size = float(np.sqrt(np.mean(np.concatenate(told) ** 2)))
     return Block(place, channel, gain, seen, tuple(dict.fromkeys(names[n] for n in chosen)), size, tuple(told))
+
+
+def _answers(path: Path, cause: Cause, told: Array, e: Array) -> Array:
+    """Innovations e, (M,), and what each of some functions, (N, L), changes them by, (M, 1 + L)."""
+    out = np.zeros((e.size, 1 + told.shape[1]))
+    out[:, 0] = e
+
+    def follow(first: int) -> None:
+        some = told[:, first : first + WIDTH]
+        if some.any():  # else it acts for a while in another run
+            out[:, 1 + first : 1 + first + some.shape[1]] = path.follow(*cause(some))
+
+    share([partial(follow, first) for first in range(0, told.shape[1], WIDTH)])
+    return out
 
 
 def _suspects(runs: Sequence[Recorded], found: Sequence[Filtered]) -> list[int]:
