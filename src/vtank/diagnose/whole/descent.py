@@ -33,6 +33,7 @@ def descend(
     bounds: tuple[Array, Array],
     steps: int,
     held: bool,
+    *,
     enough: float = np.inf,
     promise: float = PROMISE,
 ) -> tuple[Array, Array, Array]:
