@@ -65,7 +65,7 @@ def fitted(first: Begun) -> Model:
 
 def turned(model: Model, first: Begun, share: float) -> Model:
     """The model after steps towards its flow at a share of its disturbance, and the noise that is left."""
-    variance = first.model.fit.noise.variance
+    variance, alone = first.model.fit.noise.variance, model is not first.model
     if share < 1.0:
         model, _ = at_noise(model, replace(model.fit.noise, sigma=share * model.fit.noise.sigma))
-    return settled(flowing(model, first.did), variance, KEPT * variance)[0]
+    return settled(flowing(model, first.did), variance, KEPT * variance, alone=alone)[0]
