@@ -239,8 +239,9 @@ def _descended(
         moved = [model.vector(at + side * (np.arange(at.size) == i)) for i in range(first, at.size)]
         return np.hstack([held, (model.fit.residuals(moved, found) - e[:, None]) / side[first:]])
 
-    bounds, cheap = (low, high), held is not None
-    return descend(residual, differentiated, theta, scale, bounds, steps, cheap, enough=enough, promise=promise)
+    return descend(
+        residual, differentiated, theta, scale, (low, high), steps, held is not None, enough=enough, promise=promise
+    )
 
 
 def _led(model: Model, found: Sequence[Filtered], theta: Array, steps: int) -> Array:

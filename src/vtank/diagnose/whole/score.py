@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...rigid.filtered import Filtered, give_back, share
+from ...rigid.filtered import Filtered, give_back
 from ...rigid.fit import weighed
 from ...rigid.layout import Layout
 from ...rigid.places import Placed
@@ -56,21 +55,14 @@ class Base:
         is kept; what is zero throughout a piece, as what acts in one run is in all others, costs nothing.
         """
         inner, taken, first = np.zeros((0, 0)), np.zeros((0, 0)), 0
-
-        def multiplied(piece: Array, J: Array) -> tuple[NDArray[np.intp], Array, Array]:
-            some = np.flatnonzero(piece.any(axis=0))
-            part = piece if some.size == piece.shape[1] else piece[:, some]
-            return some, part.T @ part, J.T @ part
-
         for piece in columns:
             if not inner.size:
                 inner, taken = np.zeros((piece.shape[1],) * 2), np.zeros((len(self.whitening), piece.shape[1]))
-            J, half = self.J[first : first + len(piece)], len(piece) // 2
-            work = [partial(multiplied, piece[rows], J[rows]) for rows in (slice(half), slice(half, None))]
-            for some, product, own in share(work):
-                inner[np.ix_(some, some)] += product
-                taken[:, some] += own
-            first += len(piece)
+            last, some = first + len(piece), np.flatnonzero(piece.any(axis=0))
+            part = piece if some.size == piece.shape[1] else piece[:, some]
+            inner[np.ix_(some, some)] += part.T @ part
+            taken[:, some] += self.J[first:last].T @ part
+            first = last
         inner[0, 0] += self.strain @ self.strain
         taken[:, 0] += self.strain / self.scale
         taken = self.whitening @ taken
