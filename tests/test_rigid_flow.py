@@ -12,19 +12,24 @@ from test_rigid_motion import flown
 import vtank as vt
 from vtank.diagnose.whole import plant_fit
 from vtank.diagnose.whole.curves import KNOTS, Bend, corrected
-from vtank.diagnose.whole.flow_fit import centred
+from vtank.diagnose.whole.flow_fit import bounded, centred, termwise
 from vtank.diagnose.whole.model import blank
 from vtank.diagnose.whole.own import own_unknowns
 from vtank.diagnose.whole.score import based
-from vtank.diagnose.whole.simulator import shared
+from vtank.diagnose.whole.simulator import shared, usual
 from vtank.rigid.fit import Fit
-from vtank.rigid.flow import CREEP, OBLIQUE, SHARP, SLENDER, SPUN, STILL, SWIFT, Flow, pushed, terms, values
+from vtank.rigid.flow import CREEP, FACTORS, OBLIQUE, ONE, SHARP, SLENDER, STILL, Flow, V, W, pushed, terms, values
 from vtank.rigid.layout import masses
 from vtank.rigid.noise import first_noise
 from vtank.rigid.recorded import relaid
 from vtank.rigid.recordings import record
 
 PLANAR = (0, 1, 5)
+
+
+def wrench(nu, flow: Flow):
+    """Of the water at a velocity, 6 numbers."""
+    return pushed(tuple(nu), flow, np.empty(FACTORS))
 
 
 @pytest.fixture
@@ -37,19 +42,19 @@ def flow() -> Flow:
 
 
 def test_no_flow_pushes_nothing():
-    assert pushed((1.0, -2.0, 0.3, 0.1, 0.2, -0.5), STILL) == (0.0,) * 6
+    assert wrench((1.0, -2.0, 0.3, 0.1, 0.2, -0.5), STILL) == (0.0,) * 6
 
 
 def test_the_wrench_is_the_sum_of_its_terms(flow):
     nu = np.random.default_rng(2).normal(size=(20, 6))
     along = np.empty((20, flow.terms.shape[0]))
     values(nu, flow, along)
-    np.testing.assert_allclose([pushed(tuple(v), flow) for v in nu], along @ flow.sizes.T, rtol=1e-12)
+    np.testing.assert_allclose([wrench(v, flow) for v in nu], along @ flow.sizes.T, rtol=1e-12)
 
 
 def test_forces_along_an_axis_are_as_many_times_as_large(flow):
     nu, factors = (0.3, -0.2, 0.0, 0.0, 0.0, 0.1), np.array([1.1, 0.5, 1.0, 1.0, 1.0, 2.0])
-    np.testing.assert_allclose(pushed(nu, flow.times(factors)), factors * pushed(nu, flow), rtol=1e-12)
+    np.testing.assert_allclose(wrench(nu, flow.times(factors)), factors * wrench(nu, flow), rtol=1e-12)
     assert STILL.times(factors) is STILL
 
 
@@ -77,8 +82,8 @@ def test_terms_are_what_they_say(flow):
     u, v, speed = 0.6, -0.4, np.hypot(0.6, 0.4) + CREEP
     told = {tuple(term): value for term, value in zip(flow.terms.tolist(), along[0], strict=True)}
     assert told[OBLIQUE, 0, 0, 1] == pytest.approx(u * u * v / speed)
-    assert told[SWIFT, 5, 5, 5] == pytest.approx(speed * 0.5)
-    assert told[SPUN, 5, 5, 5] == pytest.approx(0.5 * 0.5)
+    assert told[V, 5, ONE, ONE] == pytest.approx(speed * 0.5)
+    assert told[W, 5, ONE, ONE] == pytest.approx(0.5 * 0.5)
     slowly = np.hypot(u, 4.0 * v) + CREEP
     assert told[SLENDER, 0, 0, 1] == pytest.approx(u * u * v / slowly)
     assert told[SHARP, 0, 1, 1] == pytest.approx(speed * u * v * v / slowly**2)
@@ -97,9 +102,38 @@ def test_moving_the_centre_of_a_hull_does_what_its_slope_says(flow):
     assert np.linalg.norm(slope[:, 1]) > 0.1 * np.linalg.norm(slope[:, 0])  # and to the side by what turns ahead
 
 
+def test_a_term_of_the_flow_does_what_its_slope_says():
+    """To first order, and as a force amid each step."""
+    run = flown("kingfisher", 20.0)
+    did, noise = usual(run.layout, (run,), first_noise([run]))
+    layout, seen = relaid(run.layout, (run,), flow=did.flow)
+    fit, p, asked = Fit(seen, noise), layout.null, np.array([0, 1, 5])
+    found = fit.filter(p)
+    slope, unit = termwise(based(blank(fit, layout, (), own_unknowns(layout, seen)), found), did, asked, layout.flow)
+    count = layout.flow.terms.shape[0]
+    for n in (0, 33, count, count + 11, 2 * count + 11, 3 * count - 63):  # of each axis, by what moves much
+        sizes = np.zeros((6, count))
+        sizes[asked[n // count], n % count] = 1e-3 * unit[n]
+        _, moved = relaid(layout, seen, flow=layout.flow.sized(sizes))
+        exact = (replace(fit, runs=moved).residuals([p], found) - fit.residuals([p], found))[:, 0]
+        assert np.linalg.norm(1e-3 * slope[:, n] - exact) < 0.35 * np.linalg.norm(exact)
+
+
+def test_the_least_within_bounds_has_no_slope_but_against_them():
+    """Karush, Kuhn and Tucker's conditions, where some numbers have bounds and others none."""
+    random = np.random.default_rng(3)
+    K, high = random.normal(size=(200, 12)), np.full(4, 0.05)
+    H, b = K.T @ K + np.eye(12), 5.0 * K.T @ random.normal(size=200)
+    x = bounded(H, b, -high, high)
+    slope, held = H @ x - b, np.r_[np.abs(x[:4]) >= high, np.zeros(8, bool)]
+    assert held.any(), "the bounds matter"
+    np.testing.assert_allclose(slope[~held], 0.0, atol=1e-9)
+    assert np.all(slope[held] * x[held] < 0.0)
+
+
 def test_beyond_what_is_known_a_term_stays_as_it_is(flow):
     np.testing.assert_array_equal(
-        pushed((1.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow), pushed((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow)
+        wrench((1.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow), wrench((7.0, 0.0, 0.0, 0.0, 0.0, 0.0), flow)
     )
 
 

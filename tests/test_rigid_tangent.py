@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from test_rigid_motion import flown
 
+from vtank.lanes import WIDTH
 from vtank.rigid.fit import Fit
 from vtank.rigid.kalman import slope
 from vtank.rigid.motion import rates
@@ -53,6 +54,15 @@ def test_a_change_followed_is_a_change_simulated(fitted, slot, change, slow):
     size, followed = np.linalg.norm(exact), np.linalg.norm(linear)
     assert followed == pytest.approx(size, rel=0.1)
     assert linear @ exact > 0.99 * size * followed
+
+
+def test_pushes_are_followed_however_they_lie_in_memory(fitted):
+    fit, found = fitted
+    (path,) = fit.paths(fit.runs[0].layout.null, found)
+    push = np.random.default_rng(1).normal(size=(path.run.steps.now.size, 6, WIDTH))
+    shift = np.zeros((path.run.time_s.size, WIDTH))
+    turned = (np.asfortranarray(push), np.asfortranarray(shift))
+    np.testing.assert_array_equal(path.follow(*turned), path.follow(push, shift))
 
 
 @pytest.mark.parametrize("slot", ["lost@thruster_3", "slower@thruster_1", "delay@thruster_5", "yawed@thruster_2"])

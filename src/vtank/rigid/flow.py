@@ -19,15 +19,15 @@ from numpy.typing import NDArray
 from ..compiled import law, lean
 
 Array = NDArray[np.float64]
-SPEED, PRODUCT, SIZED, SWIFT, TURNED, SPUN = range(6)  # a; a b; |a| b; V a; a a b; W a
-OBLIQUE, SLENDER, SHARP = range(6, 9)  # a b c / V; a b c / S; V a b c / S^2
+FACTORS = 18  # of which terms are products: velocity of each axis over the usual one, its size, and these
+SIZE, ONE, V, W, OBLIQUE, SLENDER, SHARP = 6, 12, 13, 14, 15, 16, 17  # |velocity|, 1, V, W, 1 / V, 1 / S, V / S^2
 CREEP = 1e-6  # share of the usual speed below which no direction is told
 
 
 class Flow(NamedTuple):
     """Forces of the water for the kernels.
 
-    terms: kind and axes a, b, c of each term, (Q, 4). sizes: of each on each axis [N, N m], (6, Q). usual: speed of
+    terms: the four factors of each term, (Q, 4). sizes: of each on each axis [N, N m], (6, Q). usual: speed of
     each axis [m/s, rad/s] that is one, (6,), alike for all that goes along. most: speeds over usual beyond which a term
     stays as it is, (6,). slower: times by which each axis along goes more slowly than that, (3,). centre: of the hull,
     where the water is met [m], (3,).
@@ -59,11 +59,11 @@ STILL = Flow(np.zeros((0, 4), np.int64), np.zeros((6, 0)), np.ones(6), np.ones(6
 def terms(axes: Sequence[int]) -> NDArray[np.int64]:
     """All terms of the velocities of these axes, (Q, 4)."""
     ahead, turns = [a for a in axes if a < 3], [a for a in axes if a > 2]
-    found = [(SPEED, a, a, a) for a in axes]
-    found += [(PRODUCT, a, b, b) for a, b in combinations_with_replacement(axes, 2)]
-    found += [(SIZED, a, b, b) for a in axes for b in axes] + [(SWIFT, a, a, a) for a in axes]
-    found += [(q, *abc) for q in (OBLIQUE, SLENDER, SHARP) for abc in combinations_with_replacement(ahead, 3)]
-    found += [(TURNED, a, b, b) for a in turns for b in axes] + [(SPUN, a, a, a) for a in turns]
+    found = [(a, ONE, ONE, ONE) for a in axes]
+    found += [(a, b, ONE, ONE) for a, b in combinations_with_replacement(axes, 2)]
+    found += [(SIZE + a, b, ONE, ONE) for a in axes for b in axes] + [(V, a, ONE, ONE) for a in axes]
+    found += [(by, *abc) for by in (OBLIQUE, SLENDER, SHARP) for abc in combinations_with_replacement(ahead, 3)]
+    found += [(a, a, b, ONE) for a in turns for b in axes] + [(W, a, ONE, ONE) for a in turns]
     return np.array(found, np.int64).reshape(-1, 4)
 
 
@@ -79,54 +79,29 @@ def met(nu, c):
 
 
 @lean
-def held(nu, usual, most, a):
-    """Velocity of axis a over its usual one, within what is known of it."""
-    return min(max(nu[a] / usual[a], -most[a]), most[a])
+def factors(nu, flow, x):
+    """All factors of terms at a velocity through the water into x, (18,).
+
+    V is the speed along, S that along by what each axis usually does, W that about all axes.
+    """
+    there = met(nu, flow.centre)
+    for a in range(6):
+        x[a] = min(max(there[a] / flow.usual[a], -flow.most[a]), flow.most[a])  # within what is known of it
+        x[SIZE + a] = abs(x[a])
+    u, v, w = flow.slower[0] * x[0], flow.slower[1] * x[1], flow.slower[2] * x[2]
+    along = math.sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]) + CREEP
+    slowly = math.sqrt(u * u + v * v + w * w) + CREEP
+    x[ONE], x[V], x[W] = 1.0, along, math.sqrt(x[3] * x[3] + x[4] * x[4] + x[5] * x[5])
+    x[OBLIQUE], x[SLENDER], x[SHARP] = 1.0 / along, 1.0 / slowly, along / (slowly * slowly)
 
 
 @lean
-def value(kind, u, v, w, V, S, W):
-    """A term of the velocities u, v, w of its axes, and of the speeds `speeds`."""
-    if kind == SPEED:
-        return u
-    if kind == PRODUCT:
-        return u * v
-    if kind == SIZED:
-        return abs(u) * v
-    if kind == SWIFT:
-        return V * u
-    if kind == TURNED:
-        return u * u * v
-    if kind == SPUN:
-        return W * u
-    if kind == OBLIQUE:
-        return u * v * w / V
-    if kind == SLENDER:
-        return u * v * w / S
-    return V * u * v * w / (S * S)
-
-
-@lean
-def speeds(nu, usual, most, slower):
-    """V along, S along by what each axis usually does, W about all axes, over the usual."""
-    u, v, w = held(nu, usual, most, 0), held(nu, usual, most, 1), held(nu, usual, most, 2)
-    p, q, r = held(nu, usual, most, 3), held(nu, usual, most, 4), held(nu, usual, most, 5)
-    a, b, c = slower[0] * u, slower[1] * v, slower[2] * w
-    V, S = math.sqrt(u * u + v * v + w * w), math.sqrt(a * a + b * b + c * c)
-    return V + CREEP, S + CREEP, math.sqrt(p * p + q * q + r * r)
-
-
-@lean
-def pushed(nu, flow):
-    """Wrench of the water at a velocity through it, 6 numbers each."""
+def pushed(nu, flow, x):
+    """Wrench of the water at a velocity through it, 6 numbers each; x, (18,): scratch."""
     X, Y, Z, K, M, N = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    nu = met(nu, flow.centre)
-    V, S, W = speeds(nu, flow.usual, flow.most, flow.slower)
+    factors(nu, flow, x)
     for q in range(flow.terms.shape[0]):
-        u = held(nu, flow.usual, flow.most, flow.terms[q, 1])
-        v = held(nu, flow.usual, flow.most, flow.terms[q, 2])
-        w = held(nu, flow.usual, flow.most, flow.terms[q, 3])
-        f = value(flow.terms[q, 0], u, v, w, V, S, W)
+        f = x[flow.terms[q, 0]] * x[flow.terms[q, 1]] * x[flow.terms[q, 2]] * x[flow.terms[q, 3]]
         X += flow.sizes[0, q] * f
         Y += flow.sizes[1, q] * f
         Z += flow.sizes[2, q] * f
@@ -139,11 +114,8 @@ def pushed(nu, flow):
 @law
 def values(nu, flow, out):
     """All terms along velocities, (N, 6), into (N, Q)."""
+    x = np.empty(FACTORS)
     for i in range(nu.shape[0]):
-        there = met(nu[i], flow.centre)
-        V, S, W = speeds(there, flow.usual, flow.most, flow.slower)
+        factors(nu[i], flow, x)
         for q in range(flow.terms.shape[0]):
-            u = held(there, flow.usual, flow.most, flow.terms[q, 1])
-            v = held(there, flow.usual, flow.most, flow.terms[q, 2])
-            w = held(there, flow.usual, flow.most, flow.terms[q, 3])
-            out[i, q] = value(flow.terms[q, 0], u, v, w, V, S, W)
+            out[i, q] = x[flow.terms[q, 0]] * x[flow.terms[q, 1]] * x[flow.terms[q, 2]] * x[flow.terms[q, 3]]

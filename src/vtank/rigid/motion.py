@@ -293,10 +293,11 @@ def near_wall(x, R, nu_r, hull):
 
 
 @term
-def wrench(t, x, thrust, asked, fins, hull):
+def wrench(t, x, thrust, asked, fins, hull, room):
     """All forces on the right side [N, N m] at the state x, 6 numbers.
 
-    thrust: wrench of all thrusters, before what speed takes off; asked: sizes of their inputs; fins: angles [rad].
+    thrust: wrench of all thrusters, before what speed takes off; asked: sizes of their inputs; fins: angles [rad];
+    room: scratch, (18,).
     """
     p, R = hull.p, rotation(x[3], x[4], x[5])
     nu = (x[6], x[7], x[8], x[9], x[10], x[11])
@@ -321,7 +322,7 @@ def wrench(t, x, thrust, asked, fins, hull):
     if hull.losing:
         total = add(total, lost(nu_r, asked, hull))
     if hull.flow.terms.shape[0]:
-        total = add(total, pushed(nu_r, hull.flow))
+        total = add(total, pushed(nu_r, hull.flow, room))
     for k in range(hull.counts[1]):
         i = HULL + THRUSTER * hull.counts[0] + FIN * k
         r = triple(p, i + SEAT)
@@ -337,6 +338,8 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
     push: unmodelled acceleration of each axis, and known: that of axes whose motion is known, shapes (6,).
     """
     p, R = hull.p, rotation(x[3], x[4], x[5])
+    carried = (known[0], known[1], known[2], known[3], known[4], known[5])
+    left = subtract(wrench(t, x, thrust, asked, fins, hull, out), multiply(hull.body, carried))
     out[0], out[1], out[2] = turned(R, (x[6], x[7], x[8]))
     sr, cr, cp = math.sin(x[3]), math.cos(x[3]), math.cos(x[4])
     cp = math.copysign(max(abs(cp), 1e-6), cp)
@@ -344,8 +347,6 @@ def rates(t, x, thrust, asked, fins, push, known, hull, out):
     out[3] = x[9] + turn * math.sin(x[4]) / cp
     out[4] = cr * x[10] - sr * x[11]
     out[5] = turn / cp
-    carried = (known[0], known[1], known[2], known[3], known[4], known[5])
-    left = subtract(wrench(t, x, thrust, asked, fins, hull), multiply(hull.body, carried))
     nu = multiply(hull.inverse, subtract(left, multiply(hull.water, carried)))
     if p[WALL_MASS] != 0.0:  # the inverse of M and a mass more in surge (Sherman, Morrison, Ann. Math. Stat. 21, 1950)
         mass, across = grown(x, R, hull), hull.inverse[0]

@@ -7,7 +7,7 @@ readings; both run on through the linearised motion and the filter's gains. Exac
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 
 import numpy as np
@@ -24,6 +24,7 @@ from .recorded import Recorded
 from .steps import FIRST, Steps
 
 Array = NDArray[np.float64]
+Cause = Callable[[slice], tuple[Array, Array] | None]  # pushes, (N, 6, W), and shifts of readings, (M, W)
 AT_ONCE = WIDTH * THREADS  # changes that keep all threads at work
 
 
@@ -206,6 +207,7 @@ class Path:
 
     def follow(self, push: Array, shift: Array) -> Array:
         """Changes of the innovations over their deviations, (M, L), under pushes, (N, 6, L), in place of the shifts."""
+        push, shift = np.ascontiguousarray(push), np.ascontiguousarray(shift)  # as lanes are laid out
         tangents(self.way, self.run.steps, self.run.column, self.f.gains, push, shift)
         shift *= self.weight[:, None]
         if self.f.wall.any():
@@ -214,23 +216,37 @@ class Path:
         return shift
 
 
+def follow_lanes(path: Path, cause: Cause, out: Array) -> list[Callable[[], None]]:
+    """Calls, for threads to share, that make all of out, (M, L): what each of L causes changes the innovations by.
+
+    cause: of a slice of these, pushes, (N, 6, W), and shifts of readings, (M, W), of W lanes; None leaves out as it is.
+    """
+
+    def follow(some: slice) -> None:
+        caused = cause(some)
+        if caused is not None:
+            out[:, some] = path.follow(*caused)[:, : some.stop - some.start]
+
+    count = out.shape[1]
+    return [partial(follow, slice(n, min(n + WIDTH, count))) for n in range(0, count, WIDTH)]
+
+
 def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDArray[np.bool_]]:
     """Changes of innovations over their deviations for other parameter vectors, (sum M, L); which were followed."""
     out = np.empty((sum(path.run.time_s.size for path in paths), len(vectors)))
     done = np.ones(len(vectors), bool)
 
-    def part(path: Path, row: int, first: int) -> None:
-        some = vectors[first : first + WIDTH]
+    def moved(path: Path, some: slice) -> tuple[Array, Array]:
         push, shift = (np.zeros((*size, WIDTH)) for size in ((path.run.steps.now.size, 6), (path.run.time_s.size,)))
-        for i, q in enumerate(some):
+        for i, q in enumerate(vectors[some]):
             cause = path.cause(q)
             if cause is None:
-                done[first + i] = False
+                done[some.start + i] = False
             else:
                 push[..., i], shift[:, i] = cause
-        out[row : row + path.run.time_s.size, first : first + WIDTH] = path.follow(push, shift)[:, : len(some)]
+        return push, shift
 
-    rows = np.cumsum([0, *(path.run.time_s.size for path in paths)])
-    each = [(path, int(row)) for path, row in zip(paths, rows[:-1], strict=True)]
-    share([partial(part, path, row, first) for path, row in each for first in range(0, len(vectors), WIDTH)])
+    ends = np.cumsum([path.run.time_s.size for path in paths])
+    parts = zip(paths, np.split(out, ends[:-1]), strict=True)
+    share([call for path, part in parts for call in follow_lanes(path, partial(moved, path), part)])
     return out, done

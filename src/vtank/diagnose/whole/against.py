@@ -103,21 +103,23 @@ def plant_of(
     say("a plant for the simulator")
     heard, listened, _ = record(recorded, vehicle, axes)
     try:
-        told = telling(simulated)[0]
-        asked = tuple(axes or _told_by_both(listened[0], told))
-        readings = [_read(runs, vehicle, asked, heard, listened) for runs in _instrumented(told, heard)]
+        flown = telling(simulated)[0]
+        asked = tuple(axes or _told_by_both(listened[0], flown))
+        readings = [_read(runs, vehicle, asked, heard, listened) for runs in _instrumented(flown, heard)]
         read = max(readings, key=lambda reading: reading.first.model.log_evidence)
         model, free = fitted(read.first), read.first.free
         plant = _plant(read.layout, model, free, asked)
         say("the plant against the simulator's own runs")
         own, again, _ = plant.record(read.runs)
         fit = Fit(again, model.fit.noise)
-        like = likeness(fit, read.noise, folder, tuple(parameters(read.layout, plant.vehicle, model, free)))
+        told = tuple(parameters(read.layout, plant.vehicle, model, free))
+        like = likeness(fit, read.noise, folder, told)
     except InputError as e:
         raise InputError(f"the simulator's runs in {folder}: {e}") from None
+    like.checked()
     longer = max(1.0, sum(run.time_s.size for run in listened) / sum(run.time_s.size for run in again))
     found = {name.replace(SIMULATED, ""): longer * gain for name, gain in mimicry(own, fit).items()}
-    return replace(plant, mimicry=found), like.checked()
+    return replace(plant, mimicry=found), like
 
 
 def _plant(file: Layout, model: Model, free: Sequence[Bend], axes: tuple[str, ...]) -> Plant:

@@ -7,15 +7,18 @@ the likeliest width of each axis.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
+from ...rigid.filtered import share
 from ...rigid.flow import Flow, values
 from ...rigid.layout import NOSE, TAIL
 from ...rigid.recorded import relaid
+from ...rigid.tangent import Path, follow_lanes
 from .model import Model
 from .score import Base, based
 from .simulator import Usual
@@ -91,11 +94,19 @@ def termwise(base: Base, did: Usual, asked: NDArray[np.int64], flow: Flow) -> tu
     for path, term in zip(base.paths, along, strict=True):
         states = path.way.states[:, 6:12]
         values(0.5 * (states[1:] + states[:-1]), flow, term)
-    usually, parts = np.maximum(np.sqrt(np.mean(np.concatenate(along) ** 2, axis=0)), LEAST), []
-    for path, term in zip(base.paths, along, strict=True):
-        pushes = [np.outer(f, did.force[i] * path.hull.inverse[i]) for i in asked for f in (term / usually).T]
-        parts.append(path.follow(np.stack(pushes, axis=-1), np.zeros((path.run.time_s.size, len(pushes)))))
-    return np.concatenate(parts), (did.force[asked, None] / usually).ravel()
+    usually = np.maximum(np.sqrt(np.mean(np.concatenate(along) ** 2, axis=0)), LEAST)
+    unit = (did.force[asked, None] / usually).ravel()
+    out = np.empty((base.e.size, unit.size))
+
+    def pushed(path: Path, term: Array, some: slice) -> tuple[Array, Array]:
+        axis, which = np.divmod(np.arange(some.start, some.stop), usually.size)
+        toward = unit[some] * path.hull.inverse[:, asked[axis]]
+        return term[:, None, which] * toward, np.zeros((path.run.time_s.size, which.size))
+
+    ends = np.cumsum([path.run.time_s.size for path in base.paths])
+    parts = zip(base.paths, along, np.split(out, ends[:-1]), strict=True)
+    share([call for path, term, part in parts for call in follow_lanes(path, partial(pushed, path, term), part)])
+    return out, unit
 
 
 def centred(base: Base, flow: Flow) -> Array:
@@ -146,8 +157,15 @@ def likeliest(G: Array, b: Array, axis: NDArray[np.int64]) -> Array:
 
 
 def bounded(H: Array, b: Array, low: Array, high: Array) -> Array:
-    """The least of x'Hx / 2 - b'x, (U,), where the first unknowns lie within bounds, and the others anywhere."""
-    factor, far = np.linalg.cholesky(H), np.full(b.size - low.size, np.inf)
-    target = solve_triangular(factor, b, lower=True)
-    ends = np.concatenate([low, -far]), np.concatenate([high, far])
-    return np.asarray(lsq_linear(factor.T, target, ends, method="bvls").x)
+    """The least of x'Hx / 2 - b'x, (U,), where the first unknowns lie within bounds, and the others anywhere.
+
+    The others are taken up first, so that bounds are sought among the few that have them.
+    """
+    own = low.size
+    factor = np.linalg.cholesky(H[own:, own:])
+    taken = solve_triangular(factor, np.column_stack([H[own:, :own], b[own:]]), lower=True)
+    inner = np.linalg.cholesky(H[:own, :own] - taken[:, :-1].T @ taken[:, :-1])
+    target = solve_triangular(inner, b[:own] - taken[:, :-1].T @ taken[:, -1], lower=True)
+    first = np.asarray(lsq_linear(inner.T, target, (low, high), method="bvls").x)
+    others = solve_triangular(factor, taken[:, -1] - taken[:, :-1] @ first, lower=True, trans="T")
+    return np.concatenate([first, others])

@@ -13,7 +13,6 @@ from functools import cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ...lanes import WIDTH
 from ...record.columns import ATTITUDE, channel_of
 from ...rigid.filtered import Filtered, Noise, share
 from ...rigid.fit import Fit, log_likelihood
@@ -21,7 +20,7 @@ from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, resolution
 from ...rigid.places import Sizes
 from ...rigid.recorded import Recorded
-from ...rigid.tangent import Path
+from ...rigid.tangent import Path, follow_lanes
 from ..freeform.dictionary import COARSE, PERIODS
 from ..freeform.events import waves
 from ..freeform.functions import functions_of, products_of, ways_of
@@ -468,12 +467,10 @@ def _answers(path: Path, cause: Cause, told: Array, e: Array) -> Array:
     out = np.zeros((e.size, 1 + told.shape[1]))
     out[:, 0] = e
 
-    def follow(first: int) -> None:
-        some = told[:, first : first + WIDTH]
-        if some.any():  # else it acts for a while in another run
-            out[:, 1 + first : 1 + first + some.shape[1]] = path.follow(*cause(some))
+    def caused(some: slice) -> tuple[Array, Array] | None:
+        return cause(told[:, some]) if told[:, some].any() else None  # else it acts for a while in another run
 
-    share([partial(follow, first) for first in range(0, told.shape[1], WIDTH)])
+    share(follow_lanes(path, caused, out[:, 1:]))
     return out
 
 
