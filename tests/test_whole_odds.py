@@ -27,6 +27,13 @@ def _named_over_unknown(explained: float, left: float) -> float:
     return float(odds.imperfect(left, best, own) - odds.imitated(left, best, own))
 
 
+def test_rough_water_is_no_cause_and_a_storm_in_a_tank_is_one():
+    """Where nothing repeats: rougher than plausible by a little it is water still, ten times as rough hardly ever."""
+    chances = [1.0 / (1.0 + np.exp(-odds.strange(times))) for times in (1.0, 1.5, 3.0, 10.0)]
+    assert chances == sorted(chances)
+    assert chances[1] < 0.5 < chances[2] and chances[3] > 0.99
+
+
 @pytest.mark.parametrize("explained", [300.0, 3e4])
 def test_what_is_left_decides_by_its_share(explained):
     assert _named_over_unknown(explained, 0.0) > 3.0
@@ -85,7 +92,7 @@ def of_water(trial: Disturbed) -> Disturbed:
     return diagnosis.disturbed(trial, *diagnosis.too_large(trial))
 
 
-@pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.65), (0.02, 0.9), (0.05, 0.99)])
+@pytest.mark.parametrize(("sigma", "chance"), [(0.009, 0.0), (0.012, 0.25), (0.03, 0.75), (0.1, 0.98)])
 def test_a_disturbance_that_no_water_makes_is_a_cause_without_a_name(
     monkeypatch: pytest.MonkeyPatch, sigma: float, chance: float
 ):

@@ -164,16 +164,16 @@ def places_of(selection: Selection) -> dict[str, float]:
     return {place: p for place, p in sorted(found.items(), key=lambda item: -item[1]) if p >= 1e-3}
 
 
-def disturbed(selection: Selection, axis: str, octaves: float) -> Selection:
+def disturbed(selection: Selection, axis: str, times: float) -> Selection:
     """The selection with the chance that a disturbance too large for water is a cause, where none is named.
 
-    axis, octaves: of `too_large`.
+    axis, times: of `too_large`.
     """
     if not axis or selection.best.effects:
         return selection
     chances = dict(selection.probabilities)
     name, calm = f"unknown@{axis}", max(chances.get("none", 0.0), chances.get("parameters", 0.0))
-    chances[name] = chances.get(name, 0.0) + calm * float(np.exp(strange(octaves)))
+    chances[name] = chances.get(name, 0.0) + calm * float(np.exp(strange(times)))
     total = sum(chances.values())
     return replace(selection, probabilities={name: chance / total for name, chance in chances.items()})
 
@@ -234,10 +234,10 @@ def tied(selection: Selection, name: str) -> list[str]:
 
 
 def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, float]:
-    """The axis whose disturbance is too large for turbulence, held against its usual force, and by how many octaves.
+    """The axis whose disturbance is too large for turbulence, held against its usual force, and how many times.
 
     Of those of which something tells; about an axis it is that of a point as far off it as its mass is on average.
-    missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,). "" and 0
+    missed: disturbance that stands for what the nominal misses of the simulator that it was fitted to, (6,). "" and 1
     where all are plausible, or might as well be.
     """
     best = selection.best
@@ -250,8 +250,8 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
     for axis in np.argsort(-beyond)[: np.count_nonzero(beyond > 1.0)]:
         least = np.hypot(sigma / np.where(np.arange(6) == axis, beyond, 1.0), missed)
         if needed(selection, least):
-            return AXES[axis], float(np.log2(beyond[axis]))
-    return "", 0.0
+            return AXES[axis], float(beyond[axis])
+    return "", 1.0
 
 
 def needed(selection: Selection, least: Array) -> bool:
@@ -319,8 +319,8 @@ def _diagnosed(
         selection = narrowed(selection, hidden)
         notes += tuple(f"{name} is there, but too small for anybody to see" for name in sorted(hidden))
         spent = budget(selection)
-    strange_axis, octaves = too_large(selection, plant.sigma if plant else 0.0)
-    selection = disturbed(selection, strange_axis, octaves)
+    strange_axis, times = too_large(selection, plant.sigma if plant else 0.0)
+    selection = disturbed(selection, strange_axis, times)
     verdict = verdict_of(selection, spent, strange_axis)
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})

@@ -19,10 +19,9 @@ def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
 
     Other runs take the vehicle elsewhere, where what a plant misses may come up at another place.
     """
-    moves = fit.runs[0].moves
-    model, found = settled(
-        blank(fit, layout, (), own_unknowns(layout, fit.runs)), fit.noise.variance, KEPT * fit.noise.variance
-    )
+    moves, variance = fit.runs[0].moves, fit.noise.variance
+    own = own_unknowns(layout, fit.runs)
+    model, found = settled(blank(fit, layout, (), own), variance, KEPT * variance, alone=True)
     sizes, base = sizes_of(model, found), based(model, found)
     gains = {NAMELESS: max([0.0, *(float(block.gain) for block in unnamed(model, found, base, sizes))])}
     for promise in promises(model, base, layout, catalogue(layout, moves, sizes)):

@@ -16,6 +16,8 @@ NAMED = 1.0 - sum(PRIOR.values())
 FORM = 0.2  # prior odds that an effect has another form than its law here, or its simulator another; a guess
 OWN_IMPERFECT = 0.0001  # share of the evidence for own parameters that may be due to the form of their laws; a guess
 WATER = 2.0  # deviations above the usual up to which water's disturbance is plausible; a choice
+ROUGHER = 3.0  # times by which waters differ: a still tank's disturbance is 0.1 to 5 mm/s2; a guess
+MISSED = 0.2  # share of causes without a name that no free-form part finds, for all that they push; a guess
 ANOTHER = 0.2  # prior odds of one more effect beside one; a guess
 
 
@@ -93,13 +95,14 @@ def imitated(left: float, model: Model, own: Model) -> float:
     return float(np.log(PRIOR["unknown"] / NAMED) + np.logaddexp(left + np.log(IMPERFECT), np.log(imitating(seen))))
 
 
-def strange(octaves: float) -> float:
+def strange(times: float) -> float:
     """Log odds, over water, of a cause without a name behind a disturbance that is not plausible.
 
-    octaves: factors of two beyond what is plausible, which is WATER deviations above what is usual, a factor of two
-    each.
+    It is one that goes with nothing that free-form parts look at. times: what is plausible, WATER deviations of ROUGHER
+    each above what is usual.
     """
-    return float(np.log(PRIOR["unknown"] / PRIOR["none"]) + 0.5 * (WATER + octaves) ** 2 - 1.0)
+    off = WATER + np.log(times) / np.log(ROUGHER)
+    return float(np.log(MISSED * PRIOR["unknown"] / PRIOR["none"]) + 0.5 * off**2 - 1.0)
 
 
 def nameless(blocks: Sequence[Block], ground: Model, nominal: Model, mimicry: float) -> dict[str, float]:

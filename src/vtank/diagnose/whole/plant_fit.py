@@ -50,16 +50,18 @@ def fitted(first: Begun) -> Model:
     """The plant with the flow beside it, and what it misses, for as long as turns make it likelier.
 
     A disturbance that stands for what the plant misses hides it: a filter follows, and innovations hardly tell of a
-    force that it has found already. Each turn therefore seeks the flow at a part of the disturbance, and only where
-    that leads nowhere at all of it.
+    force that it has found already. Turns therefore seek the flow at a part of the disturbance, and where that leads
+    nowhere at all of it.
     """
     model = turned(first.model, first, 1.0)
+    shares: tuple[float, ...] = (QUIET, 1.0)
     for _ in range(1, TURNS):
-        trials = (turned(model, first, share) for share in (QUIET, 1.0))
-        other = next((m for m in trials if m.log_evidence > model.log_evidence + GAINED), None)
+        trials = ((turned(model, first, share), share) for share in shares)
+        other = next(((m, share) for m, share in trials if m.log_evidence > model.log_evidence + GAINED), None)
         if other is None:
             break
-        model = other
+        model, led = other
+        shares = (led, *(share for share in shares if share != led))
     return model
 
 

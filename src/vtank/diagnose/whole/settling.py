@@ -26,19 +26,23 @@ PATHS = ((0.0,), (1.0,), (2.0,))  # of inputs, from which they are fitted too: h
 FINS = ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))  # suction and lean, from which they are fitted too
 FEW = 6  # steps of a fit to another form, at most: all else is nearly right; a choice
 GUST_M_S, GUST_S = 0.004, 3.0  # [m/s], [s] of gusts from which the search of moving water starts; guesses
+FAR_BEHIND = 300.0  # log evidence that no further turn of a fit and its noise makes up for; a choice
 SETTLING = 4  # times, at most, that all of a recording is asked for its noise; a choice
 
 
 def settled(
-    model: Model, floor: Array, least: Array | float = 0.0, *, alone: bool = False
+    model: Model, floor: Array, least: Array | float = 0.0, *, alone: bool = False, rival: float = -np.inf
 ) -> tuple[Model, list[Filtered]]:
-    """The fit and its noise, each at the other's, until the noise stays; all else as of `rigid.noise_search`."""
+    """The fit and its noise, each at the other's, until the noise stays; all else as of `rigid.noise_search`.
+
+    rival: log evidence of another; what lies far behind it after its first turn takes no other.
+    """
     p = model.vector()
     model = replace(model, fit=replace(model.fit, runs=tuple(run.ordered(p) for run in model.fit.runs)))
     for n in range(1 + SETTLING):
         before = model.fit.noise
         model = _once(model, floor, least, alone=alone, near=n > 0)
-        if n and model.fit.noise.like(before):
+        if model.log_evidence < rival - FAR_BEHIND or (n and model.fit.noise.like(before)):
             break
     give_back()
     return model, model.fit.filter(model.vector())
@@ -130,7 +134,8 @@ def flowing(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, l
     sigma[:3], memory_s[:3] = GUST_M_S, GUST_S
     gusts = replace(noise.even, sigma=sigma, memory_s=memory_s, flows=True)
     try:
-        other, there = settled(replace(model, fit=replace(model.fit, noise=gusts)), floor, alone=True)
+        wet = replace(model, fit=replace(model.fit, noise=gusts))
+        other, there = settled(wet, floor, alone=True, rival=model.log_evidence)
     except InputError:
         return model, found
     moves = other.fit.noise.sigma[:3].max() > STILL
