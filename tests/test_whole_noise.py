@@ -14,7 +14,7 @@ import vtank as vt
 from vtank.diagnose.whole.diagnosis import needed
 from vtank.diagnose.whole.model import at_noise, blank
 from vtank.diagnose.whole.own import own_unknowns
-from vtank.diagnose.whole.settling import settled
+from vtank.diagnose.whole.settling import settled, sought
 from vtank.experiment import fly_vehicle
 from vtank.rigid import noise, noise_search
 from vtank.rigid.filtered import Noise
@@ -114,3 +114,42 @@ def test_a_slow_error_has_to_be_likelier_by_what_speaks_against_it_beforehand() 
     slow = np.where(np.arange(len(layout.columns)) == layout.columns.index(COLUMN), 1e-9, 0.0)  # [rad/s] nothing else
     without, with_it = (at_noise(model, replace(model.fit.noise, slow=size))[0] for size in (0.0 * slow, slow))
     assert without.log_evidence - with_it.log_evidence == pytest.approx(noise.SURELY, abs=1e-3)
+
+
+def test_a_covariance_of_which_rounding_leaves_nothing_is_no_likelihood() -> None:
+    left = SimpleNamespace(variance=np.array([1.0, -1e-20]), z=np.zeros(2))
+    assert log_likelihood(left) == -np.inf
+    assert np.isfinite(log_likelihood(SimpleNamespace(variance=np.ones(2), z=np.zeros(2))))
+
+
+def test_a_noise_at_which_the_filter_loses_its_way_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """However likely it seemed from the noise before; the search then stays with that one."""
+    run = fly_vehicle(vt.load_vehicle("kingfisher"), multisine(vt.load_vehicle("kingfisher"), 10.0, 1), 10.0, 1)
+    layout, seen, _ = record([run], vt.load_vehicle("kingfisher"))
+    fit = Fit(seen, noise.first_noise(seen))
+    quiet = replace(fit.noise, variance=1e-6 * fit.noise.variance)
+
+    def foreseen(runs, found, parts):
+        likelihood = sum(map(log_likelihood, found))
+        return [noise_search.Tried(quiet, likelihood + 1e3, found)]
+
+    def lost(fit: Fit, p: np.ndarray):
+        if fit.noise is quiet:
+            raise vt.InputError("the simulation diverges")
+        return filtered(fit, p)
+
+    filtered = Fit.filter
+    monkeypatch.setattr(noise_search, "_scored", foreseen)
+    monkeypatch.setattr(Fit, "filter", lost)
+    found, _ = noise_search.settle(fit, layout.null, fit.noise.variance, near=True)
+    np.testing.assert_array_equal(found.variance, fit.noise.variance)
+
+
+def test_no_noise_beside_a_free_form_part_is_less_than_what_is_believed() -> None:
+    """A simulator's own runs may have none at all."""
+    vehicle = vt.load_vehicle("kingfisher")
+    layout, seen, _ = record([fly_vehicle(vehicle, multisine(vehicle, 10.0, 1), 10.0, 1)], vehicle)
+    fit = Fit(seen, noise.first_noise(seen))
+    least = fit.noise.variance
+    assert np.any(sought(fit, layout.null, least, 0.0).variance < 0.9 * least)
+    assert np.all(sought(fit, layout.null, least, least).variance >= least * (1.0 - 1e-9))

@@ -34,6 +34,25 @@ def test_rough_water_is_no_cause_and_a_storm_in_a_tank_is_one():
     assert chances[1] < 0.5 < chances[2] and chances[3] > 0.99
 
 
+@pytest.mark.parametrize(
+    ("effects", "gained", "part", "visible", "beyond"),
+    [
+        (("linear_drag@yaw",), 400.0, -3.0, True, True),
+        (("linear_drag@yaw",), 200.0, -3.0, True, False),
+        ((), 0.0, 400.0, True, True),
+        ((), 0.0, 400.0, False, False),
+    ],
+)
+def test_a_gap_stands_where_recordings_tell_far_more_of_it_than_a_simulators_own_runs(
+    effects: tuple[str, ...], gained: float, part: float, visible: bool, beyond: bool
+):
+    """Whatever free runs go astray by. A plant mimics 100 of log evidence here."""
+    best, own = SimpleNamespace(log_evidence=gained, effects=effects), _model(0.0)
+    block = SimpleNamespace(gain=part, visible=visible)
+    trial = SimpleNamespace(best=best, own=own, blocks_alone=[block])
+    assert diagnosis.outweighs(trial, {"unknown": 100.0, "coulomb_friction@surge": 20.0}) == beyond
+
+
 @pytest.mark.parametrize("explained", [300.0, 3e4])
 def test_what_is_left_decides_by_its_share(explained):
     assert _named_over_unknown(explained, 0.0) > 3.0

@@ -16,7 +16,9 @@ def sentence(document: Document) -> str:
     said = f"A plant fitted to {many} run{'s' * (many > 1)} in {found['folder']} stands for the simulator. It misses "
     said += f"{percent(found['share'])} of what the simulator does"
     if found["of_gap"] is not None:
-        said += f", a mean square of {percent(found['of_gap'])} of the gap; what is smaller cannot be told"
+        said += f", a mean square of {percent(found['of_gap'])} of the gap"
+        named = found["of_gap"] > 1.0 and document["verdict"]["kind"] in ("effect", "effects", "unknown")
+        said += " in free runs, yet far less of it step by step" if named else "; what is smaller cannot be told"
     if found["refused"]:
         said += f". It misses too much of {', '.join(found['refused'])}: of what only these show, nothing is known"
     return said + "."

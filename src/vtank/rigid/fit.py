@@ -125,7 +125,9 @@ def _phase(run: Recorded, f: Filtered, noise: Noise) -> tuple[float, float]:
 
 
 def log_likelihood(f: Left) -> float:
-    """Of innovations, far ones by Huber's measure."""
+    """Of innovations, far ones by Huber's measure; none where rounding left nothing of a covariance."""
+    if not np.all(f.variance > 0.0):
+        return -np.inf
     z = bent(f.z)
     return -0.5 * float(np.sum(z * z + np.log(2.0 * np.pi * f.variance)))
 

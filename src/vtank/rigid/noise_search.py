@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from ..lanes import WIDTH
 from .filtered import FAR, Filtered, Left, Noise, share
 from .fit import Fit, log_likelihood
@@ -159,10 +160,19 @@ class Parts:
 
 
 def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float, near: bool, noise: Noise) -> Noise:
-    """The noise that no step makes likelier, without slow errors that do not earn their place."""
-    for _ in range(STEPS):
-        here = replace(fit, noise=noise)
-        found = here.filter(p)
+    """The noise that no step makes likelier, without slow errors that do not earn their place.
+
+    One at which the filter itself loses its way, whatever was foreseen of it, is none.
+    """
+    before = noise
+    for n in range(STEPS):
+        try:
+            found = replace(fit, noise=noise).filter(p)
+        except InputError:
+            if n == 0:
+                raise
+            noise = before
+            break
         start = Tried(noise, sum(map(log_likelihood, found)), found)
         floor = np.minimum(floor, _fastest(fit.runs, start))
         enough = np.maximum(KEPT * floor, least)
@@ -171,8 +181,8 @@ def _descended(fit: Fit, p: Array, floor: Array, least: Array, longest_s: float,
         if best.likelihood - start.likelihood < PROMISE:
             parts = Parts.of(best.noise, enough, least, longest_s)
             best = max((best, *_tried(fit.runs, found, [parts.at(x) for x in parts.leaps(near)])), key=_likelihood)
-        noise = best.noise
-        if best.likelihood - start.likelihood < PROMISE:
+        before, noise = noise, best.noise
+        if not best.likelihood - start.likelihood >= PROMISE:
             break
     return _earning(fit, p, noise)
 

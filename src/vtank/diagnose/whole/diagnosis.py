@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from ..ties import SEPARABLE
 from .against import Plant, plant_of
 from .budget import Budget, budget
 from .model import PLAIN, Model
-from .odds import strange
+from .odds import explained, strange
 from .plane import in_the_plane
 from .selection import Selection, narrowed, select
 from .unfinished import filed
@@ -42,6 +42,7 @@ BETTER = 0.02  # share of the nominal's error by which a diagnosed model must be
 COARSE = 1e-3  # of what a column usually reads, below which its steps are a file's last digit; a choice
 UNPUNCTUAL = 0.05  # share of the time between rows, by which inputs turn off, from which a log is told of; a choice
 PLAUSIBLE = 0.1  # share of an axis' usual force that a disturbance may have; a guess
+OUTWEIGHS = 3.0  # times the log evidence that a plant mimics, beyond which it is not to blame for a gap; a choice
 TURBULENT = 0.01  # [m/s2] of a disturbance that is plausible at any rate, of still tanks 0.1 to 5 mm/s2; a guess
 
 
@@ -254,6 +255,18 @@ def too_large(selection: Selection, missed: Array | float = 0.0) -> tuple[str, f
     return "", 1.0
 
 
+def outweighs(selection: Selection, mimicry: Mapping[str, float]) -> bool:
+    """Whether far more log evidence of a gap is in the recordings than in the runs of the simulator itself.
+
+    Step by step, that is; a simulation that nothing holds to what was measured goes astray by little. mimicry: as of
+    `plant_of`, taken off the free-form parts already.
+    """
+    most = max(mimicry.values(), default=0.0)
+    parts = [block.gain for block in selection.blocks_alone if block.visible]
+    gained = max([explained(selection.best, selection.own), *parts])
+    return gained > OUTWEIGHS * most
+
+
 def needed(selection: Selection, least: Array) -> bool:
     """Whether the recordings are clearly less likely with disturbances of these sizes, (6,), than with the likeliest.
 
@@ -324,7 +337,8 @@ def _diagnosed(
     verdict = verdict_of(selection, spent, strange_axis)
     if like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
-        verdict = doubted(verdict, like)
+        if not outweighs(selection, plant.mimicry if plant else {}):
+            verdict = doubted(verdict, like)
     notes += flat + said + _unlogged(selection.best.fit) + coarse(kept, layout)
     return WholeDiagnosis(vehicle, selection, verdict, spent, notes, like, plant)
 

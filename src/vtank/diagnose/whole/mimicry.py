@@ -20,10 +20,11 @@ def mimicry(layout: Layout, fit: Fit) -> dict[str, float]:
     Other runs take the vehicle elsewhere, where what a plant misses may come up at another place.
     """
     moves, variance = fit.runs[0].moves, fit.noise.variance
-    own = own_unknowns(layout, fit.runs)
-    model, found = settled(blank(fit, layout, (), own), variance, KEPT * variance, alone=True)
+    own, least = own_unknowns(layout, fit.runs), KEPT * variance  # a simulator's own runs may have no noise at all
+    model, found = settled(blank(fit, layout, (), own), variance, least, alone=True)
     sizes, base = sizes_of(model, found), based(model, found)
-    gains = {NAMELESS: max([0.0, *(float(block.gain) for block in unnamed(model, found, base, sizes))])}
+    blocks = unnamed(model, found, base, sizes, least=least)
+    gains = {NAMELESS: max([0.0, *(float(block.gain) for block in blocks)])}
     for promise in promises(model, base, layout, catalogue(layout, moves, sizes)):
         name = f"{promise.placed.effect}@{promise.placed.place}"
         gains[name] = max(float(promise.gain), gains.get(name, 0.0))

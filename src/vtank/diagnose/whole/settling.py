@@ -85,9 +85,9 @@ def _noise(
     return step(told, search, plain, again)
 
 
-def sought(fit: Fit, p: Array, floor: Array) -> Noise:
-    """The likeliest noise near the fit's, beside parameters that stay; floor: as of `rigid.noise_search.settle`."""
-    return _noise(fit, p, floor, near=True)[0]
+def sought(fit: Fit, p: Array, floor: Array, least: Array | float) -> Noise:
+    """The likeliest noise near the fit's, beside parameters that stay; else as of `rigid.noise_search.settle`."""
+    return _noise(fit, p, floor, least, near=True)[0]
 
 
 def rightly_begun(model: Model, found: list[Filtered], floor: Array) -> tuple[Model, list[Filtered]]:

@@ -97,13 +97,16 @@ class Block:
 Seeker = Callable[[Base], Block]
 
 
-def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, rival: float = 0.0) -> list[Block]:
+def unnamed(
+    model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, rival: float = 0.0,
+    least: Array | float = 0.0,
+) -> list[Block]:  # fmt: skip
     """A block for every axis that is asked about, all that drives, and the least white columns, the strongest first.
 
     A disturbance follows a force that nobody has named, and slow errors of instruments what they miss: beside a
     free-form part that does as well they can be smaller, or none. And so may all of the noise beside the strongest.
     rival: log evidence by which another explanation is ahead of the model; what comes nowhere near is not looked at
-    again.
+    again. least: variances, (C,), below which no noise is believed.
     """
     runs = model.fit.runs
     asked = [int(i) for i in np.flatnonzero(runs[0].moves)]
@@ -132,13 +135,13 @@ def unnamed(model: Model, found: Sequence[Filtered], base: Base, sizes: Sizes, r
     right = sum(map(log_likelihood, found))  # what noise hides is less beside a part that is right
     for n in strongest()[:1]:
         if _likelihood(model, blocks[n]) > right:
-            again(*_unhidden(model, blocks[n]), n)
+            again(*_unhidden(model, blocks[n], least), n)
     for calm, there in _calm(model) if forces else ():
         some = [n for n in strongest() if n < forces][:FORCES]
         tried = zip(_sought(based(calm, there), [seekers[n] for n in some]), some, strict=True)
         block, n = max(tried, key=lambda pair: pair[0].gain)
         if _likelihood(model, block) > right:
-            again(*_unhidden(calm, block), n)
+            again(*_unhidden(calm, block, least), n)
     return sorted(blocks, key=lambda block: -block.gain)
 
 
@@ -178,9 +181,9 @@ def calmed(noise: Noise, factor: float) -> Noise:
     return replace(noise, sigma=np.where(noise.sigma > 0.0, calm, 0.0))
 
 
-def _unhidden(model: Model, block: Block) -> tuple[Model, list[Filtered]]:
+def _unhidden(model: Model, block: Block, least: Array | float) -> tuple[Model, list[Filtered]]:
     """The refit, without a free-form part, at the noise that is likeliest beside it; and its innovations."""
-    return at_noise(model, sought(_beside(model, block), model.vector(), model.fit.noise.variance))
+    return at_noise(model, sought(_beside(model, block), model.vector(), model.fit.noise.variance, least))
 
 
 def _likelihood(model: Model, block: Block) -> float:
