@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from vtank.plant.parameters import unit_of
-from vtank.present import whole, words
+from vtank.present import likeness, whole, words
 from vtank.present.document import plain
 from vtank.present.terminal import terminal_text
 
@@ -327,3 +327,16 @@ def test_where_there_is_no_gap_no_share_of_it_is_left(kind: str, told: bool) -> 
     line = {"kind": "disturbance", "share": 0.99}
     said = whole.sentence({"verdict": verdict, "budget": [line], "effects": [], "unexplained": {"share": 0.99}})
     assert ("does not repeat" in said) == told
+
+
+@pytest.mark.parametrize(
+    ("of_gap", "kind", "said"),
+    [
+        (0.1, "effect", "10 % of the gap; what is smaller cannot be told."),
+        (1.4, "undecided", "1.4 times the gap; what is smaller cannot be told."),
+        (1.4, "unknown", "1.4 times the gap in free runs, yet far less of it step by step."),
+    ],
+)
+def test_what_a_plant_misses_is_told_beside_what_is_named(of_gap: float, kind: str, said: str) -> None:
+    found = {"runs": ["a", "b"], "folder": "mine", "share": 0.05, "of_gap": of_gap, "refused": []}
+    assert likeness.sentence({"against": found, "verdict": {"kind": kind}}).endswith(said)

@@ -16,7 +16,8 @@ def sentence(document: Document) -> str:
     said = f"A plant fitted to {many} run{'s' * (many > 1)} in {found['folder']} stands for the simulator. It misses "
     said += f"{percent(found['share'])} of what the simulator does"
     if found["of_gap"] is not None:
-        said += f", a mean square of {percent(found['of_gap'])} of the gap"
+        beside = f"{number(found['of_gap'], 2)} times" if found["of_gap"] > 1.0 else f"{percent(found['of_gap'])} of"
+        said += f", a mean square of {beside} the gap"
         named = found["of_gap"] > 1.0 and document["verdict"]["kind"] in ("effect", "effects", "unknown")
         said += " in free runs, yet far less of it step by step" if named else "; what is smaller cannot be told"
     if found["refused"]:

@@ -206,7 +206,7 @@ class Path:
         return blocks
 
     def follow(self, push: Array, shift: Array) -> Array:
-        """Changes of the innovations over their deviations, (M, L), under pushes, (N, 6, L), in place of the shifts."""
+        """Changes of the innovations over their deviations, (M, L), under pushes, (N, 6, L), and shifts, (M, L)."""
         push, shift = np.ascontiguousarray(push), np.ascontiguousarray(shift)  # as lanes are laid out
         tangents(self.way, self.run.steps, self.run.column, self.f.gains, push, shift)
         shift *= self.weight[:, None]
@@ -216,19 +216,22 @@ class Path:
         return shift
 
 
-def follow_lanes(path: Path, cause: Cause, out: Array) -> list[Callable[[], None]]:
-    """Calls, for threads to share, that make all of out, (M, L): what each of L causes changes the innovations by.
+def follow_lanes(paths: Sequence[Path], causes: Sequence[Cause], out: Array) -> None:
+    """Make all of out, (sum M, L): what each of L causes changes the innovations by, lanes shared by threads.
 
-    cause: of a slice of these, pushes, (N, 6, W), and shifts of readings, (M, W), of W lanes; None leaves out as it is.
+    causes: of each path, for a slice of these, pushes, (N, 6, W), and shifts of readings, (M, W), of W lanes; None
+    leaves out as it is.
     """
 
-    def follow(some: slice) -> None:
+    def follow(path: Path, cause: Cause, part: Array, some: slice) -> None:
         caused = cause(some)
         if caused is not None:
-            out[:, some] = path.follow(*caused)[:, : some.stop - some.start]
+            part[:, some] = path.follow(*caused)[:, : some.stop - some.start]
 
-    count = out.shape[1]
-    return [partial(follow, slice(n, min(n + WIDTH, count))) for n in range(0, count, WIDTH)]
+    count, ends = out.shape[1], np.cumsum([path.run.time_s.size for path in paths])
+    lanes = [slice(n, min(n + WIDTH, count)) for n in range(0, count, WIDTH)]
+    each = zip(paths, causes, np.split(out, ends[:-1]), strict=True)
+    share([partial(follow, *one, some) for one in each for some in lanes])
 
 
 def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDArray[np.bool_]]:
@@ -246,7 +249,5 @@ def changes(paths: Sequence[Path], vectors: Sequence[Array]) -> tuple[Array, NDA
                 push[..., i], shift[:, i] = cause
         return push, shift
 
-    ends = np.cumsum([path.run.time_s.size for path in paths])
-    parts = zip(paths, np.split(out, ends[:-1]), strict=True)
-    share([call for path, part in parts for call in follow_lanes(path, partial(moved, path), part)])
+    follow_lanes(paths, [partial(moved, path) for path in paths], out)
     return out, done

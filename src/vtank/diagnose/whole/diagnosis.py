@@ -335,9 +335,9 @@ def _diagnosed(
     strange_axis, times = too_large(selection, plant.sigma if plant else 0.0)
     selection = disturbed(selection, strange_axis, times)
     verdict = verdict_of(selection, spent, strange_axis)
-    if like:
+    if plant and like:
         like = like.beside({channel_of(name): (rms["nominal"], rms["noise"]) for name, rms in spent.rms.items()})
-        if not outweighs(selection, plant.mimicry if plant else {}):
+        if not outweighs(selection, plant.mimicry):
             verdict = doubted(verdict, like)
     notes += flat + said + _unlogged(selection.best.fit) + coarse(kept, layout)
     return WholeDiagnosis(vehicle, selection, verdict, spent, notes, like, plant)

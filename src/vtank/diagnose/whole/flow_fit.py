@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import lsq_linear
 
-from ...rigid.filtered import share
 from ...rigid.flow import Flow, values
 from ...rigid.layout import NOSE, TAIL
 from ...rigid.recorded import relaid
@@ -103,9 +102,8 @@ def termwise(base: Base, did: Usual, asked: NDArray[np.int64], flow: Flow) -> tu
         toward = unit[some] * path.hull.inverse[:, asked[axis]]
         return term[:, None, which] * toward, np.zeros((path.run.time_s.size, which.size))
 
-    ends = np.cumsum([path.run.time_s.size for path in base.paths])
-    parts = zip(base.paths, along, np.split(out, ends[:-1]), strict=True)
-    share([call for path, term, part in parts for call in follow_lanes(path, partial(pushed, path, term), part)])
+    causes = [partial(pushed, path, term) for path, term in zip(base.paths, along, strict=True)]
+    follow_lanes(base.paths, causes, out)
     return out, unit
 
 
@@ -124,7 +122,7 @@ def centred(base: Base, flow: Flow) -> Array:
         here = wrench(nu, flow)
         pushes = [(wrench(nu, flow.about(c)) - here) @ path.hull.inverse.T for c in moved]
         push = np.where(path.run.moves, np.stack(pushes) / MOVED_M, 0.0).transpose(1, 2, 0)
-        parts.append(path.follow(np.ascontiguousarray(push), np.zeros((path.run.time_s.size, 3))))
+        parts.append(path.follow(push, np.zeros((path.run.time_s.size, 3))))
     return np.concatenate(parts)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...record.columns import ATTITUDE, channel_of
-from ...rigid.filtered import Filtered, Noise, share
+from ...rigid.filtered import Filtered, Noise
 from ...rigid.fit import Fit, log_likelihood
 from ...rigid.layout import AXES
 from ...rigid.noise import LEAST_SIGMA, resolution
@@ -170,7 +170,7 @@ def _calm(model: Model) -> list[tuple[Model, list[Filtered]]]:
     noise = calmed(model.fit.noise.even, QUIETER)
     fit = replace(model.fit, noise=noise)
     there = fit.filter(model.vector())
-    if not all(np.all(f.variance > 0.0) for f in there):
+    if sum(map(log_likelihood, there)) == -np.inf:
         return []
     return [(refit(replace(model, fit=fit), there, model.theta), there)]
 
@@ -473,7 +473,7 @@ def _answers(path: Path, cause: Cause, told: Array, e: Array) -> Array:
     def caused(some: slice) -> tuple[Array, Array] | None:
         return cause(told[:, some]) if told[:, some].any() else None  # else it acts for a while in another run
 
-    share(follow_lanes(path, caused, out[:, 1:]))
+    follow_lanes([path], [caused], out[:, 1:])
     return out
 
 
