@@ -65,6 +65,7 @@ def thin(run: Observed, period: float, levels: int = 2) -> Observed:
         time_s=run.time_s[keep],
         value=run.value[keep],
         kind=run.kind[keep],
+        thinned=run.thinned or not keep.all(),
     )
 
 

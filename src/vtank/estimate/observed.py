@@ -42,6 +42,7 @@ class Observed:
         plant: whose inputs and measurements these are.
         straight: whether the input went straight from sample to sample; then `input` holds the mean over each step.
         loud: the disturbance in this run over what it is in all of them [-].
+        thinned: whether readings between these were left out, to which a controller may have answered all the same.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Observed:
     plant: Plant = SURGE
     straight: bool = False
     loud: float = 1.0
+    thinned: bool = False
 
     def __post_init__(self) -> None:
         """Fill in `lone`; InputError where there is no input or no measurement: no kernel can step through nothing."""

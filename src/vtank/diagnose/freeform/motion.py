@@ -35,9 +35,10 @@ def simulated_tracks(problem: Problem, theta: np.ndarray) -> list[np.ndarray]:
 class Motion:
     """Motion of one run on the instants `t` [s]: place x [m], speed u [m/s], thrust z [m/s2], input n; shapes (I,).
 
-    lag_s: of the thrust behind the input; past: whether a rate is that of the step before an instant, and the input
-    that before it, which no later one has touched. A controller answers to the noise of a reading at once: what goes
-    with a reading's error must not know that answer.
+    lag_s: of the thrust behind the input; past: which step before an instant a rate is that of, and the input, which
+    no later one has touched: 1, or 2 where readings were left out since the last; 0 for a rate about the instant. A
+    controller answers to the noise of a reading at once: what goes with a reading's error must not know that answer,
+    nor that to the reading just before it, of which its own error is a part where it lasts.
     """
 
     t: np.ndarray
@@ -46,7 +47,7 @@ class Motion:
     z: np.ndarray
     n: np.ndarray
     lag_s: float
-    past: bool = False
+    past: int = 0
 
     @cached_property
     def variables(self) -> dict[str, np.ndarray]:
@@ -78,18 +79,17 @@ def motions(fit: Fitted) -> list[tuple[Motion, Motion]]:
         lag_s = float(p[TAU])
         states = [track[:, i] for i in (0, 1, 2)]
         fed = [np.interp(run.input_time_s, run.time_s, state) for state in states]
-        held_input, before = (
-            run.input[np.maximum(np.searchsorted(run.input_time_s, run.time_s, side) - 1, 0)]
-            for side in ("right", "left")
-        )  # fmt: skip
+        past = 2 if run.thinned else 1
+        answered = np.searchsorted(run.input_time_s, _before(run.time_s, past - 1), "left")
+        before = run.input[np.maximum(answered - 1, 0)]
         if np.ptp(fed[2]) == 0.0:  # no lag: the thrust is what the input makes
-            pairs = (run.input_time_s, run.input), (run.time_s, held_input)
+            pairs = (run.input_time_s, run.input), (run.time_s, before)
             fed[2], states[2] = (thrust_along(*pair, p) for pair in pairs)
         (x, u, z), (xm, um, zm) = fed, states
         out.append(
             (
                 Motion(run.input_time_s, x, u, z, run.input, lag_s),
-                Motion(run.time_s, xm, um, zm, before, lag_s, past=True),
+                Motion(run.time_s, xm, um, zm, before, lag_s, past),
             )
         )
     return out
@@ -101,14 +101,24 @@ def thrust_along(t: np.ndarray, n: np.ndarray, p: np.ndarray) -> np.ndarray:
     return faded(t, target, p[TAU]) if p[TAU] > 0.0 else target
 
 
-def _rate(t: np.ndarray, values: np.ndarray, past: bool = False) -> np.ndarray:
-    """d/dt of what is sampled at t, about each instant or over the step before it; zero where there is one sample."""
-    if t.size < 2 or np.any(np.diff(t) <= 0.0):
+def _rate(t: np.ndarray, values: np.ndarray, past: int = 0) -> np.ndarray:
+    """d/dt of what is sampled at t, about each instant or over a step before it; zero where there is one instant.
+
+    past: which step, as of `Motion`. Rows of one stamp are one instant.
+    """
+    stamp, first, at = np.unique(t, return_index=True, return_inverse=True)
+    if stamp.size < 2:
         return np.zeros(t.size)
     if not past:
-        return np.asarray(np.gradient(values, t))
-    rate = np.diff(values) / np.diff(t)
-    return np.concatenate([rate[:1], rate])
+        return np.asarray(np.gradient(values[first], stamp)[at])
+    rate = np.diff(values[first]) / np.diff(stamp)
+    return np.asarray(rate[np.maximum(at - past, 0)])
+
+
+def _before(t: np.ndarray, past: int) -> np.ndarray:
+    """So many instants before each of t, shape (M,); the first where there is none so early."""
+    stamp, at = np.unique(t, return_inverse=True)
+    return np.asarray(stamp[np.maximum(at - past, 0)])
 
 
 @law

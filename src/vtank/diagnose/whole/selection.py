@@ -117,7 +117,7 @@ def select(
             own_alone = without(best, layout, best.effects, found)
             fitted, strong = _wider(best, found, own, layout, candidates, say)
             strongest.update(strong)
-            steady, strong = steadied(forgetful(best, floor), layout, candidates, floor)
+            steady, strong = steadied(forgetful(best, floor), best, layout, candidates, floor)
             strongest.update(strong)
             fitted += steady
             fitted.sort(key=lambda m: -m.log_evidence)
@@ -152,7 +152,7 @@ def _as_quiet(selection: Selection, candidates: tuple[Placed, ...], floor: Array
     noise = best.fit.noise
     if len(best.effects) == MOST or not np.any(noise.sigma > STILL):
         return None, set()
-    tried, strong = steadied([at_noise(best, calmed(noise, QUIETER**2))], layout, candidates, floor)
+    tried, strong = steadied([at_noise(best, calmed(noise, QUIETER**2))], best, layout, candidates, floor)
     top = max(tried, key=evidence, default=best)
     return top if top is not best and worth(top, best, selection.own, candidates, 0.0) > 0.0 else None, strong
 
@@ -188,7 +188,7 @@ def _afresh(best: Model, own: Sequence[Unknown], noise: Noise, floor: Array) -> 
     if best.fit.noise.quiet:
         return None
     try:
-        other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor)
+        other, found = settled(replace(best, fit=replace(best.fit, noise=noise)), floor, rival=best.log_evidence)
     except InputError:
         return None
     return trusting(other, found, own) if other.log_evidence > best.log_evidence + LIKELIER else None
@@ -227,11 +227,13 @@ def _counted(say: Callable[[str], None], what: str, total: int) -> Callable[[str
 
 
 def steadied(
-    begins: Sequence[tuple[Model, list[Filtered]]], layout: Layout, candidates: Sequence[Placed], floor: Array
-) -> tuple[list[Model], set[str]]:
+    begins: Sequence[tuple[Model, list[Filtered]]], best: Model, layout: Layout, candidates: Sequence[Placed],
+    floor: Array,
+) -> tuple[list[Model], set[str]]:  # fmt: skip
     """Models with what promises most beside them, at less of a disturbance, each at the noise it then settles to.
 
-    But for those that lie far behind the best at the noise that they have before; and the names of the strongest.
+    But for those that lie far behind the first of them at the noise that they have before; and the names of the
+    strongest. best: of the likeliest noise; what lies far behind it is not settled further.
     """
     found, strong = list[Model](), set[str]()
     for calm, there in begins:
@@ -240,8 +242,9 @@ def steadied(
         strong.update(promise.placed.name for promise in promising[:STRONGEST])
         tried = [extended(calm, J, there, layout, promise.placed, promise.begin) for promise in promising[:STEADIEST]]
         del J
-        best = max((other.log_evidence for other in tried), default=0.0)
-        found += [settled(other, floor, alone=True)[0] for other in tried if other.log_evidence > best - NEAR]
+        first = max((other.log_evidence for other in tried), default=0.0)
+        near = [other for other in tried if other.log_evidence > first - NEAR]
+        found += [settled(other, floor, alone=True, rival=best.log_evidence)[0] for other in near]
     return found, strong
 
 
