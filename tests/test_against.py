@@ -159,9 +159,12 @@ def test_a_simulator_that_tells_of_another_axis_is_named():
 
 
 def test_an_effect_that_the_nominal_has_may_be_of_another_size():
+    """But for what is a drag or lag of its own, which is refitted."""
     run = observe(surge(40.0, 1))
-    assert "linear_drag" in {e.name for e in candidates(vector({"linear_drag.c": 0.3, "thrust_lag.tau": 0.3}), [run])}
-    assert "thrust_lag" not in {e.name for e in candidates(vector({"thrust_lag.tau": 0.3}), [run])}  # it is refitted
+    has = {"linear_drag.c": 0.3, "thrust_lag.tau": 0.3, "coulomb_friction.f": 0.01}
+    there = {e.name for e in candidates(vector(has), [run])}
+    assert "coulomb_friction" in there and not {"linear_drag", "thrust_lag"} & there
+    assert "linear_drag" in {e.name for e in candidates(vector({"thrust_lag.tau": 0.3}), [run])}
 
 
 @pytest.mark.slow

@@ -341,9 +341,32 @@ def test_rounding_makes_lines_of_evenly_moving_readings_as_foretold(noise_step: 
     error, w = step * np.round(readings / step) - readings, 2.0 * np.pi * speed / step
     line = 2.0 * abs(np.mean(error * np.exp(-1j * w * t)))
     variance = (noise_step * step) ** 2 + step**2 / 12.0
-    most, slower = rounded_lines(np.array([1.001 * w, 0.9 * w]), step, variance, np.full(3, speed))
+    most, slower = rounded_lines(np.array([1.001 * w, 0.9 * w]), step, variance, np.full(3, speed), np.zeros(3))
     assert most == pytest.approx(line, abs=0.01 * step)
     assert slower == 0.0
+
+
+@pytest.mark.parametrize("drive_rad_s", [0.3, 0.7])
+@pytest.mark.parametrize("noise_step", [0.0, 0.3])
+def test_rounding_makes_lines_of_a_motion_that_repeats_itself_no_larger_than_foretold(
+    noise_step: float, drive_rad_s: float
+) -> None:
+    """At the drive and its multiples, where the readings turn round; several times what their usual speed foretells."""
+    step, t, largest = 0.025, np.arange(0.0, 40.0 * np.pi / drive_rad_s, 0.02), np.zeros(8)
+    speeds, rates = (0.3 * drive_rad_s**k * np.cos(drive_rad_s * t + 0.5 * np.pi * (k - 1)) for k in (1, 2))
+    lines = drive_rad_s * np.arange(1, 9)
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        readings = 0.3 * np.sin(drive_rad_s * t) + step * (rng.uniform() + noise_step * rng.normal(size=t.size))
+        error = step * np.round(readings / step) - readings
+        made = 2.0 * np.abs(np.exp(-1j * np.outer(lines, t)) @ error) / t.size
+        largest = np.maximum(largest, made)
+    variance = (noise_step * step) ** 2 + step**2 / 12.0
+    most = rounded_lines(lines, step, variance, speeds, rates)
+    scatter = 4.0 * step * np.sqrt(2.0 / (12.0 * t.size))  # of what noise spreads over all frequencies
+    assert np.all(largest < most + scatter) and np.all(most < 4.0 * largest.max())
+    evenly = rounded_lines(lines, step, variance, speeds, np.zeros(t.size))
+    assert largest[0] > 2.0 * evenly[0] or noise_step
 
 
 def test_an_error_of_a_speed_log_is_told_in_its_unit() -> None:

@@ -19,7 +19,7 @@ from ..estimate.innovations import simulated
 from ..estimate.observed import Observed
 from ..estimate.optimum import Optimum, Prior, climb
 from ..estimate.problem import Filtered, Noise, Problem
-from ..plant.parameters import LAG, indices, slot, vector
+from ..plant.parameters import LAG, LINEAR_DRAG, indices, slot, vector
 from . import outliers
 from .bounds import within
 from .hypothesis import Hypothesis, largest_input, nuisance, starting_values, stretch, typical
@@ -32,6 +32,7 @@ OFFSET_SPREAD = 0.2  # prior deviation of a measured force's offset over the lar
 SPIKE_SPREAD = 0.5  # prior deviation of the size of spikes over that of the lone readings; a choice
 LOST = 1e200  # [m2 or m2/s2] variance of a measurement whose own is lost to rounding: it counts for nothing
 STILL_SIGMA = 1e-3  # [m/s2] disturbance of still water: what a vehicle leaves and meets again in a tank; a guess
+LOWEST = {LAG: 1e-3, LINEAR_DRAG: 0.0}  # [s], [1/s] of own parameters: no lag of nothing, no drag that drives
 START_SD = np.array([1.0, 0.3, 0.3])  # [m, m/s, m/s2] prior of the initial state (x, u, z)
 
 
@@ -136,7 +137,7 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
     rows = []  # mean, deviation and bounds
     for i, name in enumerate(problem.free):
         nominal = setting.nominal[slot(name)]
-        low, high = (1e-3 if name == LAG else -np.inf), np.inf
+        low, high = LOWEST.get(name, -np.inf), np.inf
         if name in known:
             nominal, sd = _effect_prior(setting, known[name], problem, theta, i)
             low, high = (bound * stretch(known[name], setting.runs) for bound in known[name].bounds)
@@ -149,7 +150,7 @@ def prior_of(setting: Setting, hypothesis: Hypothesis, problem: Problem, theta: 
         else:
             sd = (FOREIGN_SPREAD if setting.foreign else NUISANCE_SPREAD) * max(abs(nominal), LEAST)
         rows.append((nominal, sd, low, high))
-    varies = {name: (mean, sd, 1e-3 if name == LAG else -np.inf, np.inf) for name, mean, sd in hypothesis.varying}
+    varies = {name: (mean, sd, LOWEST.get(name, -np.inf), np.inf) for name, mean, sd in hypothesis.varying}
     own = [varies.get(name) or (0.0, _spread(known[name]), -np.inf, np.inf) for name in problem.per_run]
     first, count = problem.initial(), len(own)
     for k in range(len(problem.runs)):

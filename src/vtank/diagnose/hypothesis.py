@@ -11,7 +11,7 @@ import numpy as np
 from ..effects.catalogue import BY_NAME, CATALOGUE, PARAMETERS
 from ..effects.effect import Effect, Need, Parameter
 from ..estimate.observed import RANGE, Observed
-from ..plant.parameters import LAG, LOSS, slot, switched_on
+from ..plant.parameters import LAG, LINEAR_DRAG, LOSS, slot, switched_on
 from ..plant.surge import LINEAR_INPUT
 
 TOP_REV_S = 15.0  # [rev/s] largest propeller speed that bounds in rev/s are meant for, the paper's
@@ -56,14 +56,14 @@ def about_their_mean(by_run: Mapping[str, np.ndarray]) -> tuple[tuple[str, float
 
 
 def nuisance(nominal: np.ndarray) -> tuple[str, ...]:
-    """The nominal's own parameters, which every refit frees: drag, thrust gain, and lag and loss where it has them.
+    """The nominal's own parameters, which every refit frees: drag, gain; linear drag, loss, lag where it has them.
 
     A measured force has an offset besides (that of its transducer or amplifier). Where it is not known whether thrust
     goes with the input or with its square, which a linear share between 0 and 1 says, that share is free as well.
     """
     share = nominal[LINEAR_INPUT]
     own = ["alpha", "beta", *(["force_offset"] if share == 1.0 else ["linear_input"] if share > 0.0 else [])]
-    own += [name for name in (LOSS, LAG) if nominal[slot(name)] != 0.0]
+    own += [name for name in (LINEAR_DRAG, LOSS, LAG) if nominal[slot(name)] != 0.0]
     return tuple(own)
 
 

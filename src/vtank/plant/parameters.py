@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..effects import thrust_lag, thrust_loss
+from ..effects import linear_drag, thrust_lag, thrust_loss
 from ..effects.catalogue import CATALOGUE, PARAMETERS
 from ..effects.effect import Dependence, Effect
 from ..errors import InputError
@@ -36,7 +36,7 @@ INPUT_UNITS = {
 NAMES: tuple[str, ...] = (*PLAIN, *PARAMETERS)
 SIZE = len(NAMES)
 
-(LOSS,), (LAG,) = thrust_loss.EFFECT.slots(), thrust_lag.EFFECT.slots()
+(LINEAR_DRAG,), (LOSS,), (LAG,) = (of.EFFECT.slots() for of in (linear_drag, thrust_loss, thrust_lag))
 LUMPED = ("alpha", "beta", LOSS, LAG)  # the simulator's own parameters, in the order of Model III
 
 

@@ -19,7 +19,7 @@ from ..lines import Lines, bands, judging, loudest
 from ..outliers import resolution
 from .events import Events, events, packets, waves
 from .functions import functions_of, products_of, ways_of
-from .motion import Motion, motions, rung, simulated, thrust_along
+from .motion import Motion, motions, rate, rung, simulated, thrust_along
 from .stalls import bridged, stalls
 
 PROBE_M_S2, PROBE_M = 1e-4, 1e-3  # size of a probing force and error, small enough to be linear
@@ -85,32 +85,50 @@ def pieces(fit: Fitted, swell: float | None = None) -> list[Piece]:
         *(piece for k, f in enumerate(alone) for piece in _stalled(k, fit, f.innovation)),
         _lines("force", HULL, True, lines, [m.t for m in fed], of_forces),
         _lines("error", SENSOR, False, lines, [m.t for m in read], of_errors),
-        _late(fit, read),
+        _late(fit, read, step),
         *(_bands(fit, swell, [m.t for m in read]) if swell else ()),
     ]
 
 
 def _roundings(fit: Fitted, lines: Lines, read: list[Motion], step: float) -> tuple[np.ndarray, np.ndarray]:
     """Amplitudes of lines that rounding may make, as of forces [m/s2] and of errors before they are scaled, (L,)."""
-    kind = min(int(np.min(run.kind)) for run in fit.problem.runs)
-    speeds = np.concatenate([m.variables["acceleration"] if kind == SPEED else m.u for m in read])
-    most = rounded_lines(lines.rad_s, step, fit.problem.noise.variance[kind], speeds)
-    return (most * lines.rad_s, most / FASTER) if kind == SPEED else (most * lines.rad_s**2, most)
+    most = _rounded(fit, lines, read, step)
+    return (most * lines.rad_s, most / FASTER) if _judged(fit) == SPEED else (most * lines.rad_s**2, most)
 
 
-def rounded_lines(rad_s: np.ndarray, step: float, variance: float, speeds: np.ndarray) -> np.ndarray:
+def _rounded(fit: Fitted, lines: Lines, read: list[Motion], step: float) -> np.ndarray:
+    """Amplitudes of lines that rounding may make of the readings that are judged, (L,) [their unit]."""
+    kind = _judged(fit)
+    speeds = [m.variables["acceleration"] if kind == SPEED else m.u for m in read]
+    rates = np.concatenate([rate(m.t, some) for m, some in zip(read, speeds, strict=True)])
+    return rounded_lines(lines.rad_s, step, fit.problem.noise.variance[kind], np.concatenate(speeds), rates)
+
+
+def _judged(fit: Fitted) -> int:
+    """The channel by which runs are judged, of all runs the first."""
+    return min(int(np.min(run.kind)) for run in fit.problem.runs)
+
+
+def rounded_lines(
+    rad_s: np.ndarray, step: float, variance: float, speeds: np.ndarray, rates: np.ndarray
+) -> np.ndarray:  # fmt: skip
     """Amplitudes of lines that rounding to a step makes of readings, at most, shape (L,) [their unit].
 
     Readings that move evenly, a step in each period or slower, are off by a saw-tooth, whose first line is that of
     step / pi; less where noise moves them from step to step, and for the share of time at which they move so slowly.
-    variance: of white errors, rounding among them. speeds: of the readings, shape (N,) [their unit per s]. Widrow,
-    Kollar, Quantization Noise (2008), ch. 4 and 20.
+    Where they turn round, for sqrt(step / rate) as the stationary phase of the saw-tooth has it, they make a line of
+    any period if the motion repeats itself, as long as they are slower than sqrt(step rate); all lines of the saw-tooth
+    do, of 1 / k of the size and for 1 / sqrt(k) of the time.
+    variance: of white errors, rounding among them. speeds: of the readings, shape (N,) [their unit per s]; rates: of
+    these, whose peak is taken for that of a sine. Widrow, Kollar, Quantization Noise (2008), ch. 4 and 20.
     """
     if step == 0.0:
         return np.zeros(rad_s.size)
-    noise = max(variance - step**2 / 12.0, 0.0)
-    slow = np.searchsorted(np.sort(np.abs(speeds)), rad_s * step / (2.0 * np.pi), side="right") / speeds.size
-    return np.asarray(step / np.pi * np.exp(-2.0 * np.pi**2 * noise / step**2) * slow)
+    noise, k = max(variance - step**2 / 12.0, 0.0), np.arange(1, 51)
+    left = np.exp(-2.0 * np.pi**2 * k**2 * noise / step**2) / k
+    even, turning = rad_s * step / (2.0 * np.pi), np.sqrt(step * np.sqrt(2.0 * np.mean(rates**2)))
+    shares = np.searchsorted(np.sort(np.abs(speeds)), [even, np.full(even.size, turning)], side="right") / speeds.size
+    return np.asarray(step / np.pi * np.maximum(left[0] * shares[0], np.sum(left / np.sqrt(k)) * shares[1]))
 
 
 def _forces(fed: list[Motion]) -> Iterator[Piece]:
@@ -252,13 +270,16 @@ def _lines(
     return Piece("line", channel, about, force, columns, 2, lines=lines, rounding=rounding)
 
 
-def _late(fit: Fitted, read: list[Motion]) -> Piece:
-    """Readings that are late by a sine of time: two clocks that beat, a delay that comes and goes in turn."""
+def _late(fit: Fitted, read: list[Motion], step: float) -> Piece:
+    """Readings that are late by a sine of time: two clocks that beat, a delay that comes and goes in turn.
+
+    Rounding makes the line of a period where readings move a step in it, and seems to be late there.
+    """
     rates = [np.where(run.kind == SPEED, m.variables["acceleration"], m.u)
              for run, m in zip(fit.problem.runs, read, strict=True)]  # fmt: skip
-    lines = loudest(fit, rates)
-    still = np.zeros(lines.rad_s.size)
-    even = _lines("latency, periodic", SENSOR, False, lines, [m.t for m in read], still)
+    lines, usual = loudest(fit, rates), float(np.sqrt(np.mean(np.concatenate(rates) ** 2))) + 1e-300
+    rounding = _rounded(fit, lines, read, step) / usual
+    even = _lines("latency, periodic", SENSOR, False, lines, [m.t for m in read], rounding)
     late = tuple(rate[:, None] * wave for rate, wave in zip(rates, even.functions, strict=True) if wave is not None)
     return replace(even, functions=late)
 

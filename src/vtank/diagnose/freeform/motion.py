@@ -52,7 +52,7 @@ class Motion:
     @cached_property
     def variables(self) -> dict[str, np.ndarray]:
         """What a missing term may depend on, by name."""
-        a = _rate(self.t, self.u, self.past)
+        a = rate(self.t, self.u, self.past)
         found = {"speed": self.u, "input": self.n, "place": self.x, "time": self.t - self.t[0], "acceleration": a}
         for memory in MEMORIES_S:
             found[f"speed of the last {memory:g} s"] = faded(self.t, self.u, memory)
@@ -65,8 +65,8 @@ class Motion:
 
         A longer lag holds back what the thrust changes by, which itself comes through the lag.
         """
-        rate = _rate(self.t, self.z)
-        late = faded(self.t, rate, self.lag_s) if self.lag_s > 0.0 else rate
+        late = rate(self.t, self.z)
+        late = faded(self.t, late, self.lag_s) if self.lag_s > 0.0 else late
         return {"drag": self.u * np.abs(self.u), "thrust": self.z, "lag": late}
 
 
@@ -101,7 +101,7 @@ def thrust_along(t: np.ndarray, n: np.ndarray, p: np.ndarray) -> np.ndarray:
     return faded(t, target, p[TAU]) if p[TAU] > 0.0 else target
 
 
-def _rate(t: np.ndarray, values: np.ndarray, past: int = 0) -> np.ndarray:
+def rate(t: np.ndarray, values: np.ndarray, past: int = 0) -> np.ndarray:
     """d/dt of what is sampled at t, about each instant or over a step before it; zero where there is one instant.
 
     past: which step, as of `Motion`. Rows of one stamp are one instant.
