@@ -173,9 +173,13 @@ def test_a_nominal_is_a_name_a_preset_a_vector_or_none() -> None:
 def test_runs_may_be_given_by_where_they_lie_and_nothing_else_is_taken_for_one(tmp_path: Path) -> None:
     vt.run("paper-ds1", seed=1, out=tmp_path / "data")
     (run,) = vt.load(tmp_path / "data")
-    values = [vt.identify(given).values for given in (tmp_path / "data", str(tmp_path / "data"), run, [run])]
+    (file,) = (tmp_path / "data").glob("*.csv")
+    given = (tmp_path / "data", str(tmp_path / "data"), run, [run], [file], [str(file)])
+    values = [vt.identify(some).values for some in given]
     assert all(np.array_equal(list(v.values()), list(values[0].values())) for v in values)
-    for wrong in ([0.0, 1.0], [None], ["data"]):
+    with pytest.raises(vt.InputError, match="nowhere.csv: cannot be read"):
+        vt.diagnose([tmp_path / "nowhere.csv"])
+    for wrong in ([0.0, 1.0], [None]):
         with pytest.raises(vt.InputError, match="expected runs, as vt.load gives them"):
             vt.diagnose(wrong)
 

@@ -104,6 +104,16 @@ def test_changed_lost_and_added_runs_are_named(tmp_path: Path) -> None:
         assert any(file in message and said in message for message in messages)
 
 
+def test_a_thruster_s_bench_table_among_the_runs_is_none(tmp_path: Path) -> None:
+    folder = written(tmp_path / "data", "a", "b")
+    (folder / "thrust.csv").write_text("command, force_N\n-1,-40\n0,0\n1,50\n", encoding="utf-8")
+    with pytest.warns(DataSetWarning, match="thrust.csv: a thruster's bench table, no run"):
+        assert [run.name for run in read_dataset(folder)] == ["a", "b"]
+    (folder / "thrust.csv").write_text("command,force_N,more\n0,0,0\n", encoding="utf-8")
+    with pytest.raises(InputError, match="thrust.csv, line 1: no column time_s"):
+        read_dataset(folder)
+
+
 def test_one_file_is_a_data_set_of_one_run(tmp_path: Path) -> None:
     folder = written(tmp_path / "data")
     data = read_dataset(folder / "run_2.csv")

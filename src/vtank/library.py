@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .plant.truth import Truth
     from .plant.vehicle import Vehicle
 
-Given = Run | Iterable[Run] | Path | str  # runs, or where they lie
+Given = Run | Iterable[Run | Path | str] | Path | str  # runs, or where they lie
 
 
 def load(path: Path | str) -> tuple[Run, ...]:
@@ -35,16 +35,16 @@ def load(path: Path | str) -> tuple[Run, ...]:
 
 
 def _loaded(runs: Given) -> tuple[Run, ...]:
-    """Runs that are given as such, one alone, or by where they lie; InputError where it is something else."""
-    if isinstance(runs, str | Path):
-        return load(runs)
-    given = (runs,) if isinstance(runs, Run) else tuple(runs)
+    """Runs that are given as such or by where they lie, one alone or several; InputError where it is something else."""
+    given = list[Run]()
+    for some in [runs] if isinstance(runs, Run | str | Path) else runs:
+        given += load(some) if isinstance(some, str | Path) else [some]
     for run in given:
         if not isinstance(run, Run):
             raise InputError(f"runs: found {type(run).__name__}, expected runs, as vt.load gives them, or their folder")
         if not np.all(np.diff(run.time_s) > 0.0) or not np.all(np.isfinite(run.time_s)):
             raise InputError(f"run {run.name}: time_s: expected finite times, each later than the one before")
-    return given
+    return tuple(given)
 
 
 def _whole(name: str, value: int | None, least: int) -> None:

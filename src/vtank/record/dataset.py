@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,7 +13,17 @@ from ..errors import InputError
 from .documents import json_text, read_json
 from .files import run_name, unread
 from .folder import Kind, new_folder, refuse_loss
-from .manifest import FILE, SCHEMA, Entry, Manifest, manifest_text, read_manifest, sha256, warn_of_changes
+from .manifest import (
+    FILE,
+    SCHEMA,
+    DataSetWarning,
+    Entry,
+    Manifest,
+    manifest_text,
+    read_manifest,
+    sha256,
+    warn_of_changes,
+)
 from .reader import read_run
 from .run import Run
 from .writer import DECIMALS, run_bytes
@@ -21,6 +32,7 @@ TRUTH_FILE = "truth.json"
 TRUTH_SCHEMA = "vtank.truth/1"
 DATA_SET = Kind("a data set", FILE, SCHEMA, lambda marker: [TRUTH_FILE, *(run["file"] for run in marker["runs"])])
 CAMPAIGN, CAMPAIGN_RUNS, JOURNAL = "campaign.json", "data", "journal"  # in the folder of a campaign (studies/campaign)
+LONGEST_HEADER = 10_000  # bytes of a header that are looked at; a choice
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +60,7 @@ def read_dataset(path: Path | str) -> DataSet:
     """The data set in a folder, the runs of a campaign in the campaign's folder, or one CSV file as a data set.
 
     Never opens the truth. InputError where a run or the manifest cannot be used; DataSetWarning for a run that is
-    not as the manifest says.
+    not as the manifest says, and for a thruster's bench table among the runs, which is none.
     """
     path = Path(path)
     if not path.is_dir():
@@ -60,6 +72,10 @@ def read_dataset(path: Path | str) -> DataSet:
         if not path.is_dir():
             raise InputError(f"{path.parent}: a campaign without CSV runs; fly it with --format csv")
     files = sorted((f for f in _files(path) if f.lower().endswith(".csv")), key=natural_order)
+    tables = [file for file in files if _is_bench_table(path / file)]
+    for file in tables:
+        warnings.warn(f"{path / file}: a thruster's bench table, no run", DataSetWarning, stacklevel=2)
+    files = [file for file in files if file not in tables]
     if not files:
         raise InputError(f"{path}: no runs here, expected *.csv")
     runs = tuple(read_run(path / file) for file in files)
@@ -119,6 +135,16 @@ def _write(folder: Path, run: Run, decimals: int) -> Entry:
     file = f"{run.name}.csv"
     (folder / file).write_bytes(data)
     return Entry(file, sha256(data), run.time_s.size)
+
+
+def _is_bench_table(file: Path) -> bool:
+    """Whether a CSV file has the header of a vehicle's thrust curve: forces over an input, without times."""
+    try:
+        with file.open("rb") as lines:
+            names = lines.readline(LONGEST_HEADER).decode("utf-8", "replace").replace(" ", "").strip().split(",")
+    except OSError:  # what cannot be read is told of where it is read as a run
+        return False
+    return len(names) == 2 and names[1] == "force_N"
 
 
 def _files(folder: Path) -> list[str]:
