@@ -19,6 +19,7 @@ from vtank.rigid.layout import Layout
 from vtank.rigid.places import Placed, Sizes, catalogue
 from vtank.rigid.push import pushes
 from vtank.tank.described import described
+from vtank.tank.places.thruster import thrust_asymmetry
 from vtank.water.body import of_vehicle
 
 FILES = {"bluerov2": 0.4, "remus100": 8.0}  # vehicle -> input
@@ -135,6 +136,12 @@ def test_what_a_diagnosis_moves_is_the_effect_of_that_size(
         assert np.abs(there - values).max() < 1e-6 * scale
         apart = max(apart, np.abs(values - still).max() / scale if still.size == values.size else 1.0)
     assert apart > 1e-4  # the effect acts, so that the comparison tells something
+
+
+def test_a_thruster_that_is_weak_astern_is_as_strong_ahead_as_before() -> None:
+    """So that its gain need not change with it, which would name a weak thruster besides."""
+    force = np.array([-2.0, 0.0, 3.0])
+    assert thrust_asymmetry.one_sided(np.zeros(3), np.sign(force), force, {"e": 0.4}) == pytest.approx([-1.2, 0.0, 3.0])
 
 
 def test_every_effect_of_a_diagnosis_is_flown_or_named_as_of_the_recording_alone() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from recorded import NOMINAL, STANDOFF_M
@@ -13,7 +15,7 @@ from vtank.diagnose.freeform.motion import motions
 from vtank.diagnose.freeform.pursuit import WORTHWHILE, _Pursuit
 from vtank.diagnose.hypothesis import Hypothesis
 from vtank.diagnose.selection import prepare
-from vtank.diagnose.thinning import thin
+from vtank.diagnose.thinning import CLOSED, thin, thinned
 from vtank.estimate.observed import RANGE, Observed
 from vtank.estimate.problem import Noise
 
@@ -56,3 +58,11 @@ def test_answers_to_readings_that_were_left_out_are_no_cause(every: int) -> None
     fit = evaluate(prepare(runs, NOMINAL).with_noise(NOISE), Hypothesis())
     free = _Pursuit(fit, None).followed(wandering=False, channels=(SENSOR,))
     assert free.gain < WORTHWHILE
+
+
+def test_readings_that_a_controller_answers_are_left_out_only_where_there_are_far_too_many() -> None:
+    held, free = held_by_its_sonar(1), replace(held_by_its_sonar(1), input=held_by_its_sonar(2).input)
+    many = held.time_s.size
+    assert thinned([held], many // 2)[0] is held
+    assert not thinned([held], many // (2 * CLOSED))[0].time_s.size > many // 2 + 1
+    assert thinned([free], many // 2)[0].time_s.size == pytest.approx(many / 2, abs=1)

@@ -13,10 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from ..estimate.observed import Observed
+from ..rigid.thinned import answered
 
 SHORTEST_S = 0.02  # [s] period below which recordings are thinned: vehicles and drives answer more slowly; a choice
 FOREIGN_SAMPLES = 3000  # of all runs together, where hypotheses grow one effect at a time; for the time it takes
 MOST_SAMPLES = 12_000  # of all runs together, where a nominal is given; for the time it takes
+CLOSED = 3  # times as many, where the input answers readings: it would tell of those left out; for the time it takes
 BURST = 0.5  # of the mean step, below which the usual one is that within bursts; a choice
 NEARLY = 1e-4  # of the mean step, within which two rows are one; a choice
 ROUNDING = 1e-6  # share of a sample by which stamps may be off
@@ -25,9 +27,12 @@ ROUNDING = 1e-6  # share of a sample by which stamps may be off
 def thinned(runs: Sequence[Observed], most: int = MOST_SAMPLES, levels: int = 2) -> tuple[Observed, ...]:
     """The runs with as few samples as there is time for, `most` of a channel; the same runs where they have no more.
 
-    levels: as of `thin`.
+    More where a controller answers the readings: what it answered to one that is left out moves the vehicle as a force
+    would that knows the next one's error. levels: as of `thin`.
     """
     length = sum(float(run.time_s[-1] - run.time_s[0]) for run in runs)
+    if any(map(_closed, runs)):
+        most *= CLOSED
     return tuple(thin(run, max(SHORTEST_S, length / most), levels) for run in runs)
 
 
@@ -67,6 +72,12 @@ def thin(run: Observed, period: float, levels: int = 2) -> Observed:
         kind=run.kind[keep],
         thinned=run.thinned or not keep.all(),
     )
+
+
+def _closed(run: Observed) -> bool:
+    """Whether the input answers the noise of some channel."""
+    own = [run.kind == kind for kind in run.first]
+    return any(answered(run.time_s[k], run.value[k], run.input_time_s, run.input[:, None]) for k in own)
 
 
 def _two_levels(time_s: np.ndarray, value: np.ndarray, tick: float, every: int) -> tuple[np.ndarray, np.ndarray]:

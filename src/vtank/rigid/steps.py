@@ -113,7 +113,7 @@ def steady(n, t, table, reach, p, i):
     place = min(max((n / reach + 1.0) * 0.5 * (table.size - 1), 0.0), table.size - 1.0)
     left = min(int(place), table.size - 2)
     force = table[left] + (place - left) * (table[left + 1] - table[left])
-    return p[i + GAIN] * (1.0 - p[i + LOST]) * (force + p[i + SKEWED] * abs(force)) * math.exp(-p[i + SAG] * t)
+    return p[i + GAIN] * (1.0 - p[i + LOST]) * (force - p[i + SKEWED] * min(force, 0.0)) * math.exp(-p[i + SAG] * t)
 
 
 @term

@@ -48,7 +48,7 @@ def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
     the noise of these samples: an average would hold what a pilot has answered meanwhile.
     """
     stamps, jumps, bin_s, least = driven.stamps, driven.jumps + late_s, BIN_S, scatter(value)
-    if _interval_s(stamps) < BIN_S and _answered(time, value, driven):
+    if _interval_s(stamps) < BIN_S and answered(time, value, stamps, np.hstack((driven.inputs, driven.angles))):
         bin_s = _interval_s(stamps)
     while bin_s > ALMOST * _interval_s(time):
         bins = Bins.of(time, value, bin_s, stamps, jumps)
@@ -58,9 +58,11 @@ def _bin_s(time: Array, value: Array, driven: Driven, late_s: float) -> float:
     return bin_s
 
 
-def _answered(time: Array, value: Array, driven: Driven) -> bool:
-    """Whether some input steps, at the stamp after a sample, with what is fast in it."""
-    stamps, inputs = driven.stamps, np.hstack((driven.inputs, driven.angles))
+def answered(time: Array, value: Array, stamps: Array, inputs: Array) -> bool:
+    """Whether some of inputs, (I, C), held from their stamps on, steps at that after a sample with what is fast in it.
+
+    time, value: of samples, shape (M,).
+    """
     fast, at = np.diff(value, 2), np.searchsorted(stamps, time[2:] - TICK_S)
     there = (at > 0) & (at < stamps.size)
     fast, steps = fast[there], inputs[at[there]] - inputs[at[there] - 1]

@@ -8,15 +8,25 @@ from ..effect import Array, Number, PlacedEffect, Values
 
 
 def one_sided(time_s: Array, n: Array, force: Array, p: Values) -> Array:
-    """(1 + e) ahead, (1 - e) astern."""
-    return force * (1.0 + p["e"] * np.sign(force))
+    """As it is ahead, (1 - e) of it astern."""
+    return force - p["e"] * np.minimum(force, 0.0)
 
 
 EFFECT = PlacedEffect(
     "thrust_asymmetry",
     "thruster",
-    "F -> F (1 + e sign(F))",
-    (Number("e", ("",), "half the relative difference", low=-0.95, high=0.95, usual=lambda _: 0.3, slot="asymmetry"),),
+    "F -> F (1 - e) where F < 0",
+    (
+        Number(
+            "e",
+            ("",),
+            "share of its force astern that it lacks",
+            low=-0.95,
+            high=0.95,
+            usual=lambda _: 0.3,
+            slot="asymmetry",
+        ),
+    ),
     thrust=one_sided,
     order=4,
 )
