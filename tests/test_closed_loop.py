@@ -43,6 +43,6 @@ def test_nothing_is_missing_where_the_controller_answers_to_noise(fit: Fitted) -
 
 @pytest.mark.slow
 def test_a_rate_that_knows_the_answer_would_pass_for_an_error(fit: Fitted, monkeypatch: pytest.MonkeyPatch) -> None:
-    rate = motion._rate
-    monkeypatch.setattr(motion, "_rate", lambda t, values, past=False: rate(t, values))
+    rate = motion.rate
+    monkeypatch.setattr(motion, "rate", lambda t, values, past=0: rate(t, values))
     assert any(c.channel == "sensor" and c.about == "acceleration" for c in pursue(fit).components)
