@@ -92,7 +92,7 @@ def test_a_bias_that_a_slow_error_stands_for_is_found_without_it():
     (hidden, *_), _ = selection._promising(drifting, found, layout, biases)
     (begin,) = settling.forgetful(drifting, white.variance)
     assert begin[0].fit.noise.slow[column] == 0.0
-    (named,), strong = selection.steadied([begin], layout, biases, white.variance)
+    (named,), strong = selection.steadied([begin], drifting, layout, biases, white.variance)
     assert strong == {"gyro_bias@imu"}
     gained = named.log_evidence - drifting.log_evidence
     assert named.names == ("gyro_bias@imu",) and gained > hidden.gain + 5.0
