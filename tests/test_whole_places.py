@@ -147,7 +147,7 @@ THRUSTER_CASES = [
     ("thrust_deadband__three", {"n0_N": 1.0}, at(C, (0, 1.0, 0))),
     ("thrust_saturation__one", {"n_max_rev_s": 3.0}, at(A, (4.5 - 8.0, 0, 0))),
     ("thrust_saturation__three", {"n_max_N": 2.0}, at(C, (0, 4.0, 0))),
-    ("thrust_asymmetry__one", {"e": 0.2}, at(A, (1.6, 0, 0))),
+    ("thrust_asymmetry__one", {"e": 0.2}, at(A, (0, 0, 0))),
     ("thrust_asymmetry__three", {"e": 0.2}, at(C, (0, 1.2, 0))),
     ("supply_sag__one", {"r_per_s": 0.1}, at(A, (8.0 * math.expm1(-0.1), 0, 0))),
     ("tachometer_bias__one", {"b_rev_s": 1.0}, at(A, (4.5 - 8.0, 0, 0))),

@@ -92,7 +92,7 @@ def test_a_compass_beside_cables_goes_with_the_load() -> None:
 @pytest.mark.slow
 def test_an_effect_keeps_its_name_beside_what_has_none_somewhere_else() -> None:
     """A thruster that pushes less astern than it is said to, and a compass beside cables."""
-    run = flown_with(FEW, SECONDS, thrust_asymmetry__thruster_1={"e": 0.008})
+    run = flown_with(FEW, SECONDS, thrust_asymmetry__thruster_1={"e": 0.016})
     heading = run.columns["ahrs.heading_rad"] + drawn(run, multisine(FEW, SECONDS, 3))
     beside = replace(run, columns=run.columns | {"ahrs.heading_rad": heading})
     verdict = vt.diagnose([beside], nominal=FEW, effects=(*EASY, "thrust_asymmetry")).verdict
