@@ -223,16 +223,8 @@ def _thruster(k: int, layout: Layout, s: Sizes) -> Iterator[Placed]:
         Parameter("n_max", (f"saturation@{push.name}",), unit, 0.5 * reach, 0.2 * reach, 1.2 * reach,
                   (0.9 * reach, 0.7 * reach, 0.5 * reach), np.inf),
     ), "beyond some input it pushes no harder")  # fmt: skip
-    yield one(
-        "thrust_asymmetry",
-        "e",
-        "asymmetry",
-        "-",
-        0.3,
-        "it pushes less astern than the file has it",
-        low=-0.95,
-        high=0.95,
-    )
+    yield one("thrust_asymmetry", "e", "asymmetry", "-", 0.3, "it pushes less astern than the file has it",
+              low=-0.95, high=0.95)  # fmt: skip
     yield one("thrust_lag", "tau", "slower", "s", 0.5, "its force follows more slowly", low=0.0, high=30.0,
               starts=(0.2, 1.0, 0.0))  # fmt: skip
     yield one("command_delay", "d", "delay", "s", 0.3, "it obeys late", low=0.0, high=30.0, starts=(0.1, 0.4, 1.0, 0.0),

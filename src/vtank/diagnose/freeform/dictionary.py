@@ -280,7 +280,7 @@ def _late(fit: Fitted, read: list[Motion], step: float) -> Piece:
     lines, usual = loudest(fit, rates), float(np.sqrt(np.mean(np.concatenate(rates) ** 2))) + 1e-300
     rounding = _rounded(fit, lines, read, step) / usual
     even = _lines("latency, periodic", SENSOR, False, lines, [m.t for m in read], rounding)
-    late = tuple(rate[:, None] * wave for rate, wave in zip(rates, even.functions, strict=True) if wave is not None)
+    late = tuple(some[:, None] * wave for some, wave in zip(rates, even.functions, strict=True) if wave is not None)
     return replace(even, functions=late)
 
 

@@ -16,17 +16,8 @@ EFFECT = PlacedEffect(
     "thrust_asymmetry",
     "thruster",
     "F -> F (1 - e) where F < 0",
-    (
-        Number(
-            "e",
-            ("",),
-            "share of its force astern that it lacks",
-            low=-0.95,
-            high=0.95,
-            usual=lambda _: 0.3,
-            slot="asymmetry",
-        ),
-    ),
+    (Number("e", ("",), "share of its force astern that it lacks",
+            low=-0.95, high=0.95, usual=lambda _: 0.3, slot="asymmetry"),),
     thrust=one_sided,
     order=4,
-)
+)  # fmt: skip
